@@ -36,8 +36,8 @@ class Loss {
  public:
   Loss(const Agent& agent, const Kernels& kernels, core::Pool& pool);
 
-  // Computes the gradient of -(clipped objective) + value_coef (value - return)^2 - entropy_coef entropy, averaged over the
-  // minibatch. The threads of the pool share the work.
+  // Computes the gradient of -(clipped objective) + value_coef (value - return)^2 - entropy_coef entropy, averaged over
+  // the minibatch. The threads of the pool share the work.
   LossTerms differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
                           const mjenv_learn_settings& settings);
 

@@ -10,7 +10,8 @@
 
 namespace mjenv::learn {
 
-// Where a layer's parameters lie: weights [inputs][outputs], then bias [outputs], both padded with zeros, which stay zero.
+// Where a layer's parameters lie: weights [inputs][outputs], then bias [outputs], both padded with zeros, which stay
+// zero.
 struct Layer {
   int inputs, outputs;                // as the caller counts them
   int padded_inputs, padded_outputs;  // as they are stored

@@ -7,8 +7,8 @@
 
 #include "mjenv/learn.h"
 
-// The sizes of the structs in the first release, with pointers of 64 bits, which never change. Every caller's struct is at
-// least as long. core/structs.hpp finds these functions.
+// The sizes of the structs in the first release, with pointers of 64 bits, which never change. Every caller's struct is
+// at least as long. core/structs.hpp finds these functions.
 constexpr std::size_t oldest_size(const mjenv_learn_calls*) { return 88; }
 constexpr std::size_t oldest_size(const mjenv_learn_settings*) { return 248; }
 constexpr std::size_t oldest_size(const mjenv_learn_report*) { return 128; }

@@ -115,8 +115,9 @@ void gradient(const float* x, int stride, int rows, int inputs, const float* d, 
 // 2^n for whole n between -126 and 127.
 inline V power_of_two(I n) { return reinterpret_cast<V>((n + 127) << 23); }
 
-// exp(x) - 1 = 2^n (1 + q) - 1 with the n for which |r| = |x - n log 2| <= log(2) / 2, where q = exp(r) - 1 is the Taylor
-// polynomial of degree 7, whose error is less than half a unit in the last place of a float32. x must be between -87 and 88.
+// exp(x) - 1 = 2^n (1 + q) - 1 with the n for which |r| = |x - n log 2| <= log(2) / 2, where q = exp(r) - 1 is the
+// Taylor polynomial of degree 7, whose error is less than half a unit in the last place of a float32. x must be between
+// -87 and 88.
 struct Reduced {
   V scale, q;  // 2^n and q
 };

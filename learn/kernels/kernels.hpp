@@ -31,8 +31,8 @@ struct Kernels {
   // bias and adds its products in the order of the inputs. rows: a multiple of kRowBlock; outputs: of kLaneBlock.
   void (*product)(const float* x, int stride, int rows, int inputs, const float* w, int outputs, const float* bias,
                   float* y);
-  // g[inputs][outputs] += x[rows][inputs]^T d[rows][outputs], and h[outputs] += the sum of d's rows. Sums are in the order
-  // of the rows. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
+  // g[inputs][outputs] += x[rows][inputs]^T d[rows][outputs], and h[outputs] += the sum of d's rows. Sums are in the
+  // order of the rows. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
   void (*gradient)(const float* x, int stride, int rows, int inputs, const float* d, int outputs, float* g, float* h);
 
   // The others work on count numbers, a multiple of kLaneBlock.
@@ -41,7 +41,8 @@ struct Kernels {
   void (*derive)(mjenv_activation activation, const float* y, float* d, std::size_t count);
   void (*exp)(float* x, std::size_t count);
   void (*add)(const float* from, float* to, std::size_t count);
-  // The sum of squares: lane l of kLaneBlock sums elements l, l + kLaneBlock and so on; then the lanes are added in order.
+  // The sum of squares: lane l of kLaneBlock sums elements l, l + kLaneBlock and so on; then the lanes are added in
+  // order.
   double (*squares)(const float* x, std::size_t count);
   void (*adam)(const AdamStep& step, const float* gradient, float* first, float* second, float* parameters,
                std::size_t count);

@@ -33,9 +33,9 @@
  * Errors
  *   A function that can fail returns MJENV_OK or a negative mjenv_status, and the handle stays usable. mjenv_last_error
  *   returns the reason. A call that fails changes nothing. But if single rows fail, the others are still computed, and
- *   mjenv_batch.status tells which rows have failed. The lists "Errors" below omit the prefix MJENV_E_, and the statuses
- *   that every function may return: ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING and FORKED
- *   where rows are read or changed.
+ *   mjenv_batch.status tells which rows have failed. The lists "Errors" below omit the prefix MJENV_E_, and those
+ *   statuses that every function may return: ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING and
+ *   FORKED where rows are read or changed.
  * Handles
  *   The caller passes what *_create gives it to *_destroy, which does nothing for NULL. Texts and bounds that a
  *   function returns live as long as their handle; those without a handle live as long as the library is loaded. One
@@ -662,9 +662,9 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,
  * which a reset clears. */
 
-/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live
- * parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw item 0
- * of mjenv_randomize ("draws[0]").
+/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a
+ * live parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw
+ * item 0 of mjenv_randomize ("draws[0]").
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
  *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */
@@ -696,8 +696,8 @@ MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, 
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
 
 /* ---- Randomisation ----
- * Resets draw values of the mjModel; actions and observations get noise and delays; bodies are pushed. All of this draws
- * from the row's own random stream, as a wrapper around Gymnasium's environment would (docs/randomisation.md). */
+ * Resets draw values of the mjModel; actions and observations get noise and delays; bodies are pushed. All of this
+ * draws from the row's own random stream, as a wrapper around Gymnasium's environment would (docs/randomisation.md). */
 
 /* Replaces what resets draw for arrays of the mjModel, in the order of items[count]; count 0: nothing. The values
  * take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a value that can be
@@ -735,7 +735,7 @@ MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8
                                     float *depth, int64_t depth_count);
 
 /* Draws which object each pixel shows.
- *   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 where nothing is;
+ *   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 for nothing;
  *             count >= height * width * 2
  * Errors: as mjenv_render. */
 MJENV_API mjenv_status mjenv_render_segmentation(mjenv_renderer *renderer, int64_t row, int32_t *objects,

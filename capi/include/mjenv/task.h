@@ -18,9 +18,9 @@
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, fork, end its thread, or use its own environment.
  * Numbers
- *   After a step, a callback sees mjData as mj_step leaves it: qpos, qvel, act and time are new; all that mj_step
- *   computes from them (xpos, contacts, ...) is one timestep older. mjenv_build_current asks for what belongs to the new
- *   state.
+ *   After a step, a callback sees mjData as mj_step leaves it: qpos, qvel, act and time are new, but everything that
+ *   mj_step computes from them (xpos, contacts, ...) belongs to the state one timestep before. If a task calls
+ *   mjenv_build_current, its callbacks see what belongs to the new state.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
@@ -255,9 +255,9 @@ typedef struct mjenv_task {
   /* 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send). */
   int32_t caller_thread;
 
-  /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All callbacks
-   * but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a reset gives the
-   * model's initial state; observations and rewards are 0, and infos NaN. */
+  /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All
+   * callbacks but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a
+   * reset gives the model's initial state; observations and rewards are 0, and infos NaN. */
   int32_t physics_only;
 
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */

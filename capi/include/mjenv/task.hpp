@@ -4,11 +4,12 @@
  * Definition
  *   MJENV_TASK("Cartpole-v0", r) { ... } defines a task; r is a mjenv::Robot &. The body runs once when the task is
  *   registered, without a model, to list the options: r's methods then return defaults and indices of 0. It runs again
- *   for each environment, on the thread that creates it. Then each lambda except reset is called once on the model's
- *   initial state, to learn the fields and their lengths (a trial call).
+ *   for each environment, on the thread that creates the environment. Then each lambda except reset is called once with
+ *   the model's initial state, to find out the fields and their lengths (a trial call).
  * Lambdas
- *   Each call is for one row, and calls run on several threads at the same time, as may definitions. So lambdas capture
- *   by value and change nothing but their non-const parameters. An exception is the error of its row (MJENV_E_TASK).
+ *   Each call is for one row, and calls run on several threads at the same time, as may definitions. So lambdas must
+ *   capture by value, and change nothing but their non-const parameters. If a lambda throws, the call's row fails with
+ *   MJENV_E_TASK.
  * Use
  *   A shared object of files with definitions is a plug-in (CMake: mjenv_add_tasks). A program registers the
  *   definitions that it contains with mjenv::register_tasks(). */
@@ -784,9 +785,9 @@ class Robot {
       };
     }
   }
-  /* Sets the lambda that turns the action into ctrl, before the first mj_step of a step, and one that is called before each
-   * mj_step. Their parameters are (sim, control), or (sim, row, control). Of sim they read the action, the state and the
-   * arrays of mjModel, but not what MuJoCo computes from the state (mjenv_task.before_step). */
+  /* Sets the lambda that turns the action into ctrl, before the first mj_step of a step, and one that is called before
+   * each mj_step. Their parameters are (sim, control), or (sim, row, control). Of sim they read the action, the state
+   * and the arrays of mjModel, but not what MuJoCo computes from the state (mjenv_task.before_step). */
   template <typename F>
   void before_step(const F &map) {
     functions_.before_step = control_of(map);

@@ -55,7 +55,8 @@ bool has_moments(const mjModel_& m);
 // Whether the model makes the constraints that this flag (mjtDisableBit) could disable.
 bool constrains(const mjModel_& m, int flag);
 
-// The greatest x with sqrt(x) <= radius, as double precision rounds the root; a negative number if the radius is negative.
+// The greatest x with sqrt(x) <= radius, as double precision rounds the root; a negative number if the radius is
+// negative.
 double largest_square(double radius);
 
 }  // namespace mjenv::core::lanes

@@ -31,7 +31,8 @@ struct Stage {
 };
 const std::vector<Stage>& stages();
 
-// How a stage of a model without obstacles is computed: "absent", "lanes", "row by row: WHY" or "lanes; row by row: WHAT".
+// How a stage of a model without obstacles is computed: "absent", "lanes", "row by row: WHY" or "lanes; row by row:
+// WHAT".
 std::string how(const Stage& stage, const Model& model);
 
 }  // namespace mjenv::core::lanes
