@@ -25,7 +25,7 @@ struct Rollout {
   std::vector<float> log_probabilities;
   std::vector<float> values;    // [steps + 1][rows] what the critic estimates
   std::vector<float> rewards;   // normalised; if a step truncated the episode, plus the value of its last observation
-  std::vector<float> going_on;  // 0 where the episode ended with the step, else 1
+  std::vector<float> going_on;  // 0 if the episode ended with this step, otherwise 1
   std::vector<float> advantages, returns;
 
   // Generalized advantage estimation (Schulman et al. 2016), from the last step to the first.

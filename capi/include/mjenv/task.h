@@ -256,8 +256,8 @@ typedef struct mjenv_task {
   int32_t caller_thread;
 
   /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All
-   * callbacks but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a
-   * reset gives the model's initial state; observations and rewards are 0, and infos NaN. */
+   * callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the
+   * model's initial state. Observations and rewards are 0, and infos NaN. 0: reset, observe and step are required. */
   int32_t physics_only;
 
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */

@@ -785,9 +785,10 @@ class Robot {
       };
     }
   }
-  /* Sets the lambda that turns the action into ctrl, before the first mj_step of a step, and one that is called before
-   * each mj_step. Their parameters are (sim, control), or (sim, row, control). Of sim they read the action, the state
-   * and the arrays of mjModel, but not what MuJoCo computes from the state (mjenv_task.before_step). */
+  /* before_step sets the lambda that turns the action into ctrl before the first mj_step of a step; before_substep sets
+   * one that is called before each mj_step. Their parameters are (sim, control) or (sim, row, control). In sim they may
+   * read the action, the state and the arrays of mjModel, but not what MuJoCo computes from the state
+   * (mjenv_task.before_step). */
   template <typename F>
   void before_step(const F &map) {
     functions_.before_step = control_of(map);

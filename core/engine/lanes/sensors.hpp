@@ -241,7 +241,7 @@ class Sensors : Forces {
   void objectVelocity(V* res, const Frame& f) const {
     transformMotion(res, vectors(d_.cvel) + 6 * f.body, f.pos, root(f.body), f.mat);
   }
-  // The same in the world's frame
+  // mj_objectVelocity, in the world's frame
   void globalVelocity(V* res, const Frame& f) const {
     shiftMotion(res, vectors(d_.cvel) + 6 * f.body, f.pos, root(f.body));
   }

@@ -1494,8 +1494,8 @@ pub struct mjenv_task {
     #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
     pub caller_thread: i32,
     #[doc = " 1: the program itself computes observations, rewards and infos, from the arrays of the option \"arrays\". All"]
-    #[doc = " callbacks but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a"]
-    #[doc = " reset gives the model's initial state; observations and rewards are 0, and infos NaN."]
+    #[doc = " callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the"]
+    #[doc = " model's initial state. Observations and rewards are 0, and infos NaN. 0: reset, observe and step are required."]
     pub physics_only: i32,
     #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,
