@@ -20,7 +20,8 @@
 
 namespace mjenv::core::firewall {
 
-// Forbids pthread_cancel: it would unwind the stack into guard's catch, which would end the process.
+// Disables pthread_cancel on this thread while it lives. A cancellation would unwind the stack through the catch of
+// guard, which would end the process.
 class Uncancelled {
  public:
   Uncancelled() { pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_); }
@@ -80,7 +81,8 @@ void with_reason(const Handle* handle, const F& body) {
   }
 }
 
-// Calls body with the object that a handle holds, which it may change. No other thread is inside meanwhile.
+// Calls body with the object that a handle holds. body may change the object: no other thread is inside a call with the
+// handle meanwhile.
 template <typename Handle, typename F>
 mjenv_status change(Handle* handle, const F& body) noexcept {
   return guard([&] {
@@ -89,7 +91,7 @@ mjenv_status change(Handle* handle, const F& body) noexcept {
   });
 }
 
-// Calls body with the object that a handle holds, which it only reads.
+// Calls body with the object that a handle holds. body may only read the object.
 template <typename Handle, typename F>
 mjenv_status read(const Handle* handle, const F& body) noexcept {
   return guard([&] {
@@ -98,7 +100,7 @@ mjenv_status read(const Handle* handle, const F& body) noexcept {
   });
 }
 
-// Destroying never fails, even without memory.
+// Destroys a handle. This never fails, not even if there is no memory.
 template <typename Handle>
 void destroy(Handle* handle) noexcept {
   const Uncancelled uncancelled;
@@ -108,7 +110,7 @@ void destroy(Handle* handle) noexcept {
   handles<Handle>.destroy(handle);
 }
 
-// For functions that return no status: they return the fallback when body throws.
+// For functions that return no status. Returns what body returns, or the fallback if body throws.
 template <typename T, typename F>
 T answer(T fallback, const F& body) noexcept {
   T result = fallback;
@@ -134,7 +136,7 @@ T& need(T* pointer, const char* name) {
   return *pointer;
 }
 
-// Checks a caller's count. name: what is counted.
+// Checks a count that the caller gave, and returns it. name: what is counted, for the message.
 inline std::size_t size_of(std::int64_t count, const char* name) {
   if (count < 0)
     fail(MJENV_E_SIZE, "the count of " + std::string(name) + " is " + std::to_string(count) + ", less than 0");
@@ -151,7 +153,8 @@ inline const void* need_memory(const void* memory, std::int64_t count, const cha
   return need_array(static_cast<const unsigned char*>(memory), count, name);
 }
 
-// Always writes `count`, and the elements if the caller gives room for them, so a caller can ask for the count first.
+// Writes the number of elements to `count` in any case, and the elements if the caller gives room for them. So a caller
+// can ask for the number first.
 template <typename Write>
 void deliver(std::int64_t available, std::int64_t capacity, const void* target, std::int64_t* count,
              const Write& write) {

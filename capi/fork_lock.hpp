@@ -8,7 +8,8 @@
 
 namespace mjenv::core {
 
-// A forked child takes a lock that its parent held. So what the mutex protects must be valid at any time.
+// If a thread of the parent held the lock at the fork, the child takes it over. So what the mutex protects must be
+// valid at any time.
 class ForkLock {
  public:
   constexpr ForkLock() = default;
@@ -18,7 +19,7 @@ class ForkLock {
   void lock() noexcept {
     const auto self = static_cast<std::uint32_t>(platform::process_id());
     for (std::uint32_t seen = kFree; !holder_.compare_exchange_strong(seen, self, std::memory_order_acquire);) {
-      if (seen != self) continue;  // left by the parent: the next exchange takes it
+      if (seen != self) continue;  // a thread of the parent held it at the fork: the next exchange takes it over
       platform::sleep_while(holder_, self);
       seen = kFree;
     }

@@ -1,5 +1,6 @@
-// Handles are slots in tables that stay readable as long as the library is loaded, so a pointer that is no live handle
-// is refused instead of followed. The tables have no locks, which a forked child could find taken for ever.
+// Handles are pointers to slots in tables, which stay readable as long as the library is loaded. So a pointer that is
+// no live handle is found and refused, without being dereferenced. The tables have no locks, because a forked child
+// could find a lock taken for ever.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace mjenv::core {
 
-// Each slot has cache lines of its own, because different threads may use different handles.
+// Each slot has cache lines of its own, because different threads may use different handles at the same time.
 template <typename T>
 struct alignas(64) Slot {
   using Object = T;
@@ -25,12 +26,12 @@ struct alignas(64) Slot {
 
   std::atomic<T*> object{nullptr};  // null unless the handle is live
   Word busy{kFree};                 // whether a call that changes the object is inside; at most one is
-  Word readers{0};                  // calls inside that only read the object
+  Word readers{0};                  // how many calls that only read the object are inside
   std::atomic<bool> taken{false};   // whether the slot belongs to a handle
   std::int32_t owner = 0;           // the process that made the object
   mutable Reason reason;            // of the last call that failed
 
-  // destroy() waits in await_calls until the calls that are inside have left.
+  // A call leaves by leave() or leave_reading(). destroy() waits in await_calls() until all calls have left.
   void leave() {
     if (busy.exchange(kFree) == kAwaited) platform::wake_all(busy);
   }
@@ -53,7 +54,7 @@ class Table {
   constexpr Table() = default;
   Table(const Table&) = delete;
   Table& operator=(const Table&) = delete;
-  // Handles that were never destroyed may still be used while the process ends.
+  // Frees nothing if a handle was never destroyed, because other threads may use it until the process has ended.
   ~Table() {
     if (live_ > 0) return;
     for (auto& chunk : more_) delete[] chunk.exchange(nullptr);
@@ -76,7 +77,8 @@ class Table {
     return handle;
   }
 
-  // Refuses further calls and waits for those that are inside. A handle that is not live is left alone.
+  // Refuses further calls, waits for those that are inside, and destroys the object. Does nothing for a handle that is
+  // not live.
   void destroy(Handle* handle) noexcept {
     if (!contains(handle)) return;
     Object* object = handle->object.exchange(nullptr);
@@ -87,7 +89,8 @@ class Table {
     } else if (handle->busy == Handle::kFree && handle->readers == 0) {
       delete object;
     } else {
-      // This is a forked child, and a thread of the parent was inside. It will not leave, so the object stays.
+      // In a forked child, a thread of the parent may have been inside at the fork. That call never leaves, so the
+      // object is leaked.
       handle->readers = 0;
     }
     handle->reason.clear();
@@ -100,7 +103,7 @@ class Table {
   static constexpr std::size_t kFirst = 128, kChunks = 32;
 
   std::array<Handle, kFirst> first_;
-  std::array<std::atomic<Handle*>, kChunks> more_{};  // each doubles the number of slots
+  std::array<std::atomic<Handle*>, kChunks> more_{};  // further slots; each chunk doubles their number
   std::atomic<std::size_t> live_{0}, next_{0};
 
   static bool is_in(const Handle* chunk, std::size_t count, const Handle* handle) {
@@ -121,7 +124,8 @@ class Table {
     return more_[chunk].load(std::memory_order_acquire)[index - start];
   }
 
-  // At least half of the slots stay free and are taken in turn, so that a destroyed handle's address is reused late.
+  // Takes a free slot. The slots are taken in turn, and at least half of them stay free, so that it takes long until
+  // the address of a destroyed handle is used again.
   Handle* take() {
     const std::size_t live = ++live_;
     try {
@@ -161,7 +165,8 @@ template <typename Handle>
   fail(MJENV_E_BUSY, std::string("another thread is inside this ") + Handle::kThing);
 }
 
-// A handle's object for a call that changes it.
+// The object of a handle, for a call that may change it. Enters the handle in the constructor and leaves it in the
+// destructor.
 template <typename Handle>
 class Entered {
  public:
@@ -187,7 +192,7 @@ class Entered {
   typename Handle::Object* object_;
 };
 
-// A handle's object for a call that only reads it.
+// The object of a handle, for a call that only reads it.
 template <typename Handle>
 class Reading {
  public:

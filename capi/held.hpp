@@ -29,7 +29,7 @@ struct mjenv_options : mjenv::core::Slot<mjenv::core::Options> {
   static constexpr const char* kThing = "options handle";
   static constexpr bool kReadersSeeChanges = true;
 
-  std::atomic<bool> borrowed{false};  // an environment owns them: they do not change, and it destroys them
+  std::atomic<bool> borrowed{false};  // owned by an environment: never changed, never destroyed by the caller
 };
 
 struct mjenv_env : mjenv::core::Slot<mjenv::core::HeldEnv> {
@@ -52,7 +52,7 @@ struct mjenv_window : mjenv::core::Slot<mjenv::core::Painting<mjenv::core::Windo
 
 namespace mjenv::core {
 
-// Leads renderers and windows to their environment, which may be destroyed before them.
+// Through a Link, renderers and windows find their environment, which may be destroyed before they are.
 struct Link {
   ForkLock lock;             // only one renderer or window at a time reads a row
   mjenv_env* env = nullptr;  // null once the environment is destroyed
@@ -78,7 +78,7 @@ struct HeldEnv {
   HeldEnv& operator=(const HeldEnv&) = delete;
 };
 
-// What draws the rows of an environment: a renderer or a window.
+// A renderer or a window (Painter) that draws the rows of an environment.
 template <typename Painter>
 struct Painting {
   Painter painter;

@@ -16,19 +16,21 @@ using namespace mjenv::core::firewall;
 
 namespace {
 
-// Calls body with an environment that it may change.
+// Calls body with an environment that body may change.
 template <typename F>
 mjenv_status change_env(mjenv_env* handle, const F& body) noexcept {
   return change(handle, [&](HeldEnv& held) { body(held.env); });
 }
 
-// The same, with the batch that the call writes to. Its pointers are null if the caller gave none.
+// Does the same, and passes body the batch to which the call writes. If the caller gave no batch, its pointers are
+// null.
 template <typename F>
 mjenv_status change_env(mjenv_env* handle, const mjenv_batch* out, const F& body) noexcept {
   return change_env(handle, [&](Env& env) { body(env, out ? read_struct(out, "out") : mjenv_batch{}); });
 }
 
-// Calls body with an environment of which it reads only what never changes, so other threads may be inside.
+// Calls body with an environment. body may read only what never changes, because other threads may be inside a call
+// with the environment.
 template <typename F>
 mjenv_status read_env(const mjenv_env* handle, const F& body) noexcept {
   return read(handle, [&](const HeldEnv& held) { body(held.env); });
@@ -101,7 +103,7 @@ std::uint32_t mjenv_abi_version() { return MJENV_ABI_VERSION; }
 const char* mjenv_version() { return library_version(); }
 
 const char* mjenv_status_name(mjenv_status status) {
-  // From MJENV_DIVERGED, which is 1, to the smallest status.
+  // The names from MJENV_DIVERGED (1) down to the smallest status.
   static constexpr std::array names{
       "MJENV_DIVERGED",      "MJENV_OK",         "MJENV_E_ARGUMENT",  "MJENV_E_NAME",          "MJENV_E_TYPE",
       "MJENV_E_VALUE",       "MJENV_E_SIZE",     "MJENV_E_NOT_RESET", "MJENV_E_EPISODE_ENDED", "MJENV_E_PENDING",
@@ -245,7 +247,7 @@ void mjenv_destroy(mjenv_env* env) { destroy(env); }
 mjenv_status mjenv_info_of(mjenv_env* env, mjenv_info* info) {
   return change(env, [&](HeldEnv& held) {
     LaneChoice lanes = held.env.lanes();
-    shared_size(info, "info");  // refuses a wrong struct before lanes_reason changes
+    shared_size(info, "info");  // first, so that a wrong struct is refused before lanes_reason changes
     held.lanes_reason = std::move(lanes.reason);
     mjenv_info out{};
     out.threads = held.env.threads();

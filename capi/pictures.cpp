@@ -22,7 +22,8 @@ void check_room(const char* name, const void* to, std::int64_t count, std::size_
                            std::to_string(needed) + " are needed");
 }
 
-// Shows a row to a renderer or a window. Waits while another reads; Entered refuses while a thread steps the rows.
+// Shows a row to a renderer or a window. Waits while another renderer or window reads a row. Throws BUSY (Entered)
+// while a thread steps the rows.
 template <typename Painter>
 void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.lock);

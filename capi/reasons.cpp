@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kRoom = 8192;  // bytes of a thread's last reason
 
-// Replaces a text for which there is no memory.
+// The reason that is given if there is no memory for the text.
 char no_memory[] = "out of memory";
 
 void discard(void* text) {
@@ -27,7 +27,8 @@ char* copied(const char* reason) noexcept {
   return text ? text : no_memory;
 }
 
-// A pthread key and malloc, because a thread-local variable for which there is no memory would end the process.
+// Stores a reason for each thread. Uses a pthread key and malloc, because a thread-local variable would end the process
+// if there is no memory for it.
 class ThreadReasons {
  public:
   ThreadReasons() { usable_ = pthread_key_create(&key_, discard) == 0; }

@@ -7,14 +7,15 @@
 
 namespace mjenv::core {
 
-// Call this first on each thread. False if there is no memory for what the library keeps per thread.
+// Allocates what the library keeps for this thread. Call it first in each call of the library. Returns false if there
+// is no memory.
 bool prepare_thread() noexcept;
 
-// The reason why the last failing call on this thread failed; "" if none did.
+// Why the last failed call on this thread failed; "" if none has failed.
 const char* last_reason() noexcept;
 void keep_last_reason(const char* reason) noexcept;
 
-// The reason why the last failing call with a handle failed, which any thread may read and replace at any time.
+// Why the last failed call with a handle failed. Any thread may read or replace the reason at any time.
 class Reason {
  public:
   constexpr Reason() = default;
@@ -23,7 +24,8 @@ class Reason {
 
   void keep(const char* reason) noexcept;
   void clear() noexcept;
-  // Copies as much as there is room for, and a NUL. Returns how many bytes the whole text needs.
+  // Copies as much of the text as there is room for, and a NUL. Returns how many bytes the whole text with its NUL
+  // needs.
   std::size_t copy(char* to, std::size_t capacity) noexcept;
 
  private:

@@ -7,15 +7,16 @@
 
 namespace mjenv::core {
 
-// The shortest text that reads as this number.
+// Returns the shortest text that read_double turns back into this number.
 std::string number(double value);
 
-// The number at the front of a text; nothing if there is none, or it is too large or too small for a double.
+// Parses the number at the front of a text. Returns nothing if there is no number, or if it overflows or underflows a
+// double.
 std::optional<double> read_double(std::string_view text);
 
 namespace by_c_library {
 
-// The same, by functions that every C library has.
+// The same two functions, written with strtod and snprintf, which every C library has.
 std::string number(double value);
 std::optional<double> read_double(std::string_view text);
 

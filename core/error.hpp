@@ -39,7 +39,7 @@ inline std::string in_row(std::int64_t row, const std::string& what) {
   return "row " + std::to_string(row) + ": " + what;
 }
 
-// How a message about one element of an array begins: "qpos[2] is nan".
+// Returns the beginning of a message about one element of an array, such as "qpos[2] is nan".
 inline std::string element_is(const std::string& array, std::size_t index, double value) {
   return array + "[" + std::to_string(index) + "] is " + number(value);
 }

@@ -11,7 +11,7 @@ bool is_in(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Whether the name begins with one of these.
+// Whether `name` begins with one of these prefixes.
 template <typename Names>
 bool begins_with(const Names& beginnings, const std::string& name) {
   return std::any_of(beginnings.begin(), beginnings.end(), [&](const char* b) { return name.rfind(b, 0) == 0; });

@@ -14,12 +14,13 @@
 
 namespace mjenv::core {
 
-// Chooses between a struct's size with 64-bit and with 32-bit pointers.
+// A struct has one size with 64-bit pointers and another with 32-bit pointers. Returns the one for this machine.
 constexpr std::size_t by_pointers(std::size_t with_64, std::size_t with_32) {
   return sizeof(void*) == 8 ? with_64 : with_32;
 }
 
-// The size of a struct in the first release. Every caller's struct is at least as long. These sizes never change.
+// The size that a struct had in the first release. Every caller's struct is at least that long, so these numbers never
+// change.
 constexpr std::size_t oldest_size(const mjenv_option*) { return by_pointers(56, 48); }
 constexpr std::size_t oldest_size(const mjenv_field*) { return by_pointers(80, 72); }
 constexpr std::size_t oldest_size(const mjenv_space*) { return by_pointers(32, 24); }
@@ -36,7 +37,7 @@ constexpr std::size_t oldest_size(const mjenv_task_camera*) { return 48; }
 constexpr std::size_t oldest_size(const mjenv_task*) { return by_pointers(168, 120); }
 constexpr std::size_t oldest_size(const mjenv_plugin*) { return 24; }
 
-// The caller's struct_size. theirs: may be misaligned, so its members are copied before they are read.
+// Returns the caller's struct_size. `theirs` may be misaligned, so its members are copied before they are read.
 template <typename T>
 std::uint32_t struct_size(const T* theirs, const char* name) {
   static_assert(offsetof(T, struct_size) == 0);

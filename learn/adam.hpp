@@ -13,7 +13,8 @@ class Adam {
  public:
   explicit Adam(std::size_t size) : first_(size), second_(size) {}
 
-  // Changes the parameters and returns the norm that the gradient had. max_norm 0: it is not clipped.
+  // Changes the parameters, and returns the gradient's norm before it was clipped. max_norm 0: the gradient is not
+  // clipped.
   double step(const Kernels& kernels, double rate, double max_norm, const std::vector<float>& gradient,
               std::vector<float>& parameters) {
     const double norm = std::sqrt(kernels.squares(gradient.data(), gradient.size()));
@@ -40,7 +41,7 @@ class Adam {
 
  private:
   static constexpr double kBeta1 = 0.9, kBeta2 = 0.999;
-  std::vector<float> first_, second_;  // the moments
+  std::vector<float> first_, second_;  // the running first and second moments of the gradient
   double power1_ = 1, power2_ = 1;     // beta1^t and beta2^t
 };
 

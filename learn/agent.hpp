@@ -12,8 +12,8 @@
 
 namespace mjenv::learn {
 
-// The networks of actor and critic, and where their parameters and the logarithms of the actions' standard deviations lie
-// in one array. The array is of whole lanes; what pads it stays 0.
+// The networks of actor and critic. One array holds their parameters and the logarithms of the actions' standard
+// deviations. Each part of the array is padded to a multiple of kLaneBlock with zeros, which stay 0.
 struct Agent {
   Agent(const Settings& settings, const Spaces& spaces)
       : actor(static_cast<int>(spaces.observations), settings.hidden, static_cast<int>(spaces.actuators),
@@ -44,7 +44,7 @@ struct Deviations {
   explicit Deviations(const Agent& agent)
       : std(agent.size - agent.log_std_at), inverse(std.size()), log_std_at(agent.log_std_at) {}
 
-  std::vector<float> std, inverse;  // and 1 / std
+  std::vector<float> std, inverse;  // inverse is 1 / std
   std::size_t log_std_at;
 
   void update(const Kernels& kernels, const std::vector<float>& parameters) {

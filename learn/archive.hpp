@@ -1,4 +1,5 @@
-// Writes and reads state as bytes. A class lists its state once, in archive(a), which serves both directions.
+// Writes state as bytes and reads it. A class lists its state once, in archive(a): a Writer then writes it, a Reader
+// reads it.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +11,7 @@
 
 namespace mjenv::learn {
 
-// Appends to bytes. Its visitors are const, because they only read.
+// Appends values to bytes. Takes the values as const, because it only reads them.
 class Writer {
  public:
   explicit Writer(std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -36,7 +37,8 @@ class Writer {
   }
 };
 
-// Reads what a Writer wrote. Vectors keep their lengths, which the bytes must have, too, so that reading allocates nothing.
+// Reads what a Writer wrote. A vector must already have the length that the bytes say, so that reading allocates
+// nothing.
 class Reader {
  public:
   explicit Reader(const std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -53,7 +55,7 @@ class Reader {
     if (count != values.size()) fail();
     take(values.data(), values.size() * sizeof(T));
   }
-  // The length of the vector that comes next, of whose elements each has at least a byte.
+  // Returns the length of the vector that comes next. Throws if fewer bytes than elements are left.
   std::size_t count_ahead() {
     const std::size_t before = at_;
     std::size_t count = 0;

@@ -32,7 +32,7 @@ std::string masked(const std::vector<std::uint8_t>& mask) {
   return text.empty() ? "all" : text;
 }
 
-// Lines "NAME VALUE" that a learner and its checkpoint have in common.
+// Lines "NAME VALUE" that must be equal for a learner and a checkpoint that it loads.
 std::string description(const Settings& settings, const Spaces& spaces) {
   std::string layers;
   for (const int width : settings.hidden) layers += (layers.empty() ? "" : ",") + std::to_string(width);
@@ -48,7 +48,7 @@ std::string description(const Settings& settings, const Spaces& spaces) {
   core::fail(MJENV_E_SNAPSHOT, core::quoted(path) + " " + reason);
 }
 
-// Compares two descriptions line by line, and names the first difference.
+// Compares two descriptions line by line, and throws an error that names the first difference.
 void check_description(const std::string& path, std::string_view theirs, std::string_view ours) {
   while (!ours.empty()) {
     const std::string_view own = ours.substr(0, ours.find('\n')), other = theirs.substr(0, theirs.find('\n'));
@@ -68,7 +68,7 @@ void append(std::vector<std::byte>& to, const T* from, std::size_t count) {
 
 }  // namespace
 
-// The head, the description, an empty line, the checksum of the state, and the state.
+// A checkpoint consists of the head, the description, an empty line, the checksum of the state, and the state.
 void write_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces,
                       const std::vector<std::byte>& state) {
   const std::string text = std::string(kHead) + description(settings, spaces);

@@ -9,11 +9,11 @@
 
 namespace mjenv::learn {
 
-// Writes a learner's state to a file, behind what says which learners it fits and a checksum.
+// Writes a learner's state to a file, after a description of the learners that it fits and a checksum.
 void write_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces,
                       const std::vector<std::byte>& state);
 
-// Reads such a file. Throws if it is damaged, or of a learner with another id or other sizes.
+// Reads a file of write_checkpoint. Throws if it is damaged, or if it is from a learner with another id or other sizes.
 std::vector<std::byte> read_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces);
 
 }  // namespace mjenv::learn

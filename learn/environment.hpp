@@ -1,4 +1,4 @@
-// An environment of libmjenv, called through the functions that the program passed.
+// An environment of libmjenv, which is called through the functions that the program has passed (mjenv_learn_calls).
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace mjenv::learn {
 
-// The bounds and counts that a learner needs of two spaces.
+// What a learner needs to know of the observation space and the action space: counts and bounds.
 struct Spaces {
   std::size_t observations = 0, actuators = 0;
   std::vector<double> low, high;  // [actuators]
@@ -29,7 +29,7 @@ struct Outcome {
 
 class Environment {
  public:
-  // autoreset_mode: the value that this option must have.
+  // autoreset_mode: the value that the environment's option of this name must have.
   Environment(const mjenv_learn_calls& calls, mjenv_env* env, const char* autoreset_mode);
 
   const Spaces& spaces() const { return spaces_; }

@@ -24,7 +24,7 @@ class EpisodeStatistics {
     steps_[row] = 0;
   }
 
-  // The episodes under way will not end.
+  // Call this when the episodes under way are given up: forgets their rewards so far.
   void forget_unfinished() {
     std::fill(totals_.begin(), totals_.end(), 0.0);
     std::fill(steps_.begin(), steps_.end(), 0);
@@ -45,9 +45,9 @@ class EpisodeStatistics {
   }
 
  private:
-  std::vector<double> totals_;             // of each row's episode so far
+  std::vector<double> totals_;             // the rewards of each row's episode so far
   std::vector<std::int64_t> steps_;        // the same
-  std::vector<double> returns_, lengths_;  // of the last episodes; the oldest is replaced
+  std::vector<double> returns_, lengths_;  // of the last episodes; a new one replaces the oldest
   std::int64_t episodes_ = 0;
 
   double mean(const std::vector<double>& values) const {

@@ -14,7 +14,7 @@ namespace {
   core::fail(MJENV_E_FILE, "cannot " + std::string(what) + " " + core::quoted(path) + ": " + reason);
 }
 
-// What the operating system said last.
+// The operating system's last error, as a text.
 std::string system_reason() { return std::generic_category().message(errno != 0 ? errno : EIO); }
 
 }  // namespace

@@ -6,7 +6,8 @@
 
 namespace mjenv::learn {
 
-// Writes a file beside `path` and then gives it that name, so that no reader sees half of it. path: UTF-8.
+// Writes a temporary file beside `path` and renames it to `path`, so that no reader sees an incomplete file. path:
+// UTF-8.
 void replace_file(const std::string& path, const void* content, std::size_t size);
 
 std::vector<std::byte> read_file(const std::string& path);

@@ -1,5 +1,5 @@
-// The C interface: each function in a few lines. Exceptions become statuses; destroyed handles, and calls while another
-// thread is inside the same handle, are refused.
+// The functions of the C interface. They turn exceptions into statuses, and refuse destroyed handles and calls while
+// another thread is inside a call with the same handle.
 #include "mjenv/learn.h"
 
 #include <cstdlib>
@@ -33,7 +33,8 @@ struct mjenv_policy : mjenv::core::Slot<mjenv::learn::Policy> {
 
 namespace mjenv::core {
 
-// What the C++ library keeps for each thread. glibc allocates it at the first use, and ends the process if it cannot.
+// Makes sure that what the C++ library keeps for this thread is allocated. glibc would allocate it at the first use,
+// and end the process if there is no memory.
 bool prepare_thread_locals() noexcept {
   constexpr std::size_t kEnough = 4096;
   void* const volatile room = std::malloc(kEnough);  // volatile: otherwise the compiler drops the allocation
@@ -73,13 +74,13 @@ mjenv_status guard(const F& body) noexcept {
   }
 }
 
-// Calls body with what a handle holds, which it may change.
+// Calls body with what a handle holds. body may change it.
 template <typename Handle, typename F>
 mjenv_status change(Handle* handle, const F& body) noexcept {
   return guard([&] { body(*Entered(handle)); });
 }
 
-// Calls body with what a handle holds, which it only reads.
+// Calls body with what a handle holds. body may only read it.
 template <typename Handle, typename F>
 mjenv_status read(const Handle* handle, const F& body) noexcept {
   return guard([&] { body(*Reading(handle)); });
@@ -108,7 +109,7 @@ Settings checked(const mjenv_learn_settings* given, const Spaces& spaces) {
   return Settings(settings_of(given), static_cast<std::int64_t>(spaces.observations));
 }
 
-// Writes a text and its NUL if there is room, and its size in any case.
+// Writes the size of a text with its NUL in any case, and the text if there is room for it.
 void deliver(const std::string& content, char* text, std::int64_t capacity, std::int64_t* size) {
   const auto needed = static_cast<std::int64_t>(content.size() + 1);
   need(size, "size");

@@ -162,7 +162,7 @@ void Learner::restart(const double* obs, std::int64_t obs_count) {
     core::fail(MJENV_E_VALUE, "the library steps the rows of this learner: use mjenv_learner_set_env");
   core::check_count("obs_count", obs_count, static_cast<std::int64_t>(rows() * spaces_.observations));
   restore_state(false);
-  stage_ = Stage::kBroken;  // unless the observations are valid
+  stage_ = Stage::kBroken;  // until the observations have turned out to be valid
   begin(obs);
 }
 
@@ -186,7 +186,7 @@ void Learner::set(const Settings& settings) {
   observations_.set_clip(settings->obs_clip);
 }
 
-// Evaluates the critic, and the actor if `means` is not null, in rows whose blocks the threads share.
+// Evaluates the critic for all rows, and the actor if `means` is not null. The threads share the blocks of rows.
 void Learner::evaluate(const float* inputs, int rows, float* values, float* means) {
   const int blocks = padded(rows, kRowsOfPass) / kRowsOfPass, threads = pool_.threads();
   const auto evaluate_block = [&](int worker, int from, int count) {
@@ -236,7 +236,8 @@ void Learner::draw_actions() {
   }
 }
 
-// The number of actuator j that the environment takes for the network's.
+// Converts the network's number for actuator j to the one that is passed to the environment: scaled, and clipped to the
+// bounds.
 float Learner::bounded(std::size_t j, float action) const {
   const double low = spaces_.low[j], high = spaces_.high[j];
   const double wanted = settings_->scale_actions != 0 ? 0.5 * (high + low) + 0.5 * (high - low) * action : action;
@@ -280,7 +281,7 @@ void Learner::take(const Outcome& outcome) {
   if (step_ == rollout_.steps) finish_rollout();
 }
 
-// A truncated episode would have gone on: its last reward gets the value of its last observation, by the critic.
+// A truncated episode would have gone on. So the critic's value of its last observation is added to its last reward.
 void Learner::add_cut_off_values(const Outcome& outcome) {
   for (std::size_t i = 0; i < rows(); ++i) {
     if (outcome.truncated[i] == 0 || outcome.terminated[i] != 0) continue;
@@ -292,7 +293,7 @@ void Learner::add_cut_off_values(const Outcome& outcome) {
 }
 
 void Learner::finish_rollout() {
-  curve_.reserve(curve_.size() + 1 + curve_.size() / 2);  // now, because nothing may fail after the update
+  curve_.reserve(curve_.size() + 1 + curve_.size() / 2);  // reserved now, because nothing may fail after the update
   const std::size_t n = rows(), stride = agent_.stride();
   const float* after = &rollout_.inputs[rollout_.steps * n * stride];
   evaluate(after, static_cast<int>(n), &rollout_.values[rollout_.steps * n], nullptr);
@@ -394,7 +395,7 @@ std::string Learner::policy(mjenv_learned which) const {
                      settings_->obs_clip);
 }
 
-// All that a rollout and its update change, but not what settings and sizes determine.
+// Lists everything that a rollout and its update change, without what settings and sizes determine.
 template <typename Archive>
 void Learner::archive(Archive& a) {
   a(random_);

@@ -25,9 +25,9 @@ namespace mjenv::learn {
 
 class Learner {
  public:
-  // Steps the rows of an environment itself ...
+  // Makes a learner that steps the rows of an environment itself.
   Learner(const mjenv_learn_calls& calls, mjenv_env* env, const Settings& settings);
-  // ... or leaves that to the caller. obs: [rows][observations], the first observations.
+  // Makes a learner whose rows the caller steps. obs: [rows][observations], the first observations.
   Learner(const Spaces& spaces, const Settings& settings, const double* obs, std::int64_t obs_count);
   Learner(const Learner&) = delete;
   Learner& operator=(const Learner&) = delete;
@@ -55,7 +55,7 @@ class Learner {
     std::vector<float> actor;
     std::vector<double> mean, scale;
   };
-  enum class Stage { kAct, kFeed, kBroken };  // what the caller of act and feed has to do next; kBroken: restart
+  enum class Stage { kAct, kFeed, kBroken };  // what the caller has to call next: act, feed, or (kBroken) restart
 
   Settings settings_;
   Spaces spaces_;
@@ -72,16 +72,16 @@ class Learner {
   RewardNormalizer rewards_;
   EpisodeStatistics episodes_;
   Rollout rollout_;
-  std::vector<float> now_;  // [rows][stride] the normalised observations that the next actions follow
+  std::vector<float> now_;  // [rows][stride] the normalised observations from which the next actions follow
   std::vector<mjenv_learn_report> curve_;
   Best best_;
-  std::size_t step_ = 0;  // of the rollout under way
+  std::size_t step_ = 0;  // how many steps the rollout under way has
   Stage stage_ = Stage::kAct;
-  bool env_is_stale_ = false;     // it could not be restored when something else failed
+  bool env_is_stale_ = false;     // restoring the environment failed, so it must be restored before the next step
   std::vector<std::byte> saved_;  // the state after the last update
-  std::vector<std::byte> spare_;  // receives the next one
+  std::vector<std::byte> spare_;  // receives the next state, then is swapped with saved_
 
-  // Memory of single functions.
+  // Scratch memory; each line names the function that uses it.
   std::vector<float> bounded_;                                                // act
   std::vector<std::unique_ptr<Network::Pass>> actor_passes_, critic_passes_;  // evaluate; one for each thread
   std::vector<unsigned char> ended_;                                          // feed

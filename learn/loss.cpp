@@ -8,7 +8,7 @@ namespace mjenv::learn {
 namespace {
 
 constexpr int kChunk = 64;     // steps that are evaluated together: their activations stay in the cache
-constexpr int kMostParts = 8;  // of a minibatch
+constexpr int kMostParts = 8;  // the most parts into which a minibatch is divided
 
 std::size_t turned_size(const Network& network) {
   std::size_t size = 0;
@@ -78,13 +78,13 @@ LossTerms Loss::differentiate(const std::vector<float>& parameters, const Rollou
     kernels_.add(part.gradient.data(), gradient.data(), gradient.size());
     terms.add(part.terms);
   }
-  // The entropy of a normal distribution grows by one with the logarithm of its standard deviation.
+  // The derivative of a normal distribution's entropy by the logarithm of its standard deviation is 1.
   for (std::size_t j = 0; j < agent_.actuators; ++j)
     gradient[agent_.log_std_at + j] -= static_cast<float>(settings.entropy_coef);
   return terms;
 }
 
-// A part consists of whole chunks that follow each other.
+// Adds the gradient of one part of the minibatch. A part consists of consecutive whole chunks.
 void Loss::add_part(const Task& task, int index, int parts) {
   Part& part = *parts_[static_cast<std::size_t>(index)];
   std::fill(part.gradient.begin(), part.gradient.end(), 0.0F);
@@ -112,8 +112,8 @@ void Loss::add_chunk(const Task& task, int from, int count, Part& part) {
   part.critic.backward(kernels_, critic_transposed_.data(), x, rows, &part.gradient[agent_.critic_at]);
 }
 
-// The objective is the smaller one of ratio * advantage and bounded * advantage, with the ratio of the probabilities that
-// the policy gives the action now and gave it in the rollout.
+// The objective is min(ratio * advantage, bounded * advantage). ratio is the probability of the action under the
+// present policy divided by that under the policy of the rollout; bounded is the clipped ratio.
 void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part) {
   const std::size_t actuators = agent_.actuators;
   const auto stride = static_cast<std::size_t>(agent_.actor.output_stride());
@@ -148,7 +148,7 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
     part.terms.clipped += bounded != ratio ? 1 : 0;
     part.terms.policy -= std::min(ratio * advantage, bounded * advantage);
     const bool follows = advantage >= 0 ? ratio <= 1 + clip : ratio >= 1 - clip;
-    if (!follows) continue;  // the smaller term is the bounded one, which does not depend on the parameters
+    if (!follows) continue;  // the bounded term is smaller, and does not depend on the parameters
     const float slope = -advantage * ratio * share;
     for (std::size_t j = 0; j < actuators; ++j) {
       const float z = distance(i, j);
@@ -158,8 +158,8 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
   }
 }
 
-// With value_clip, the error is the greater one of that of the value, and that of the value whose change since the rollout
-// is bounded.
+// With value_clip, the error is the greater of two: the error of the value, and the error of the value if its change
+// since the rollout is clipped.
 void Loss::add_value_slopes(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part) {
   const auto stride = static_cast<std::size_t>(agent_.critic.output_stride());
   const auto factor = static_cast<float>(2 * task.settings.value_coef) / static_cast<float>(task.batch.count);

@@ -15,11 +15,11 @@ namespace mjenv::learn {
 
 constexpr double kHalfLogTwoPi = 0.918938533204672742;
 
-// Steps of a rollout that one gradient is computed from.
+// The steps of a rollout from which one gradient is computed.
 struct Minibatch {
   const std::int32_t* steps;  // [count] indices into the rollout
   int count;
-  float mean = 0, inverse_std = 1;  // what advantages are normalised by
+  float mean = 0, inverse_std = 1;  // advantages are normalised as (advantage - mean) * inverse_std
 
   // normalize: whether the advantages get mean 0 and variance 1.
   Minibatch(const std::int32_t* first, int number, const Rollout& rollout, bool normalize);
@@ -36,21 +36,22 @@ class Loss {
  public:
   Loss(const Agent& agent, const Kernels& kernels, core::Pool& pool);
 
-  // Computes the gradient of -(clipped objective) + value_coef (value - return)^2 - entropy_coef entropy, averaged over the
-  // minibatch. The threads of the pool share the work.
+  // Computes the gradient of -(clipped objective) + value_coef (value - return)^2 - entropy_coef entropy, averaged over
+  // the minibatch. The threads of the pool share the work.
   LossTerms differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
                           const mjenv_learn_settings& settings);
 
-  // By all parameters, in their order.
+  // The derivatives by all parameters, in the order of the parameters.
   const std::vector<float>& gradient() const { return parts_.front()->gradient; }
 
  private:
-  // What the gradient of a part of a minibatch needs. Parts are added in order, so that threads change no bit.
+  // Memory for the gradient of one part of a minibatch. The parts are added in order, so that the number of threads
+  // does not change any bit.
   struct Part {
     explicit Part(const Agent& agent);
 
     Network::Pass actor, critic;
-    std::vector<float> inputs, ratios;  // of a chunk
+    std::vector<float> inputs, ratios;  // those of a chunk
     std::vector<float> gradient;
     LossTerms terms;
   };

@@ -7,7 +7,8 @@
 namespace mjenv::learn {
 namespace {
 
-// Subtracts from v its parts along earlier vectors of a basis, twice, because once leaves rounding errors.
+// Makes v orthogonal to all vectors of a basis by subtracting its components along them. Does so twice, because
+// rounding errors remain after the first time.
 void make_orthogonal(std::vector<double>& v, const std::vector<std::vector<double>>& basis) {
   for (int pass = 0; pass < 2; ++pass)
     for (const auto& unit : basis) {
@@ -24,7 +25,8 @@ void scale_to_unit(std::vector<double>& v) {
   for (double& x : v) x /= length;
 }
 
-// Rows or columns, whichever are fewer, become orthogonal vectors of length gain.
+// Sets the weights so that their rows, or their columns if there are fewer of them, are orthogonal vectors of length
+// `gain`.
 void fill_orthogonal(float* weights, const Layer& layer, double gain, Random& random) {
   const bool by_inputs = layer.inputs < layer.outputs;
   const int count = by_inputs ? layer.inputs : layer.outputs, length = by_inputs ? layer.outputs : layer.inputs;
@@ -116,7 +118,7 @@ void Network::Pass::backward(const Kernels& kernels, const float* transposed, co
     kernels.gradient(before, layer.padded_inputs, rows, layer.padded_inputs, slopes, layer.padded_outputs,
                      gradient + layer.weights, gradient + layer.bias);
     turned -= static_cast<std::size_t>(layer.padded_inputs) * layer.padded_outputs;
-    // The padded outputs have slopes of 0 and are left out.
+    // Padding outputs are left out, because their slopes are 0.
     kernels.product(slopes, layer.padded_outputs, rows, layer.outputs, transposed + turned, layer.padded_inputs,
                     nullptr, slopes_[l - 1].data());
     kernels.derive(network_.activation_, before, slopes_[l - 1].data(),

@@ -10,7 +10,8 @@
 
 namespace mjenv::learn {
 
-// Where a layer's parameters lie: weights [inputs][outputs], then bias [outputs], both padded with zeros, which stay zero.
+// Where a layer's parameters lie: weights [inputs][outputs], then bias [outputs], both padded with zeros, which stay
+// zero.
 struct Layer {
   int inputs, outputs;                // as the caller counts them
   int padded_inputs, padded_outputs;  // as they are stored
@@ -19,20 +20,20 @@ struct Layer {
 
 class Network {
  public:
-  // The inputs whose element of `seen` is 0 have no effect; empty: all have one.
+  // seen: inputs whose element is 0 have no effect on the network; empty: all inputs have.
   Network(int inputs, const std::vector<int>& hidden, int outputs, mjenv_activation activation,
           std::vector<std::uint8_t> seen);
 
-  std::size_t size() const { return size_; }  // of the parameters, a multiple of kLaneBlock
+  std::size_t size() const { return size_; }  // the number of parameters with padding, a multiple of kLaneBlock
   int input_stride() const { return layers_.front().padded_inputs; }
   int output_stride() const { return layers_.back().padded_outputs; }
   const std::vector<Layer>& layers() const { return layers_; }
   bool sees(int input) const { return seen_.empty() || seen_[static_cast<std::size_t>(input)] != 0; }
 
-  // Orthogonal weights: of the hidden layers with gain sqrt(2), of the last with `gain`. Biases are 0.
+  // Sets orthogonal weights, with gain sqrt(2) in hidden layers and `gain` in the last one, and biases of 0.
   void initialize(float* parameters, double gain, Random& random) const;
 
-  // What one evaluation of `rows` rows needs beside the parameters.
+  // The memory that one evaluation of `rows` rows needs besides the parameters.
   class Pass {
    public:
     Pass(const Network& network, int rows);
@@ -40,10 +41,12 @@ class Network {
     // x: [rows][input_stride()]; rows: a multiple of kRowBlock. Returns the outputs [rows][output_stride()].
     const float* forward(const Kernels& kernels, const float* parameters, const float* x, int rows);
 
-    // The derivatives of the loss by the outputs [rows][output_stride()], for the caller to fill. Padded ones are 0.
+    // [rows][output_stride()] the derivatives of the loss by the outputs. The caller sets them before backward(). Those
+    // of padding outputs are 0.
     float* output_slopes() { return slopes_.back().data(); }
 
-    // Adds the derivatives by the parameters to `gradient`, after forward() with the same arguments. transposed: of turn().
+    // Adds the derivatives by the parameters to `gradient`. Call forward() with the same x and rows before. transposed:
+    // the weights that turn() wrote.
     void backward(const Kernels& kernels, const float* transposed, const float* x, int rows, float* gradient);
 
    private:
@@ -51,7 +54,7 @@ class Network {
     std::vector<std::vector<float>> outputs_, slopes_;  // of each layer
   };
 
-  // Writes the transposed weights of all layers but the first, which backward() multiplies with.
+  // Writes the transposed weights of all layers except the first. backward() needs them.
   void turn(const float* parameters, std::vector<float>& transposed) const;
 
  private:

@@ -48,7 +48,7 @@ class Moments {
  private:
   std::vector<double> mean_, variance_;
   double count_ = 1e-4;
-  std::vector<double> batch_mean_, squares_;  // of add()
+  std::vector<double> batch_mean_, squares_;  // scratch memory of add()
 };
 
 // Turns observations into inputs of the networks.
@@ -101,7 +101,7 @@ class ObservationNormalizer {
   }
 };
 
-// Divides rewards by the standard deviation of the discounted return of each row.
+// Divides rewards by the standard deviation of the rows' discounted returns.
 class RewardNormalizer {
  public:
   explicit RewardNormalizer(std::size_t rows) : moments_(1), returns_(rows, 0.0) {}
@@ -129,7 +129,7 @@ class RewardNormalizer {
   }
 
  private:
-  Moments moments_;  // of returns_, which is one number in each row
+  Moments moments_;  // of the discounted returns
   std::vector<double> returns_;
 };
 

@@ -36,7 +36,8 @@ const char* name_of(mjenv_activation activation) {
   return activation == MJENV_ACTIVATION_TANH ? "tanh" : activation == MJENV_ACTIVATION_RELU ? "relu" : "elu";
 }
 
-// The number of the last layer's output j as the environment takes it: its share of half the range of the action.
+// Converts a number of the last layer's output j to the environment's units: multiplies it by half the range of action
+// j if scale_actions is set.
 double scaled(const Settings& settings, const Spaces& spaces, std::size_t j, double value) {
   return settings->scale_actions != 0 ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
 }
@@ -75,7 +76,7 @@ std::string policy_text(const Settings& settings, const Spaces& spaces, const Ne
   return text;
 }
 
-// Reads the text line by line. Messages name the line.
+// Parses a policy's text line by line. Messages name the line.
 class Policy::Parser {
  public:
   Parser(std::string_view text, Policy& policy) : text_(text), policy_(policy) {}
@@ -102,7 +103,7 @@ class Policy::Parser {
  private:
   std::string_view text_, line_;
   Policy& policy_;
-  int number_ = 0, rows_ = 0;  // the line's number, and how many lines "weights" the layer has so far
+  int number_ = 0, rows_ = 0;  // the number of the line, and how many lines "weights" the present layer has so far
   std::vector<double> clip_;
 
   [[noreturn]] void fail(const std::string& reason) const {
@@ -135,7 +136,7 @@ class Policy::Parser {
     return *value;
   }
 
-  // Reads the numbers of the line, which must be `count`, or any number of them if count is 0.
+  // Reads the numbers of the line. There must be exactly `count`; 0: any number of them.
   void read_numbers(std::vector<double>& to, std::size_t count = 0) {
     if (!to.empty()) fail("repeats an earlier one");
     for (std::string_view text = word(); !text.empty(); text = word()) to.push_back(number(text));
@@ -204,7 +205,7 @@ class Policy::Parser {
     if (rows_ != done.outputs || done.bias.empty())
       fail("comes too early: layer " + std::to_string(policy_.layers_.size()) + " has no bias, or " +
            std::to_string(rows_) + " lines of weights instead of " + std::to_string(done.outputs));
-    // The first layer's inputs, and the others' padded ones, are what the kernels need beyond those that exist.
+    // Copies the weights to float32, padded as the kernels need them.
     const auto inputs = static_cast<std::size_t>(done.inputs), outputs = static_cast<std::size_t>(done.outputs);
     const auto stride = static_cast<std::size_t>(done.padded_outputs);
     done.weights32.resize(inputs * stride);
@@ -256,7 +257,7 @@ void Policy::act(mjenv_precision precision, std::size_t rows, const double* obs,
                                   ", not MJENV_PRECISION_FLOAT64 or MJENV_PRECISION_FLOAT32");
 }
 
-// By the functions of the C library, as mjenv.policy in Python does.
+// Uses the functions of the C library, as mjenv.policy in Python does.
 void Policy::activate64(Activation activation, std::vector<double>& values) {
   if (activation == Activation::kTanh)
     for (double& y : values) y = std::tanh(y);

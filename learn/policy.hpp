@@ -58,7 +58,7 @@ class Policy {
   void act32(std::size_t rows, const double* obs, float* actions) const;
 };
 
-// Plays episodes 0 .. episodes - 1, each from a reset by seed + its number. returns and lengths may be null.
+// Plays the episodes 0 to episodes - 1. Episode k begins with a reset by seed + k. returns and lengths may be null.
 void evaluate_policy(Environment& env, const Policy& policy, mjenv_precision precision, std::uint64_t seed,
                      std::int64_t episodes, double* returns, std::int64_t* lengths);
 

@@ -1,4 +1,5 @@
-// Random numbers that are the same on every machine: no function of the C library takes part but sqrt, which is exact.
+// Random numbers that are the same on every machine: the only function of the C library that could round is sqrt, which
+// always rounds correctly.
 #pragma once
 
 #include <cmath>
@@ -6,8 +7,8 @@
 
 namespace mjenv::learn {
 
-// The natural logarithm of a positive normal number, to about 1e-15: x = 2^n m with m near 1, and log m = 2 artanh(s) with
-// s = (m - 1) / (m + 1), |s| < 0.172, whose series ends below 1e-16 after s^19.
+// The natural logarithm of a positive normal number, to about 1e-15: x = 2^n m with m near 1, and log m = 2 artanh(s)
+// with s = (m - 1) / (m + 1), |s| < 0.172, whose series ends below 1e-16 after s^19.
 inline double natural_log(double x) {
   int exponent = 0;
   double m = std::frexp(x, &exponent);  // 0.5 to 1
@@ -36,10 +37,10 @@ class Random {
   // Uniform in [0, 1).
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-  // Uniform in 0 .. below - 1.
+  // An integer from 0 to below - 1, all equally likely.
   std::uint32_t below(std::uint32_t below) { return static_cast<std::uint32_t>(((bits() >> 32) * below) >> 32); }
 
-  // Standard normal, by Marsaglia's polar method, which gives two at a time.
+  // A standard normal number, by Marsaglia's polar method, which computes two at a time.
   double normal() {
     if (has_kept_ != 0) {
       has_kept_ = 0;

@@ -5,7 +5,7 @@
 
 namespace mjenv::learn {
 
-// What an update needs of the steps before it. Arrays are [steps][rows]; element [t][i] is at t * rows + i.
+// What an update needs from the steps of a rollout. Arrays are [steps][rows]: step t of row i is at t * rows + i.
 struct Rollout {
   Rollout(std::size_t step_count, std::size_t row_count, std::size_t stride, std::size_t actuators, std::size_t spare)
       : steps(step_count),
@@ -20,12 +20,12 @@ struct Rollout {
         returns(steps * rows) {}
 
   std::size_t steps, rows;
-  std::vector<float> inputs;   // [steps + 1][rows][stride] normalised observations, and rows that only pad
+  std::vector<float> inputs;   // [steps + 1][rows][stride] normalised observations, followed by rows of padding
   std::vector<float> actions;  // [steps][rows][actuators] before they are clipped
   std::vector<float> log_probabilities;
-  std::vector<float> values;    // [steps + 1][rows] of the critic
-  std::vector<float> rewards;   // normalised; of a truncated episode, with the value of its last observation
-  std::vector<float> going_on;  // 0 where the episode ended with the step, else 1
+  std::vector<float> values;    // [steps + 1][rows] what the critic estimates
+  std::vector<float> rewards;   // normalised; if a step truncated the episode, plus the value of its last observation
+  std::vector<float> going_on;  // 0 if the episode ended with this step, otherwise 1
   std::vector<float> advantages, returns;
 
   // Generalized advantage estimation (Schulman et al. 2016), from the last step to the first.

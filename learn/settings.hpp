@@ -1,4 +1,4 @@
-// A checked copy of mjenv_learn_settings that owns its arrays, and the settings for each id.
+// A checked copy of mjenv_learn_settings that owns its arrays; and the default settings for each id.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 #include "mjenv/learn.h"
 
-// The sizes of the structs in the first release, with pointers of 64 bits, which never change. Every caller's struct is at
-// least as long. core/structs.hpp finds these functions.
+// The sizes of the structs in the first release, with pointers of 64 bits, which never change. Every caller's struct is
+// at least as long. core/structs.hpp finds these functions.
 constexpr std::size_t oldest_size(const mjenv_learn_calls*) { return 88; }
 constexpr std::size_t oldest_size(const mjenv_learn_settings*) { return 248; }
 constexpr std::size_t oldest_size(const mjenv_learn_report*) { return 128; }
@@ -20,7 +20,7 @@ class Settings {
   // Throws if a setting is out of range. observations: how many elements the masks must have.
   Settings(const mjenv_learn_settings& given, std::int64_t observations);
 
-  // The values. The pointers are null: see the members below.
+  // The values. Pointers in them are null; the arrays are in the members below.
   const mjenv_learn_settings& operator*() const { return values_; }
   const mjenv_learn_settings* operator->() const { return &values_; }
 
@@ -31,7 +31,7 @@ class Settings {
   // The steps of all rows between two updates.
   std::int64_t batch() const { return values_.rows * values_.rollout_steps; }
 
-  // Takes other values. Throws if one of them cannot change any more.
+  // Takes other values. Throws if a value differs that cannot change after a learner was created.
   void replace(const Settings& other);
 
  private:

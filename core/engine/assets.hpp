@@ -5,7 +5,7 @@
 
 namespace mjenv::core {
 
-// An MJCF file of assets/, which is compiled into the library.
+// One MJCF file of the folder assets/, whose text is compiled into the library.
 struct Asset {
   const char* name;
   const char* text;

@@ -15,8 +15,8 @@
 namespace mjenv::core {
 namespace {
 
-// Takes MuJoCo's reason for refusing a model. If that is an unknown element or attribute, a newer MuJoCo may know it,
-// so this appends MuJoCo's version and where to get a newer one.
+// Takes MuJoCo's reason for refusing a model. If the reason is an unknown element or attribute, a newer MuJoCo may know
+// it, so this appends MuJoCo's version and where to get a newer one.
 std::string with_version(std::string reason) {
   if (reason.find("Schema violation") == std::string::npos) return reason;
   while (reason.back() == '\n') reason.pop_back();
@@ -44,7 +44,7 @@ std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, std::int
   tinyxml2::XMLDocument document;
   auto* root = document.NewElement("mujoco");
   document.InsertEndChild(root);
-  // An error in one of MuJoCo's own threads would end the process.
+  // MuJoCo must not start threads of its own, because an error in one of them would end the process.
   root->InsertNewChildElement("compiler")->SetAttribute("usethread", "false");
   auto* mesh = root->InsertNewChildElement("asset")->InsertNewChildElement("mesh");
   mesh->SetAttribute("name", "mesh");

@@ -1,4 +1,4 @@
-// Calls mj_setConst, which computes the numbers of a model that depend on its other numbers.
+// Calls mj_setConst, which computes those numbers of a model that follow from its other numbers.
 #pragma once
 
 #include <cstddef>
@@ -10,39 +10,42 @@
 
 namespace mjenv::core {
 
-// The arrays that mj_setConst computes and that rows can have of their own, where the model and MuJoCo have them.
+// Those arrays that mj_setConst computes and of which rows can have their own values. Without arrays that the model or
+// this MuJoCo lacks.
 std::vector<std::string> constant_arrays(const Model& model);
 
-// Calls mj_setConst for one row after the other. It changes the model, so it gets a view with copies of all arrays that
-// it may write. The view shares those with meshes, textures and heights, which are large.
+// Calls mj_setConst for one row after the other. mj_setConst changes the model, so it is given a view of it with copies
+// of all arrays that it may write. Arrays of meshes, textures and height fields are large and not written, so they are
+// shared.
 class Constants {
  public:
   explicit Constants(const Model& model);
   ~Constants();
 
-  // Computes the constants of the model with a row's own arrays; block null: of the model as it was compiled. As in
-  // MuJoCo, data ends in the position qpos_spring, for which mj_setConst computes last.
+  // Computes the constants of the model with a row's own arrays, or if block is null, of the compiled model. Afterwards
+  // data is in the position qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
-  // The same in an mjData of this object's own, as if it were new.
+  // Computes them in an mjData of this object, as if that were new.
   void compute(const OwnArrays& arrays, const std::byte* block);
-  // Allocates that mjData.
+  // Allocates this object's mjData.
   void make_data();
-  // The arrays that mj_setConst changed and that rows still share. Fails with MJENV_E_MODEL if rows must share one.
+  // The arrays that mj_setConst has changed and of which rows have no own values yet. Fails with MJENV_E_MODEL if rows
+  // cannot have own values of one of them.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;
 
  private:
-  // A copied array, or an option or statistic of the view.
+  // An array that the view has a copy of, or one of the view's options or statistics.
   struct Part {
     enum class Kind { own, shared, unchecked };
     std::string name;
-    Kind kind;  // whether rows can have their own values; if not, whether it is an error that mj_setConst changes it
+    Kind kind;  // own: rows can have own values; else whether a change by mj_setConst is an error (shared) or not
     std::byte* values;
     const void* original;
     std::size_t bytes;
   };
-  std::unique_ptr<mjModel_> blank_, view_;  // blank_: what the view is before the arrays are copied
+  std::unique_ptr<mjModel_> blank_, view_;  // blank_: the view before a row's arrays are copied into it
   std::vector<double> copies_;
   std::vector<Part> parts_;
   std::unique_ptr<mjData_, DeleteData> data_;

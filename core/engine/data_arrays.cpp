@@ -14,18 +14,20 @@ namespace {
 
 constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
 constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
-// The others of mjenv_sim, the rest of the state, and forces that nothing computes: each between two blanks.
+// The other arrays that can be read after every step: those of mjenv_sim, the rest of the state, and forces that are
+// inputs. Each name is between two blanks.
 constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
     "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity qfrc_applied xfrc_applied ";
 
-// How many points the paths of the tendons have.
+// How many points the paths of all tendons have together.
 std::int64_t path_points(const mjModel& m, const mjData& d) {
   return m.ntendon == 0 ? 0 : std::int64_t{d.ten_wrapadr[m.ntendon - 1]} + d.ten_wrapnum[m.ntendon - 1];
 }
 
-// How many elements of an array mjData holds, if that depends on the state (Array::held).
+// The Array::held of an array of mjData: a function if the number of elements in use depends on the state, otherwise
+// empty.
 std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, const std::string& name) {
   if (name == "wrap_obj") return [&] { return path_points(m, d); };
   if (name == "wrap_xpos") return [&] { return 3 * path_points(m, d); };
@@ -64,7 +66,8 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
                                      held_elements(m, d, name)});
                    }
                  });
-  // Without mu and H, because MuJoCo sets them only for elliptic cones and otherwise leaves old values there.
+  // mjContact's mu and H are left out, because MuJoCo sets them only for elliptic cones. Otherwise they hold old
+  // values.
   const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
     using T = std::decay_t<decltype(*data)>;
     const auto type = std::is_same_v<T, int> ? MJENV_DTYPE_INT32 : MJENV_DTYPE_FLOAT64;

@@ -15,14 +15,15 @@ namespace {
   fail(MJENV_E_PHYSICS, std::string("MuJoCo: ") + message);
 }
 
-// Lets mju_malloc return null to a caller that frees what it holds and then reports an error of its own.
+// If an allocation failed, returns, so that mju_malloc returns null. The calling function of MuJoCo then frees what it
+// holds and reports an error of its own. Throws all other errors at once.
 void throw_later(const char* message) {
   if (std::strcmp(message, "Could not allocate memory") != 0) throw_error(message);
 }
 
 }  // namespace
 
-// MuJoCo's messages about failed allocations are "Could not allocate ..." and "mj_...: could not allocate ...".
+// MuJoCo's messages about failed allocations begin with "Could not allocate" or "mj_...: could not allocate".
 bool lacks_memory(const char* message) { return std::strstr(message, "ould not allocate") != nullptr; }
 
 ErrorTrap::ErrorTrap(Memory memory)

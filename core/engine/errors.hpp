@@ -5,13 +5,14 @@
 
 namespace mjenv::core {
 
-// What MuJoCo calls on a thread when it fails or warns. The types of the functions depend on MuJoCo's version.
+// The functions that MuJoCo calls on a thread when it fails or warns. Their types depend on MuJoCo's version.
 using Handlers = std::array<void (*)(), 2>;
 
-// While it lives, MuJoCo's errors on this thread become exceptions, and its warnings are ignored.
+// While an ErrorTrap lives, MuJoCo's errors on its thread become exceptions, and MuJoCo's warnings are ignored.
 class ErrorTrap {
  public:
-  // Whether the called function of MuJoCo handles an mju_malloc that returns null, as mj_makeData does.
+  // Whether the functions of MuJoCo that are called meanwhile check the result of mju_malloc for null, as mj_makeData
+  // does.
   enum class Memory { is_not_checked, is_checked };
   explicit ErrorTrap(Memory memory = Memory::is_not_checked);
   ~ErrorTrap();

@@ -1,4 +1,5 @@
-// MuJoCo's loader of models: cmake/engine/load.cc if it is compiled in, shared/load_shared.cpp for a shared library.
+// Calls MuJoCo's loader of models. Defined in cmake/engine/load.cc if MuJoCo is compiled in, and in
+// shared/load_shared.cpp if it is a shared library.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +12,15 @@ struct mjVFS_;
 
 namespace mjenv::core {
 
-// Whether load() limits the work on convex hulls. If not, the hulls' vertices are counted before the model is loaded.
+// Whether load() limits the work on convex hulls. If not, the vertices of the hulls must be counted before the model is
+// loaded.
 extern const bool kLoadLimitsHulls;
-// Whether MuJoCo's search for the length ranges of muscles always ends. If not, untrusted models must state them.
+// Whether MuJoCo's search for the length ranges of muscles always ends. If not, untrusted models must contain these
+// ranges.
 extern const bool kLengthRangesEnd;
 
-// Parses and compiles the model of this path, which may be one of the files in memory. Returns null with MuJoCo's
-// reason if MuJoCo refuses the model. The unit of hull_limit is described at kHullWork.
+// Parses and compiles the model at this path, which may be one of the files in memory. If MuJoCo refuses the model,
+// returns null and sets `reason`. kHullWork explains the unit of hull_limit.
 mjModel_* load(const std::string& path, const mjVFS_& files, std::int64_t hull_limit, std::string& reason);
 
 }  // namespace mjenv::core

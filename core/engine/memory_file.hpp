@@ -8,7 +8,7 @@
 
 namespace mjenv::core {
 
-// Gives MuJoCo a text in place of a file in the folder, which need not exist.
+// Makes MuJoCo read a text in memory as if it were a file in the folder. The folder need not exist.
 class MemoryFile {
  public:
   MemoryFile(const std::string& folder, const std::string& text)

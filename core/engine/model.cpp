@@ -73,7 +73,7 @@ std::vector<Array> arrays_of(const mjModel* m) {
   return list;
 }
 
-// Whether only collision detection and drawing read the frames of geoms, cameras and lights.
+// Whether nothing but collision detection and drawing reads the frames of geoms, cameras and lights.
 bool frames_unread(const mjModel& m) {
   if (m.nsensor > 0) return false;
   for (int i = 0; i < m.nwrap; ++i)
@@ -85,8 +85,9 @@ bool frames_unread(const mjModel& m) {
   return true;
 }
 
-// A view of the model for stepping. Collision detection uses the pairs. Frames that nothing reads are not computed, or
-// are copied from the body, which is the cheapest way; Work::complete computes them.
+// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list. Frames that no
+// step reads are not computed, or are copied from their body, which is the cheapest way. Work::complete computes them
+// later.
 std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
                                             std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);

@@ -1,4 +1,4 @@
-// A compiled model. What depends on MuJoCo's version, layout and errors is in this folder; for drawing, in render/.
+// A compiled model. Only this folder, and render/ for drawing, deal with MuJoCo's versions, structs and errors.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ struct Array {
   const void* data;
   // In an array of structs: the bytes from one struct to the next. 0: the array is contiguous.
   std::size_t stride = 0;
-  // How many elements, or structs, are in use; empty: all. The others read as 0: MuJoCo leaves old values there.
+  // Returns how many elements, or structs, are in use; empty: all are. The elements behind them read as 0, because
+  // MuJoCo leaves old values there.
   std::function<std::int64_t()> held = {};
 
   std::size_t count() const;
@@ -46,14 +47,15 @@ class Model {
   // Loads a built-in model ("ant.xml") or a file. As in Gymnasium, a text that starts with ".", "/" or "~" is a path.
   // An untrusted model can only read files in its folder, and its size is limited (engine/untrusted/limits.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
-  // Loads MJCF text. Both functions return a model that is in use for the same text, unless the text refers to files.
+  // Loads MJCF text. If a model of the same text is already in use, open and parse return that one, unless the text
+  // refers to files.
   static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);
   ~Model();
 
   const mjModel_* get() const { return model_.get(); }
-  // A view of the same model that mj_step computes faster, with equal bits.
+  // A view of this model with which mj_step is faster, and gives the same bits.
   const mjModel_* stepped() const { return stepped_.get(); }
-  // The geom pairs of that view, null if MuJoCo searches for pairs.
+  // The list of geom pairs in that view; null if MuJoCo has to search for pairs.
   const Pairs* pairs() const { return pairs_ ? &*pairs_ : nullptr; }
   bool trusted() const { return origin_ != Origin::stranger; }
   const std::string& label() const { return label_; }
@@ -64,9 +66,9 @@ class Model {
   int na() const { return na_; }
   int nu() const { return nu_; }
   int nbody() const { return nbody_; }
-  // How many numbers belong to a row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl.
+  // How many numbers a row's state has besides time, qpos, qvel, act, qacc_warmstart and ctrl.
   int more_state() const;
-  // Whether MuJoCo can compute with these numbers.
+  // Whether MuJoCo can compute with these more_state() numbers.
   bool is_valid_more(const double* state) const;
   double timestep() const;
   // How much memory an mjData of the model takes.
@@ -80,7 +82,7 @@ class Model {
   // The name of an object, "" if it has none.
   const char* name(const std::string& type, std::int64_t index) const;
   int count(const std::string& type) const;
-  // The name of actuator i, or of the joint that it drives.
+  // The name of actuator i. If it has none, the name of the joint that it drives.
   std::string actuator_label(int i) const;
 
   // A hash that is equal for models that simulate alike.
@@ -114,7 +116,8 @@ class Model {
 const char* mujoco_version();
 // Whether sin, cos and so on are this library's own (MJENV_MATH=portable), not the C library's.
 bool math_is_portable();
-// "0.1.0 (MuJoCo 2.2.2)": of the MuJoCo that is open, or else of the one that the library was compiled for.
+// For example "0.1.0 (MuJoCo 2.2.2)". The version of MuJoCo is that of the opened library, or before it is opened, the
+// one that this library was compiled for.
 const char* library_version();
 
 }  // namespace mjenv::core

@@ -1,4 +1,4 @@
-// A model in which some arrays are a row's own.
+// A view of a model in which some arrays are replaced by a row's own.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,14 @@
 
 namespace mjenv::core {
 
-// Two views as Model has them: the whole model, and one that mj_step computes faster. Both share the model's arrays,
-// except for those in the row's block.
+// Two views, as Model has them: of the whole model, and of the one with which mj_step is faster. Both share the model's
+// arrays, except for those in the row's block.
 class ModelView {
  public:
   explicit ModelView(const Model& model);
   ~ModelView();
 
-  // Makes both views use the arrays in the block, which must outlive their use.
+  // Makes both views use the arrays in the block, which must live as long as the views use it.
   void use(const OwnArrays& arrays, std::byte* block);
   const mjModel_& whole() const { return *whole_; }
   const mjModel_& stepped() const { return searches_ ? *whole_ : *stepped_; }

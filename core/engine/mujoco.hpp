@@ -1,5 +1,5 @@
-// MuJoCo's headers, and common names for what differs between the versions of MuJoCo that mjenv works with. Only this
-// header asks which version it is. mujoco2.hpp and mujoco4.hpp define the same names for 2.2.2 and for 4.0.
+// Includes MuJoCo's headers, and hides the differences between the supported versions of MuJoCo: mujoco2.hpp (2.2.2)
+// and mujoco4.hpp (4.0) define the same names, and only this header tests which version is compiled.
 #pragma once
 
 #include <mujoco/mjxmacro.h>
@@ -18,7 +18,7 @@
 namespace mjenv::core {
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-variable"  // the preambles list more sizes than the arrays need
+#pragma GCC diagnostic ignored "-Wunused-variable"  // the preambles declare sizes that not every array uses
 
 // Calls visit(name, pointer, rows, columns, is_vector) for each array of mjModel.
 template <typename Visit>
@@ -30,7 +30,7 @@ void for_each_array(const mjModel& model, const Visit& visit) {
 #undef X
 }
 
-// The same for each array of mjData, which must belong to the model. data may be null.
+// Calls visit in the same way for each array of mjData. data must belong to the model, or be null.
 template <typename Visit>
 void for_each_array(const mjModel& model, const mjData* data, const Visit& visit) {
   const mjModel* m = &model;

@@ -1,4 +1,4 @@
-// MuJoCo 2.2.2 under the names that mujoco.hpp lists.
+// Adapts MuJoCo 2.2.2 to the names that mujoco.hpp lists.
 #pragma once
 
 #include <mujoco/mjxmacro.h>
@@ -69,7 +69,7 @@ constexpr const char* kNewerEngine =
 // MuJoCo 2.2.2 has no models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel&) {}
 
-// Whether the files of an included file may be beside it.
+// Whether MuJoCo also looks for the files that an included file refers to in the folder of the included file.
 constexpr bool kIncludesHaveFolders = false;
 
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
@@ -96,7 +96,8 @@ inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_
 // How many contacts mjData can hold.
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
 
-// How many elements of an array the constraints or the tendons' sparse Jacobians fill. Empty: it depends on neither.
+// Returns a function that tells how many elements of the array are in use, if that depends on the number of constraints
+// or on the tendons' sparse Jacobians. Otherwise the function is empty.
 inline std::function<std::int64_t()> held_by_constraints(const mjModel& m, const mjData& d, const std::string& name) {
   using Count = std::int64_t;
   const auto sparse = [](const int* rowadr, const int* rownnz, Count rows) {
@@ -124,7 +125,7 @@ inline std::function<std::int64_t()> held_by_constraints(const mjModel& m, const
 // Whether mj_kinematics normalizes mocap_quat in place, so that it changes in steps and belongs to a row's state.
 constexpr bool kNormalizesMocap = true;
 
-// A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: mocap_quat.
+// How many numbers a row's state has besides time, qpos, qvel, act, qacc_warmstart and ctrl: those of mocap_quat.
 inline int more_state(const mjModel& m) { return 4 * m.nmocap; }
 inline void save_more(const mjModel& m, const mjData& d, double* state) {
   std::copy_n(d.mocap_quat, more_state(m), state);
@@ -150,8 +151,9 @@ inline void update_frame(const mjModel& m, mjData& d, int geom) {
                   m.geom_bodyid[geom], m.geom_sameframe[geom]);
 }
 
-// Makes mj_setConst compute as with a new mjData. Of what mj_setConst reads in mjData, it computes all but the poses of
-// mocap bodies and the stack. mj_resetData is slower, because it clears megabytes if njmax is large.
+// Resets what mj_setConst reads, so that it computes the same as with a new mjData: the poses of mocap bodies and the
+// stack. mj_setConst computes everything else that it reads. mj_resetData would do, too, but clears megabytes if njmax
+// is large.
 inline void reset_for_constants(const mjModel& m, mjData& d) {
   clear_stack(d);
   for (int body = 0; body < m.nbody; ++body) {
@@ -172,21 +174,21 @@ inline bool has_search_settings(const mjModel& m) { return m.opt.collision == mj
 
 inline double mixed_margin(double a, double b) { return std::max(a, b); }
 
-// Appends to this version's own arrays of pairs. If `equal` is false, the parameters of the geom `first` count.
+// Appends a pair to the arrays that only this version has: there are none.
 inline void append_more(Pairs&, const mjModel&, int /*g1*/, int /*g2*/, int /*first*/, bool /*equal*/) {}
 
-// Makes collision detection use the pairs alone.
+// Makes collision detection test the listed pairs and no others.
 inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; }
 
 // ---- Own arrays of rows ----
 
-// Arrays of real numbers that this version also uses as indices.
+// Arrays of real numbers that this version also uses as indices: there are none.
 inline const std::vector<const char*> kIndices{};
-// Flags that say which frames coincide, which mj_setConst of this version computes.
+// Flags that say which frames coincide, if mj_setConst computes them: not in this version.
 inline const std::vector<const char*> kSameframes{};
-// Parameters whose signs say what the state of an actuator consists of.
+// Parameters whose signs decide which variables an actuator's state consists of: none in this version.
 inline const std::vector<const char*> kSlotParameters{};
-// Calls visit(name, pointer, count, source) for each of this version's own inputs, to which mj_resetData copies source.
+// Calls visit(name, pointer, count, source) for each input of mjData that only this version has: there are none.
 template <typename Visit>
 void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 

@@ -1,5 +1,5 @@
-// MuJoCo 4.0 under the names that mujoco.hpp lists. Its library is opened at run time, so that mjenv works with the one
-// that the process has already loaded, with that of an installed Python package, or with one that the caller names.
+// Adapts MuJoCo 4.0 to the names that mujoco.hpp lists. Its library is opened at run time, so that mjenv can use the
+// one that the process has already loaded, the one of an installed Python package, or one that the caller names.
 #pragma once
 
 #include <mujoco/mjxmacro.h>
@@ -17,7 +17,7 @@
 #include "engine/pairs.hpp"
 #include "error.hpp"
 
-#define MJDATA_POINTERS_PREAMBLE(m)  // MJDATA_POINTERS of 4.0 needs none
+#define MJDATA_POINTERS_PREAMBLE(m)  // MuJoCo 4.0 does not define it, because its MJDATA_POINTERS needs no preamble
 
 // MuJoCo exports this function for its own language bindings. It sets a handler for one thread only.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
@@ -37,14 +37,15 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 
 namespace mjenv::core {
 
-// Pointers to MuJoCo's functions. The core calls them as it would call the functions, because names in this namespace
-// hide the global ones. They are null until open_mujoco() has returned.
+// Pointers to MuJoCo's functions, with the names of the functions. In this namespace they hide the global declarations,
+// so the core's calls look like direct calls. The pointers are null until open_mujoco() has returned.
 #define MJENV_POINTER(name) extern decltype(&::name) name;
 MJENV_MUJOCO_FUNCTIONS(MJENV_POINTER)
 #undef MJENV_POINTER
 extern const mjfCollision (*mjCOLLISIONFUNC)[mjNGEOMTYPES];
 
-// Opens MuJoCo's library once, and returns its version. Throws MJENV_E_FILE if there is none, or if it is not a 4.0.
+// Opens MuJoCo's library at the first call, and returns its version. Throws MJENV_E_FILE if there is no library or it
+// is not version 4.0.
 const char* open_mujoco();
 bool mujoco_is_open();
 
@@ -60,7 +61,7 @@ Handlers set_handlers() {
   return {reinterpret_cast<void (*)()>(_mjPRIVATE_setTlsLogHandler(log))};
 }
 
-// If MuJoCo was opened meanwhile, there was no handler before.
+// If MuJoCo was opened after `previous` was read, `previous` is empty, so the handlers are removed.
 inline void restore_handlers(const Handlers& previous) {
   if (mujoco_is_open()) _mjPRIVATE_setTlsLogHandler(reinterpret_cast<mjfLogHandler>(previous[0]));
 }
@@ -72,10 +73,10 @@ inline void add_file(mjVFS& files, const std::string& path, const std::string& t
   if (mj_addBufferVFS(&files, path.c_str(), text.data(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();
 }
 
-// There is no engine for a newer version.
+// The advice for an unknown element or attribute: none, because mjenv has no build for a newer MuJoCo.
 constexpr const char* kNewerEngine = "";
 
-// Refuses models whose simulation depends on more than a row stores.
+// Refuses a model whose simulation depends on data that a row's state does not contain.
 inline void check_supported(const mjModel& m) {
   const auto refuse = [](const char* what) {
     fail(MJENV_E_MODEL, std::string(what) +
@@ -87,7 +88,7 @@ inline void check_supported(const mjModel& m) {
   if (m.nplugin > 0) refuse("the model has plugins, which keep data of their own");
 }
 
-// Whether the files of an included file may be beside it.
+// Whether MuJoCo also looks for the files that an included file refers to in the folder of the included file.
 constexpr bool kIncludesHaveFolders = true;
 
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
@@ -111,30 +112,32 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 // How much memory mjData has beside the arrays that for_each_array visits.
 inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_t>(m.narena); }
 
-// How many contacts of a row can be listed: nconmax, or 500 if that is not set, but at most as the arena has room.
+// How many contacts of a row can be read at most: nconmax, or 500 if that is not set, but no more than the arena holds.
 inline int max_contacts(const mjModel& m) {
   constexpr mjtSize kDefault = 500;
   const auto room = m.narena / static_cast<mjtSize>(sizeof(mjContact));
   return static_cast<int>(std::min(m.nconmax >= 0 ? m.nconmax : kDefault, room));
 }
 
-// No array of mjData that can be read depends on the number of constraints; those of the arena cannot be read.
+// Always empty: the arrays whose length depends on the number of constraints are in the arena, and cannot be read.
 inline std::function<std::int64_t()> held_by_constraints(const mjModel&, const mjData&, const std::string&) {
   return {};
 }
 
 // ---- State ----
 
-// mj_kinematics normalizes a copy of mocap_quat.
+// False: mj_kinematics normalizes a copy of mocap_quat, so that mocap_quat itself is no part of the state.
 constexpr bool kNormalizesMocap = false;
 
-// A row's state beside time, qpos, qvel, act, qacc_warmstart and ctrl: of delays, plugins and plasticity.
+// What a row's state contains besides time, qpos, qvel, act, qacc_warmstart and ctrl: the state of delays, plugins and
+// plasticity.
 constexpr int kMoreState = mjSTATE_HISTORY | mjSTATE_PLUGIN | mjSTATE_PLASTIC;
 inline int more_state(const mjModel& m) { return mj_stateSize(&m, kMoreState); }
 inline void save_more(const mjModel& m, const mjData& d, double* state) { mj_getState(&m, &d, state, kMoreState); }
 inline void load_more(const mjModel& m, mjData& d, const double* state) { mj_setState(&m, &d, state, kMoreState); }
-// Whether MuJoCo can compute with that part of a state. It begins with the histories of delays, each of which consists
-// of a number, the cursor, the times of the samples, and the samples. MuJoCo uses the cursor as an index, unchecked.
+// Whether MuJoCo can compute with that part of a state. It begins with the histories of the delays. Each history
+// consists of a number, the cursor, the times of the samples, and the samples. MuJoCo uses the cursor as an index
+// without a check.
 inline bool is_valid_more(const mjModel& m, const double* state) {
   const auto is_valid = [state](const int* history, int start) {
     if (start < 0) return true;
@@ -168,7 +171,7 @@ inline void update_frame(const mjModel& m, mjData& d, int geom) {
   mju_mulQuat(d.geom_xquat + 4 * geom, d.xquat + 4 * body, m.geom_quat + 4 * geom);
 }
 
-// Makes mj_setConst compute as with a new mjData.
+// Resets what mj_setConst reads, so that it computes the same as with a new mjData.
 inline void reset_for_constants(const mjModel& m, mjData& d) { mj_resetData(&m, &d); }
 
 // ---- Geom pairs ----
@@ -187,7 +190,8 @@ inline bool has_search_settings(const mjModel& m) {
 
 inline double mixed_margin(double a, double b) { return a + b; }
 
-// Appends to this version's own arrays of pairs. If `equal` is false, the parameters of the geom `first` count.
+// Appends a pair to the arrays that only this version has. equal: both geoms have the same priority. If not, the
+// parameters are those of the geom `first`.
 inline void append_more(Pairs& pairs, const mjModel& m, int g1, int g2, int first, bool equal) {
   pairs.adhesion.push_back(equal ? m.geom_adhesion[g1] + m.geom_adhesion[g2] : m.geom_adhesion[first]);
   pairs.solreffriction.insert(pairs.solreffriction.end(), mjNREF, 0.0);
@@ -195,7 +199,7 @@ inline void append_more(Pairs& pairs, const mjModel& m, int g1, int g2, int firs
   pairs.signature.push_back((bodies.first << 16) + bodies.second);
 }
 
-// Makes collision detection use the pairs alone: no body takes part in the search.
+// Makes collision detection test the listed pairs and no others, by excluding all bodies from the search.
 inline void use_pairs(mjModel& view, Pairs& pairs) {
   pairs.no_type.assign(static_cast<std::size_t>(view.nbody), 0);
   view.body_contype = view.body_conaffinity = pairs.no_type.data();
@@ -206,13 +210,15 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
 
 // ---- Own arrays of rows ----
 
-// Arrays of real numbers that this version also uses as indices: eq_data, of equality constraints between flexes.
+// Arrays of real numbers that this version also uses as indices: eq_data has indices for equality constraints of
+// flexes.
 inline const std::vector<const char*> kIndices{"eq_data"};
-// Flags that say which frames coincide, which mj_setConst of this version computes.
+// Flags that say which frames coincide. In this version mj_setConst computes them.
 inline const std::vector<const char*> kSameframes{"body_sameframe", "geom_sameframe", "site_sameframe"};
-// Parameters whose signs say what the state of an actuator consists of.
+// Parameters whose signs decide which variables an actuator's state consists of.
 inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
-// Calls visit(name, pointer, count, source) for each of this version's own inputs, to which mj_resetData copies source.
+// Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
+// `source` to the input.
 template <typename Visit>
 void for_each_more_input(const mjModel& m, const mjData& d, const Visit& visit) {
   visit("eq_active", d.eq_active, m.neq, m.eq_active0);
@@ -220,9 +226,11 @@ void for_each_more_input(const mjModel& m, const mjData& d, const Visit& visit) 
 
 // ---- Drawing ----
 
-// The index in mjvOption.flags of a flag of mjenv_render_settings.visual, which lists those of MuJoCo 2.2.2.
+// mjenv_render_settings.visual has the flags of MuJoCo 2.2.2. Returns the index of such a flag in this version's
+// mjvOption.flags.
 constexpr int visual_flag(int flag) { return flag < mjVIS_ISLAND ? flag : flag + 1; }
-// The mjtLabel of an mjenv_label, of which MuJoCo 2.2.2 has neither those of flexes nor those of contact points.
+// mjenv_label has the labels of MuJoCo 2.2.2, which lacks those of flexes and of contact points. Returns this version's
+// mjtLabel.
 constexpr int label_kind(int label) {
   return label < mjLABEL_FLEX ? label : label + 1 < mjLABEL_CONTACTPOINT ? label + 1 : label + 2;
 }

@@ -20,12 +20,13 @@
 namespace mjenv::core {
 namespace {
 
-// Enough stack for a model with the largest number of levels (docs/reliability.md). Built-in models need a tenth.
+// How much stack MuJoCo's parser needs for the deepest model that is accepted (docs/reliability.md). Built-in models
+// need a tenth of it.
 constexpr std::size_t kStack = 512 << 10;
 
-// The models in use, which environments share. A call that finds another thread inside does nothing instead of waiting,
-// because in a forked child that thread may not exist. Then a model is compiled once more, or its entry is dropped
-// later.
+// The models in use, so that environments with the same model share it. If another thread is inside the cache, a call
+// does nothing instead of waiting, because in a forked child that thread may not exist. The model is then compiled once
+// more, or its entry is dropped later.
 class Cache {
  public:
   // Returns the model that was added with this key, or null.
@@ -61,7 +62,7 @@ class Cache {
  private:
   using Models = std::map<std::string, std::weak_ptr<const Model>>;
   std::atomic<bool> busy_{false};
-  Models* models_ = nullptr;  // no destructor frees it, because environments may outlive this object
+  Models* models_ = nullptr;  // never freed, because environments may outlive this object
 
   // Calls the body, unless another thread is inside.
   template <typename F>
@@ -77,7 +78,7 @@ class Cache {
 
 Cache cache;
 
-// Runs body on this thread if so much of its stack is left, else on a new thread, and waits for it.
+// Runs body on this thread if `bytes` of its stack are left. Otherwise runs body on a new thread and waits for its end.
 void run_with_stack(std::size_t bytes, const std::function<void()>& body) {
   if (platform::stack_left() >= bytes) return body();
   std::exception_ptr thrown;
@@ -101,7 +102,7 @@ std::string expanded(const std::string& path) {
 
 std::string folder_of(const std::string& path) { return path.substr(0, path.find_last_of("/\\") + 1); }
 
-// Calls the body. Its errors are rethrown with the name of the model.
+// Calls body, and adds the model's name to the message of an error that it throws.
 template <typename F>
 auto about(const std::string& label, const F& body) {
   const std::string model = "model " + quoted(label) + ": ";
@@ -112,7 +113,7 @@ auto about(const std::string& label, const F& body) {
     fail(physics ? MJENV_E_MODEL : error.status(), model + error.what());
   } catch (const std::bad_alloc&) {
     fail(MJENV_E_MEMORY, model + "out of memory");
-  } catch (const std::exception& error) {  // MuJoCo's C++ code may throw it
+  } catch (const std::exception& error) {  // thrown by MuJoCo's C++ code
     fail(MJENV_E_MODEL, model + error.what());
   }
 }
@@ -142,7 +143,7 @@ std::shared_ptr<const Model> Model::parse(const std::string& label, const std::s
 std::shared_ptr<const Model> Model::open(const Source& source) {
   const std::string key = std::to_string(static_cast<int>(source.origin)) + source.label + '\0' + source.text;
   if (auto found = cache.find(key)) return found;
-  open_mujoco();  // here, because its errors are not about the model
+  open_mujoco();  // not inside the call below, because an error here is not about the model
   bool refers_to_files = false;
   Compiled compiled;
   about(source.label, [&] {

@@ -15,7 +15,7 @@ namespace {
 
 using Names = std::vector<const char*>;
 
-// Numbers that are shared by all rows because they are large, or that MuJoCo uses as indices.
+// Arrays whose names begin so cannot be a row's own, because they are large or because MuJoCo uses them as indices.
 const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_", "vis."};
 
 // The integers that are neither sizes nor indices, with their bounds.
@@ -38,7 +38,7 @@ const std::vector<IntegerRule> kIntegers{
     {"opt.ccd_iterations", 1, static_cast<double>(kIterations.stranger)},
 };
 
-// MuJoCo divides by these: 0 is accepted only where the model itself has 0.
+// MuJoCo divides by the elements of these arrays. So 0 is accepted only for elements that are 0 in the model.
 const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfield_size",
                       "cam_fovy",      "opt.timestep",  "opt.impratio",    "stat.extent",
                       "stat.meansize", "stat.meanmass", "stat.meaninertia"};
@@ -75,7 +75,7 @@ std::vector<Input> inputs_of(const mjModel& m) {
   add("qfrc_applied", d.qfrc_applied, m.nv);
   add("xfrc_applied", d.xfrc_applied, m.nbody, 6);
   add("mocap_pos", d.mocap_pos, m.nmocap, 3);
-  if (!kNormalizesMocap) add("mocap_quat", d.mocap_quat, m.nmocap, 4);  // else it is part of the state
+  if (!kNormalizesMocap) add("mocap_quat", d.mocap_quat, m.nmocap, 4);  // otherwise it is part of a row's state
   add("userdata", d.userdata, m.nuserdata);
   for_each_more_input(m, d, [&](const char* name, const auto& member, std::int64_t rows, const void* cleared) {
     list.push_back({name, MJENV_DTYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
@@ -83,7 +83,7 @@ std::vector<Input> inputs_of(const mjModel& m) {
   return list;
 }
 
-// Calls body with a 0 of the type.
+// Calls body with a 0 of the C++ type that the dtype stands for.
 template <typename Body>
 auto with_type(mjenv_dtype type, const Body& body) {
   switch (type) {
@@ -115,8 +115,9 @@ double element(mjenv_dtype type, const void* data, std::size_t index) {
   });
 }
 
-// value_of(i): element i. accepts_originals: accept the model's own value of an element even if it breaks a rule, such
-// as an infinite bound. Allocates memory only if it fails, because resets check what they draw.
+// Throws if MuJoCo could not compute with these values. value_of(i) returns element i. accepts_originals: an element
+// may have the model's own value even if that breaks a rule, such as an infinite bound. Resets check what they draw, so
+// this allocates memory only when it throws.
 template <typename Value>
 void check_values(const OwnArray& array, const Value& value_of, bool accepts_originals) {
   const std::string& name = array.original.name;
@@ -152,7 +153,7 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
   }
 }
 
-// The offset in mjModel of the pointer to the array.
+// Where in mjModel the pointer to the array is, in bytes from the beginning.
 std::size_t pointer_to(const mjModel& m, const std::string& name) {
   std::size_t member = 0;
   for_each_array(m, [&](const char* n, const auto& data, std::int64_t, std::int64_t, bool) {
@@ -161,7 +162,7 @@ std::size_t pointer_to(const mjModel& m, const std::string& name) {
   return member;
 }
 
-// In tendons through space, wrap_prm has indices of sites.
+// Whether wrap_prm holds indices of sites, as it does in a model with spatial tendons.
 bool has_sites(const mjModel& m, const std::string& name) {
   return name == "wrap_prm" &&
          std::any_of(m.wrap_type, m.wrap_type + m.nwrap, [](int type) { return type != mjWRAP_JOINT; });

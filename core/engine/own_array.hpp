@@ -1,5 +1,5 @@
-// An array of which rows can have their own values, and which values it takes: an array or option of mjModel, or an
-// input of mjData that is no part of a row's state.
+// An array of which rows can have their own values, and the rules for these values. It is an array or option of
+// mjModel, or an input of mjData that is no part of a row's state.
 #pragma once
 
 #include <cstddef>
@@ -12,26 +12,27 @@ namespace mjenv::core {
 
 struct OwnArray {
   enum class Place { model_array, model_number, data_input };
-  // What own values can change of collisions: nothing, the parameters of contacts, or which pairs are found, and how.
+  // What own values of the array can change about collisions: nothing; the parameters of contacts; or which pairs
+  // MuJoCo finds and how.
   enum class Collisions { same, other_contacts, other_pairs };
 
-  Array original;  // data: the model's values; null for an input of mjData
+  Array original;  // its data are the model's values; null for an input of mjData
   Place place;
   Collisions collisions;
   std::size_t member;  // the offset of the array's pointer, or of the number, in mjModel or mjData
   std::size_t bytes;
-  std::size_t offset;   // in a row's block (OwnArrays)
-  const void* cleared;  // of an input of mjData: the array of the model that mj_resetData copies; null: none
+  std::size_t offset;   // of the array in a row's block (OwnArrays)
+  const void* cleared;  // for an input of mjData: the model's array that mj_resetData copies to it; null: it sets 0
 
   // The array of this name. Fails with MJENV_E_NAME and the reason if it cannot be written.
   static OwnArray of(const Model& model, const std::string& name);
 
-  // Fail with MJENV_E_VALUE if MuJoCo could not compute with these values, or with those in a block.
+  // These fail with MJENV_E_VALUE if MuJoCo could not compute with the values, or with those in a row's block.
   void check(const double* values) const;
   void check(const std::byte* block) const;
-  // Whether `check` would refuse the model's own values if it did not accept them as originals.
+  // Whether the model's own values break the rules of `check`, which accepts them nevertheless.
   bool refuses_originals() const;
-  // Whether `check` looks at each element alone.
+  // Whether `check` can judge each element without the others.
   bool checks_elements_alone() const;
 
   void write(const double* values, std::byte* block) const;

@@ -19,7 +19,7 @@ void OwnArrays::add(const std::string& name) {
   OwnArray array = OwnArray::of(*model_, name);
   if (array.bytes == 0) return;
   append(std::move(array));
-  // mj_resetData places mocap bodies where the model has them.
+  // mj_resetData computes mocap_pos and mocap_quat from body_pos and body_quat.
   if (model_->get()->nmocap > 0 && (name == "body_pos" || name == "body_quat")) {
     add("mocap_pos");
     if (!kNormalizesMocap) add("mocap_quat");

@@ -1,4 +1,4 @@
-// The arrays of which each row of an environment has its own values, because they were written.
+// The arrays of which each row of an environment has its own values. An array is added when it is first written.
 #pragma once
 
 #include <cstddef>
@@ -21,14 +21,15 @@ class OwnArrays {
   std::size_t block_bytes() const { return block_bytes_; }
   bool has_inputs() const { return has_inputs_; }  // of mjData
   const OwnArray* find(const std::string& name) const;
-  // Appends the array, and the inputs that mj_resetData computes from it, unless they are there.
+  // Appends the array, and the inputs that mj_resetData computes from it, unless they are already there.
   void add(const std::string& name);
   // Appends the array alone.
   void append(OwnArray array);
 
   // Writes the original values of the arrays from number `first` on to the block.
   void fill(std::size_t first, std::byte* block) const;
-  // Copies a block that `from` lays out to one that this lays out. Arrays that `from` lacks get their original values.
+  // Copies a block with the layout `from` to a block with this layout. Arrays that `from` lacks get their original
+  // values.
   void copy(const OwnArrays& from, const std::byte* block, std::byte* to) const;
   // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;

@@ -9,16 +9,17 @@
 namespace mjenv::core {
 namespace {
 
-// With more pairs than this, MuJoCo's search is faster than a list.
+// If there are more pairs than this, MuJoCo's search is faster than testing each pair of a list.
 constexpr std::size_t kMaxPairs = 512;
-// Lanes test pairs faster than MuJoCo does.
+// The limit for lists that lanes test, which is higher because lanes test pairs faster than MuJoCo does.
 constexpr std::size_t kMaxSearchedPairs = 4096;
 
 bool is_surface(const mjModel& m, int geom) {
   return m.geom_type[geom] == mjGEOM_PLANE || m.geom_type[geom] == mjGEOM_HFIELD;
 }
 
-// Whether a list can replace MuJoCo's search: no setting but excluded bodies changes what the search finds.
+// Whether a list of pairs can replace MuJoCo's search: the model has no setting that changes what the search finds,
+// except excluded bodies, which list_pairs considers.
 bool searchable(const mjModel& m) {
   if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)
@@ -80,7 +81,8 @@ bool are_excluded(const mjModel& m, int body1, int body2) {
   return std::count(m.exclude_signature, m.exclude_signature + m.nexclude, signature) > 0;
 }
 
-// between_bodies: whether pairs of geoms that are both not the world's may be in the list.
+// between_bodies: whether the list may have a pair in which neither geom belongs to the world. most: returns no value
+// if there would be more pairs.
 std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
   if (!searchable(m)) return std::nullopt;
   Pairs pairs;

@@ -9,30 +9,34 @@ struct mjModel_;
 
 namespace mjenv::core {
 
-// Explicit pairs for mjModel's pair_* arrays. Their order is that of MuJoCo's search, and their parameters are those
-// that MuJoCo would compute, so the contacts are the same bit for bit.
+// Explicit pairs for mjModel's pair_* arrays. They have the order of MuJoCo's search, and the parameters that MuJoCo
+// would compute for each contact. So the contacts are the same bit for bit.
 struct Pairs {
   std::vector<int> dim, geom1, geom2;
   std::vector<double> solref, solimp, margin, gap, friction;
-  // Only MuJoCo 4 has these. no_type is the contype and conaffinity of bodies that take part in no search.
+  // Only for MuJoCo 4. no_type: zeros, as contype and conaffinity of all bodies, so that no body takes part in the
+  // search.
   std::vector<int> signature, no_type;
   std::vector<double> solreffriction, adhesion;
 };
 
-// Returns no value if MuJoCo's search might find other contacts than a list gives: it excludes moving geoms by float32
-// numbers, and could miss a contact of less than 1e-7 m. `trusted` says that this does not happen in this model.
+// Lists all pairs that can touch. Returns no value if MuJoCo's search might miss a contact that the list finds: the
+// search excludes pairs of moving geoms by float32 computations, and could miss a contact in which the geoms overlap by
+// less than 1e-7 m. trusted: this does not happen in this model.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
-// All pairs that MuJoCo's search can find, in its order; which of them it finds in a state is for the caller to see.
-// Returns no value if there are too many, or if a setting changes what the search finds.
+// Lists all pairs that MuJoCo's search can find in any state, in the order of the search. The caller must determine
+// which of them the search finds in a given state. Returns no value if there are too many, or if a setting changes what
+// the search finds.
 std::optional<Pairs> searched_pairs(const mjModel_& model);
 
-// Makes collision detection in a view of the model use the pairs alone. The view refers to them.
+// Makes collision detection in a view of the model test these pairs and no others. The view keeps pointers to `pairs`.
 void set_pairs(mjModel_& view, Pairs& pairs);
 
-// Computes the parameters of the same pairs for a model that differs in the parameters of its geoms.
+// Computes the parameters of the listed pairs anew, for a model whose geoms have other parameters.
 void mix_again(const Pairs& listed, const mjModel_& model, Pairs& mixed);
-// The same for one pair, of the geoms in the order of their types. Allocates no memory if `mixed` has room for a pair.
+// Computes them for one pair. The type of geom1 must not be above that of geom2. Allocates no memory if `mixed` has
+// room for a pair.
 void mix_one(int geom1, int geom2, const mjModel_& model, Pairs& mixed);
 
 }  // namespace mjenv::core

@@ -1,4 +1,4 @@
-// The state from which MuJoCo continues a simulation exactly.
+// The layout of a row's state: the numbers from which MuJoCo continues a simulation exactly.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,8 @@
 
 namespace mjenv::core {
 
-// time, qpos, qvel, act, qacc_warmstart and ctrl, in this order, then what else this version has (Model::more_state).
+// A state consists of time, qpos, qvel, act, qacc_warmstart and ctrl, in this order, followed by the numbers that only
+// some versions of MuJoCo need (Model::more_state).
 class StateLayout {
  public:
   explicit StateLayout(const Model& model)
@@ -22,7 +23,7 @@ class StateLayout {
 
   std::size_t nq, nv, na, nu, more, size;
 
-  // Where the array with MuJoCo's name lies in a state; nothing if no part of the state has this name.
+  // Where a state holds the array of this MuJoCo name; nothing if no part of the state has this name.
   struct Part {
     std::size_t offset, count;
   };

@@ -8,7 +8,7 @@
 namespace mjenv::core {
 
 bool prepare_thread_locals() noexcept {
-  // MuJoCo's variables take 1.2 KB; glibc's table of all libraries' variables takes 1 KB or more.
+  // More than enough: MuJoCo's variables take 1.2 KB, and glibc's table of all libraries' variables takes 1 KB or more.
   constexpr std::size_t kEnough = 16384;
   void* const volatile room = std::malloc(kEnough);  // volatile: otherwise the compiler drops the allocation
   const bool enough = room != nullptr;

@@ -81,7 +81,7 @@ void Work::begin() {
 
 void Work::load(const double* state) {
   mjData* d = data_.get();
-  clear_stack(*d);  // an error that is thrown out of MuJoCo does not reset its stack
+  clear_stack(*d);  // an exception thrown out of MuJoCo leaves its stack in use
   clear_warnings();
   diverged_early_ = false;
   d->time = *state++;
@@ -119,7 +119,7 @@ void Work::keep_current() {
 void Work::keep_raw_qpos() { put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq); }
 
 void Work::compute_current(bool is_whole) {
-  if (is_whole) complete_forces();  // from what the step has left
+  if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from
   keep_raw_qpos();
   mjData* d = data_.get();
   const auto warnings = [&] {
@@ -130,7 +130,7 @@ void Work::compute_current(bool is_whole) {
   const int before = warnings();
   mj_step1(&stepped(), d);
   if (warnings() > before) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
-  // These belong to no constraint of the new state yet: they are what older ones, maybe of other rows, have left.
+  // mj_step1 does not compute these arrays, so they hold numbers of older constraints, perhaps of other rows.
   for (mjtNum* array : {d->efc_b, d->efc_force}) std::fill_n(array, d->nefc, 0.0);
   std::fill_n(d->efc_state, d->nefc, 0);
 }

@@ -1,4 +1,4 @@
-// The work space that simulates one row at a time: an mjData, into which a row's state is copied and back.
+// A work space: an mjData that simulates one row at a time. The row's state is copied into it and back.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ class Work {
   // A force and torque on a body, as xfrc_applied has them.
   struct Force {
     std::int32_t body;
-    std::size_t offset;  // of the body's part of xfrc_applied in a row's block of own values
+    std::size_t offset;  // of the body's xfrc_applied in a row's block of own values
     std::array<double, 6> values;
   };
   void apply(const Force& force);
@@ -39,15 +39,15 @@ class Work {
   // Whether a number in qfrc_applied or xfrc_applied is not 0.
   bool has_forces() const;
 
-  // Says that this array of mjData is read after each step.
+  // Announces that this array of mjData will be read after each step.
   void expect(const std::string& array) {
     (is_force(array) ? reads_forces_ : reads_all_) |= !is_after_every_step(array);
   }
   // Whether `expect` named one of the arrays that complete_forces computes.
   bool reads_forces() const { return reads_forces_; }
-  // Whether it named another array for which is_after_every_step is false.
+  // Whether `expect` named another array for which is_after_every_step is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. Else only arrays of is_after_every_step may be read.
+  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays of is_after_every_step may be read.
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }
@@ -55,28 +55,29 @@ class Work {
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
   // The view of this model that mj_step computes with.
   const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
-  // Computes with a row's own arrays, and copies its inputs into mjData. The block must outlive its use.
+  // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live as long
+  // as it is used.
   void use(const OwnArrays& arrays, std::byte* block);
 
   // Calls mj_resetData, which also clears the derived arrays.
   void clear();
-  // Starts an episode. Resets less than clear, which is faster and has the same effect on what follows.
+  // Starts an episode. Resets less than `clear` does, so it is faster; the results of what follows are the same.
   void begin();
   void load(const double* state);
   // Loads only what lies in StateLayout::rest.
   void load_rest(const double* rest);
   void save(double* state) const;
 
-  // Calls mj_forward, as Gymnasium's set_state does; with actuation disabled if the work space keeps current.
+  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), actuation is disabled in it.
   void forward();
 
-  // After each step, the stages of mj_step1 are computed for the new state.
+  // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
   void keep_current();
   bool keeps_current() const { return is_current_; }
-  // qpos before MuJoCo 2.2.2 normalised its quaternions for the last mj_step1 or mj_forward: if the next step went on
-  // from the normalised ones, it would normalise them again, which changes last bits.
+  // The qpos with which the last mj_step1 or mj_forward began. MuJoCo 2.2.2 normalises the quaternions in qpos. If the
+  // next step began with the normalised ones, it would normalise them again, which can change last bits.
   const std::vector<double>& raw_qpos() const { return raw_qpos_; }
-  // What a reset may call: simulates `count` timesteps, of which the first goes on from what was last computed.
+  // For resets: simulates `count` timesteps. The first one continues from what was computed last.
   void simulate(std::int64_t count);
   // The state in mjData.
   struct State {
@@ -87,12 +88,12 @@ class Work {
 
   // Called before each mj_step of a step, with its number. May write ctrl and forces.
   using BeforeSubstep = std::function<void(std::int64_t)>;
-  // A step is `frames` calls of mj_step with an action: act, then step, which writes the state before the last call to
-  // `before`. before_substep: may be null. Where lanes::Stepper advances mjData instead, it calls note_step. If it has also
-  // computed the stages of mj_step1 (shows_current), it has called keep_raw_qpos before them.
+  // For a step, call act, then step, which calls mj_step `frames` times and writes the state before the last call to
+  // `before`. before_substep may be null. If lanes::Stepper advances mjData instead of `step`, it calls note_step at
+  // the end. shows_current: it has also computed the stages of mj_step1, and has called keep_raw_qpos before.
   void act(const Action& action);
   void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
-  // has_forces: it has also computed what complete_forces computes.
+  // has_forces: the stepper has also computed what complete_forces computes.
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;
@@ -103,7 +104,8 @@ class Work {
   void keep_raw_qpos();
   // Repeats the last call of mj_step. Load the state before that call first.
   void repeat_step();
-  // Computes what steps leave out: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and lights.
+  // Computes what steps do not compute: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and
+  // lights.
   void complete();
   void complete_forces();
   void complete_frames();
@@ -112,9 +114,9 @@ class Work {
   int constraint_count() const;
   // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward.
   bool diverged() const;
-  // Whether it then reset the simulation, as it does unless the model disables that.
+  // Whether MuJoCo then reset the simulation, as it does unless the model disables that.
   bool was_reset() const;
-  // Whether it did so before the last mj_step of a step.
+  // Whether MuJoCo found bad numbers in an mj_step before the last one of the step.
   bool diverged_early() const { return diverged_early_; }
 
  private:

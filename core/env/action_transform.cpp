@@ -28,7 +28,7 @@ ActionTransform::ActionTransform(const Options& options, const Task& task)
   clip_low_ = narrow(low_);
   clip_high_ = narrow(high_);
   if (rescales_) {
-    // In NumPy's types, as Gymnasium's rescale_box: long double, then float32.
+    // Computes in the same types as Gymnasium's rescale_box does in NumPy: first long double, then float32.
     const double low = range[0], high = range[1];
     if (!(low < high) || !std::isfinite(low) || !std::isfinite(high))
       fail(MJENV_E_VALUE, "option \"rescale_actions\" is (" + number(low) + ", " + number(high) +
@@ -56,7 +56,7 @@ ActionTransform::ActionTransform(const Options& options, const Task& task)
 
 template <typename Number>
 Number ActionTransform::transformed(Number value, std::size_t i) const {
-  if (clips_) {  // a NaN stays, and where a number equals a bound, NumPy returns the bound (-0 or 0)
+  if (clips_) {  // NaN stays NaN; a number equal to a bound becomes the bound, as in NumPy (-0 or 0)
     const Number low = clip_low_[i], high = clip_high_[i];
     if (!std::isnan(value) && !(value > low)) value = low;
     if (!std::isnan(value) && !(value < high)) value = high;

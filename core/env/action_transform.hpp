@@ -1,6 +1,6 @@
-// What Gymnasium's wrappers ClipAction and RescaleAction make of an action: the options "clip_actions" and
-// "rescale_actions". With both, actions are clipped to the range from which they are rescaled, as by ClipAction around
-// RescaleAction.
+// Transforms actions as Gymnasium's wrappers ClipAction (the option "clip_actions") and RescaleAction
+// ("rescale_actions") do. If both are set, an action is first clipped to the range of "rescale_actions" and then
+// rescaled, as by ClipAction(RescaleAction(env)).
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,10 @@ class ActionTransform {
   const std::vector<double>& low() const { return low_; }
   const std::vector<double>& high() const { return high_; }
 
-  // Element i of an action, or of several actions one after the other, transformed in their dtype.
+  // Returns element i of an action, transformed in the action's dtype. `action` may be several actions, one after the
+  // other.
   double at(const Action& action, std::int64_t i) const;
-  // The transformed action, which is written to scratch. scratch has room for the action.
+  // Returns the transformed action. Its numbers are in `scratch`, which must have room for an action.
   Action apply(const Action& action, std::vector<double>& scratch) const;
 
  private:
@@ -32,12 +33,12 @@ class ActionTransform {
   std::vector<double> low_, high_;
   std::vector<float> clip_low_, clip_high_, gradient_, intercept_;
 
-  // Number: the action's type, in which NumPy computes.
+  // Number: the type in which NumPy computes, which is the action's.
   template <typename Number>
   Number transformed(Number value, std::size_t i) const;
 };
 
-// Declares the options of every id.
+// Declares these two options, which every id has.
 void declare_action_options(Options& options);
 
 }  // namespace mjenv::core

@@ -1,4 +1,4 @@
-// The values that a reset draws for a row's own arrays, which get them once the reset's outputs are written.
+// The values that a reset draws for a row's own arrays. The row gets them only after the reset's outputs are written.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,8 @@ class Draws {
  public:
   void reserve(std::size_t bytes) { block_.reserve(bytes); }
   void clear() { block_.clear(); }
-  // values: the row's own, as they are before the draw. Changes only the row's random stream; adopt stores the values.
+  // Draws the values. Of the row, this changes only the random stream; `adopt` stores the values. values: the row's own
+  // values before the draw.
   void draw(Rows& rows, std::int64_t row, const std::byte* values, const Randomization& randomization,
             RowConstants& constants) {
     const OwnArrays& arrays = rows.arrays();
@@ -25,7 +26,7 @@ class Draws {
     randomization.draw(rows.head(row).rng, rows.ranges(row), block_.data());
     if (randomization.computes_constants()) constants.draw(arrays, block_.data());
   }
-  // Gives the row what was drawn. Returns false if nothing was.
+  // Gives the row the values that were drawn. Returns false if none were.
   bool adopt(Rows& rows, std::int64_t row) noexcept {
     if (block_.empty()) return false;
     rows.keep(row);

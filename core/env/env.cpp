@@ -98,7 +98,7 @@ Env::Env(const Options& options, std::int64_t rows)
 
 Env::~Env() {
   if (workers_.pool().here()) return;
-  // This is a forked child. It has none of the threads that these destructors would wait for.
+  // In a forked child, these are leaked, because their destructors would wait for threads that the child does not have.
   static_cast<void>(pipeline_.release());
   workers_.abandon();
 }
@@ -112,7 +112,7 @@ const Identity& Env::identity() const {
 
 void Env::check_settled() const {
   if (pipeline_->count() == 0) return;
-  workers_.pool().check_here();  // if other threads have the rows, a forked child can never receive them
+  workers_.pool().check_here();  // in a forked child, rows that the parent's threads step can never be received
   fail(MJENV_E_PENDING, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
 }
 
@@ -241,7 +241,8 @@ void Env::observe(const mjenv_batch& out) {
   check_settled();
   workers_.pool().check_here();
   schema_.check(out, rows());
-  // Rows whose derived arrays are in a work space come first, because other rows would overwrite them.
+  // First observes the rows whose derived arrays are still in a work space, because other rows would overwrite these
+  // arrays.
   std::vector<std::uint8_t> observed(static_cast<std::size_t>(rows()));
   const auto is_held = [&](std::int64_t row) { return workers_.of(rows_, row).holds(rows_, row); };
   const auto observe_row = [&](Worker& worker, std::int64_t row) {
@@ -262,7 +263,7 @@ void Env::observe(const mjenv_batch& out) {
 
 void Env::send(const std::int64_t* rows_sent, std::int64_t row_count, const Action& actions) {
   if (!rows_sent) row_count = rows();
-  if (row_count < 0 || row_count > rows())  // so that the product below cannot overflow
+  if (row_count < 0 || row_count > rows())  // checked here so that the product below cannot overflow
     fail(MJENV_E_SIZE,
          "row_count is " + std::to_string(row_count) + ", but there are " + std::to_string(rows()) + " row(s)");
   check_count("the action's count", actions.count, row_count * task_.action_count());
@@ -289,7 +290,8 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
     own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(range.count)}, rows_.ranges(row) + range.first};
     return own_array_;
   }
-  // original.data is null for inputs of mjData, which are read from a work space below.
+  // Own values of mjModel are read from the row. original.data is null for inputs of mjData, which are read from a work
+  // space below.
   if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
     own_array_.data = rows_.values(row) + own->offset;
@@ -352,7 +354,7 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
     for (std::int64_t row = 0; row < rows(); ++row)
       if (is_selected(mask, row)) body(row, same ? values : values + row * each);
   };
-  const double* checked = nullptr;  // the values checked last, which rows may share
+  const double* checked = nullptr;  // the values that were checked last; rows may share them
   for_each_row([&](std::int64_t row, const double* of_row) {
     if (of_row == checked) return;
     try {
@@ -401,12 +403,12 @@ void Env::make_own(const std::vector<std::string>& arrays) {
   prepare_workers();
 }
 
-// Allocates what workers need to compute with the rows' own values, because steps and resets allocate nothing.
+// Allocates what workers need to compute with the rows' own values now, because steps and resets must not allocate.
 void Env::prepare_workers() {
   if (!rows_.arrays().empty()) workers_.for_each([&](Worker& worker) { worker.prepare(rows_.arrays()); });
 }
 
-// Any worker may compute the next step of a row for which mj_setConst was called.
+// Prepares all workers, because any of them may compute a row for which mj_setConst was called.
 void Env::prepare_constants() {
   workers_.for_each([](Worker& worker) { worker.constants().prepare(); });
 }
@@ -422,7 +424,7 @@ void Env::set_constants(const std::uint8_t* mask) {
     }
     forget_observation(row);
   };
-  // One row after the other, because make_own moves the values of all rows.
+  // On this thread, one row after the other, because make_own moves the values of all rows.
   for (std::int64_t row = 0; row < rows(); ++row)
     if (is_selected(mask, row)) {
       Worker& worker = workers_.of(rows_, row);
@@ -473,7 +475,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   if (given)
     next = Perturbation(read_struct(given, "perturbation"), model(), task_.action_count(),
                         static_cast<std::int64_t>(frames_.task_count()));
-  // First what allocates memory: a call that fails must change nothing.
+  // Allocates all memory first, because a call that fails must change nothing.
   std::vector<double> records = rows_.make_perturbation(next.record_count());
   std::vector<Perturbation::Step> steps;
   workers_.for_each([&](Worker& /*worker*/) { steps.push_back(next.make_step()); });
@@ -486,7 +488,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   perturbation_ = std::move(next);
 }
 
-// Sets to 0 the forces that each row's last step has left.
+// Sets to 0 the pushing forces that the last step of each row has left in its own values.
 void Env::end_pushes() {
   if (!perturbation_.pushes()) return;
   for (std::int64_t row = 0; row < rows(); ++row) {
@@ -528,7 +530,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   try {
     prepare_workers();
     if (rows_.has_constants()) prepare_constants();
-  } catch (const std::bad_alloc&) {  // the rows are restored: what is missing is allocated by their first step
+  } catch (const std::bad_alloc&) {  // the rows are already restored; their first step allocates what is missing
   }
   for (std::int64_t i = 0; i < rows(); ++i)
     if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);

@@ -22,7 +22,7 @@
 
 namespace mjenv::core {
 
-// Each mjenv_env handle holds an Env. It checks the arguments of a call, then lets its members below do the work.
+// What an mjenv_env handle holds. An Env checks the arguments of a call, and its members below do the work.
 class Env {
  public:
   Env(const Options& options, std::int64_t rows);
@@ -38,7 +38,8 @@ class Env {
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together with the rows' present values. Forces count while no row is under way.
+  // How many rows each thread steps together, given the rows' present values. Forces are considered only while no row
+  // is under way.
   LaneChoice lanes() const;
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 
@@ -60,9 +61,10 @@ class Env {
   void seed_actions(std::uint64_t seed);
   void sample_actions(float* action, std::int64_t count);
 
-  // The array of mjModel, or of the row's mjData, with this MuJoCo name. It is valid until the next call.
+  // The array of the row's mjModel or mjData with this MuJoCo name. The result is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
-  // Calls draw with the mjModel and mjData that Gymnasium has in the row's present state. It must not change them.
+  // Calls draw with the mjModel and mjData that Gymnasium would have in the row's present state. draw must not change
+  // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
   // Writes an array of the row's state or mjModel, or an input of its mjData (engine/own_array.hpp). count: the array's
@@ -72,7 +74,7 @@ class Env {
   void set_constants(const std::uint8_t* mask);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
-  // randomize replaces what resets draw. perturb replaces the noise, delays and pushes; null removes them.
+  // randomize replaces what resets draw. perturb replaces noise, delays and pushes; null: there are none from then on.
   void randomize(const mjenv_randomization* items, std::int64_t count);
   void perturb(const mjenv_perturbation* perturbation);
 
@@ -98,7 +100,7 @@ class Env {
   mutable std::optional<Identity> identity_;  // computed when it is first needed
   Rng action_rng_;
   bool actions_seeded_ = false;
-  Array own_array_;  // the last result of array(), if the row has its own copy
+  Array own_array_;  // the last result of array(), if it was an array of the row's own
 
   const Identity& identity() const;
   void forget_observation(std::int64_t row);

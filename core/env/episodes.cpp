@@ -10,8 +10,8 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: that of the error if it is MJENV_E_TASK, MJENV_E_VALUE or
-// MJENV_E_MODEL (a draw was refused), else MJENV_E_PHYSICS.
+// Calls body. If it throws, writes the row's status: MJENV_E_TASK, or MJENV_E_VALUE or MJENV_E_MODEL (a drawn value was
+// refused) if that is the error's, otherwise MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {
@@ -55,7 +55,7 @@ void Episodes::check_steppable(std::int64_t row, bool resets) const {
 
 void Episodes::check_finite(std::int64_t row, const Action& action) const {
   if (!strict_ || awaits_reset(row)) return;
-  const bool is_transformed = !transform_.empty();  // then infinity may become a bound
+  const bool is_transformed = !transform_.empty();  // clipping then turns infinity into a bound
   for (std::int64_t i = 0; i < action.count; ++i)
     if (!std::isfinite(is_transformed ? transform_.at(action, i) : action[i]))
       fail(MJENV_E_VALUE, in_row(row, element_is("action", static_cast<std::size_t>(i), action[i]) +
@@ -85,7 +85,8 @@ void Episodes::reset_row(Worker& worker, std::int64_t row, const Place& place) c
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
-  // Calls adopt even if observe or reset_info fails, because the row has begun the episode by then.
+  // Calls adopt in its destructor, so also if observe or reset_info fails, because the row has begun the episode by
+  // then.
   struct Adoption {
     Worker& worker;
     Rows& rows;
@@ -138,7 +139,7 @@ void Episodes::advance(Team& team, std::uint32_t& moving) const {
   const auto load = [&](std::size_t i) {
     Turn& turn = team.turns()[i];
     if (!task_.calls->has_maps()) return team[i].load(rows_, turn.row, turn.seen, turn.forces);
-    turn.random = turn.begun;  // the row may be loaded again (Team::advance)
+    turn.random = turn.begun;  // restored, because the row may be loaded a second time (Team::advance)
     team[i].begin_step(rows_, turn.row, turn.seen, turn.forces, turn.random);
   };
   const auto attempt = [&](std::size_t i, const auto& body) {

@@ -17,7 +17,7 @@
 
 namespace mjenv::core {
 
-// The functions concern one row, or a team's rows. Threads call them at the same time for different rows.
+// Each function concerns one row, or the rows of a team. Threads call them at the same time for different rows.
 class Episodes {
  public:
   Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
@@ -25,11 +25,12 @@ class Episodes {
 
   // Begins an episode and writes the outputs of a reset.
   void reset(Worker& worker, std::int64_t row, const Place& place) const;
-  // Plays the steps of the team's turns and writes their outputs. An automatic reset takes the step's place (next_step)
-  // or follows it (same_step). Failures go to the team's first worker.
+  // Plays the steps of the team's turns and writes their outputs. An automatic reset replaces the step (next_step) or
+  // follows it (same_step). Failures are collected in the team's first worker.
   void step(Team& team) const;
   // Plays up to `steps` steps of rows first to last - 1, without resets. After the end of its episode a row keeps its
-  // state. Writes the outputs of step t to element row * steps + t. The actions are those of all rows of the environment.
+  // state. Writes the outputs of step t to element row * steps + t. The actions are those of all rows of the
+  // environment.
   void rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
   // Writes the observation and the exported arrays of the row's present state.
@@ -65,7 +66,7 @@ class Episodes {
   // True if the next step resets the row. In same_step mode this happens only after a step that ended the episode but
   // failed to reset the row, or after a rollout in which the episode ended.
   bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
-  // A row is perturbed from its first reset after mjenv_perturb on.
+  // Whether noise, delays and pushes act on the row: they do from its first reset after mjenv_perturb.
   bool is_perturbed(std::int64_t row) const {
     return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }
@@ -80,7 +81,8 @@ class Episodes {
   void advance(Team& team, std::uint32_t& moving) const;
   Ends end_step(Worker& worker, Turn& turn) const;
   void end_step_and_reset(Worker& worker, Turn& turn) const;
-  // A step of a rollout after the episode has ended: the row keeps the state in which it ended.
+  // Writes the outputs of a rollout's step after the end of the episode: the row keeps the state in which the episode
+  // ended.
   void stay(Worker& worker, const Turn& turn, Ends ends) const;
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                     const mjenv_batch& out) const;

@@ -26,7 +26,7 @@ void Failures::add(mjenv_status status, const std::string& what, std::size_t nam
     text_ += (text_.empty() ? "" : "; ") + (what.empty() ? std::string("out of memory") : what);
     named_ += named;
     unnamed_ += unnamed;
-  } catch (const std::exception&) {  // no memory for the text: drops it, and reports MJENV_E_MEMORY
+  } catch (const std::exception&) {  // there is no memory for the text: drops it, and reports MJENV_E_MEMORY
     status_ = MJENV_E_MEMORY;
   }
 }

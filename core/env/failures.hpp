@@ -1,4 +1,4 @@
-// Collects the errors of rows that one call computes, so that the call reports them together.
+// Collects the errors of the rows that a call computes, so that the call reports them as one error.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,11 @@ namespace mjenv::core {
 
 class Failures {
  public:
-  // Keeps the first status; MJENV_E_MEMORY takes precedence over all others.
+  // Adds an error. The status that is reported is the first one, or MJENV_E_MEMORY if that was added.
   void add(mjenv_status status, const std::string& what) noexcept;
-  // Moves the other's failures here and empties it.
+  // Moves the failures of `other` here.
   void take(Failures& other) noexcept;
-  // If there are failures, throws one error that names the first and counts the others, and forgets them.
+  // If there are failures, forgets them and throws one error, which names the first ones and counts the others.
   void raise();
 
  private:

@@ -17,7 +17,7 @@ constexpr std::int64_t kMaxFrames = std::numeric_limits<std::int32_t>::max();
 
 [[noreturn]] void refuse(mjenv_status status, const std::string& why) { fail(status, "option \"history\": " + why); }
 
-// "position=3" as the name and the number.
+// Splits a word such as "position=3" into the name and the number.
 std::pair<std::string, std::size_t> length_of(const std::string& word) {
   const std::size_t sign = word.rfind('=');
   const std::string digits = sign == std::string::npos ? "" : word.substr(sign + 1);
@@ -86,7 +86,7 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
       std::any_of(fields.begin(), fields.end(), [](const Field& field) { return !field.group.empty(); });
   if (wanted == "dict" || (wanted == "auto" && has_groups)) keys_ = keys_of(fields_);
   const auto whole = static_cast<std::size_t>(history.integer);
-  // What a history of whole observations stacks, each by itself.
+  // A history of whole observations stacks each of these blocks separately: the keys of a Dict, or the one Box.
   const std::vector<Field> blocks =
       keys_.empty() ? std::vector<Field>{{MJENV_ROLE_OBSERVATION, "", "", MJENV_DTYPE_FLOAT64, {}, 0, total(fields_)}}
                     : keys_;
@@ -110,7 +110,8 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
   take_bounds(count);
 }
 
-// Stacks whole blocks, which consist of the task's observation and the time.
+// Sets up a history in which each block is stacked as a whole. The blocks together are the task's observation and the
+// time.
 void Frames::take_whole(const std::vector<Field>& blocks, std::size_t frames) {
   std::size_t to = 0;
   for (const Field& block : blocks) {
@@ -127,7 +128,7 @@ void Frames::take_whole(const std::vector<Field>& blocks, std::size_t frames) {
   if (!keys_.empty()) shape_ = {static_cast<std::int64_t>(to)};
 }
 
-// Lists the fields of each frame, and the keys of which all frames together consist.
+// Lists the fields of all frames (older ones as "NAME[-AGE]"), and gives each key the shape of all its frames.
 void Frames::name_frames(const std::vector<Field>& blocks, std::size_t frames) {
   const std::vector<Field> newest = fields_;
   fields_.clear();
@@ -149,7 +150,7 @@ void Frames::name_frames(const std::vector<Field>& blocks, std::size_t frames) {
   }
 }
 
-// Stacks the values of each term that `lengths` names.
+// Sets up a history of single terms: `lengths` names them and the number of their frames.
 void Frames::take_terms(const std::string& lengths) {
   std::vector<std::size_t> frames(fields_.size(), 0);
   std::istringstream words(lengths);
@@ -184,7 +185,7 @@ void Frames::take_terms(const std::string& lengths) {
   shape_ = {static_cast<std::int64_t>(to)};
 }
 
-// Describes the observation, of which memory for `count` numbers is known to exist.
+// Sets the bounds of the observation's `count` numbers, for which the caller has checked that there is enough memory.
 void Frames::take_bounds(std::size_t count) {
   low_.assign(count, -kInfinity);
   high_.assign(count, kInfinity);

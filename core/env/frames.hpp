@@ -1,7 +1,7 @@
-// What the caller sees of a task's observation: with the options "time_aware" and "history", also the time, and the
-// observations of the last steps. Both compute what Gymnasium's wrappers TimeAwareObservation and FrameStackObservation
-// compute. The option "observation" says whether the caller sees a Gymnasium Box or Dict. A Dict's keys are parts of the
-// observation, which stays one array here.
+// Makes the observation that the caller sees from the task's. The option "time_aware" adds the time, as Gymnasium's
+// wrapper TimeAwareObservation does; "history" adds the observations of the last steps, as FrameStackObservation does.
+// The option "observation" says whether the caller sees a Gymnasium Box or Dict. In this library the observation is one
+// array in both cases; the keys of a Dict are parts of it.
 #pragma once
 
 #include <cstddef>
@@ -14,57 +14,60 @@
 
 namespace mjenv::core {
 
-// A frame is the task's observation of one step, and behind it the time if the caller wants it. With a history, each
-// row has a record of doubles: whether the newest frame belongs to the row's present state, then the observation as the
-// caller sees it.
+// A frame is the task's observation of one step, followed by the time if "time_aware" is set. With a history, each row
+// has a record of doubles: first whether the newest frame belongs to the row's present state, then the observation as
+// the caller sees it.
 class Frames {
  public:
-  // fields: of the task's observation. rows: how many rows the environment has, to refuse a history for which there is
-  // no memory.
+  // fields: those of the task's observation. rows: how many rows the environment has; a history for which there is no
+  // memory is refused.
   Frames(const Options& options, const std::vector<Field>& fields, std::int64_t rows);
 
-  // Whether the caller sees the task's observation as it is.
+  // Whether the caller sees the task's observation unchanged.
   bool empty() const { return !is_timed_ && !has_history_; }
   // How many numbers the task's observation has.
   std::size_t task_count() const { return task_count_; }
-  // Of the observation that the caller sees: its fields, the shape that Gymnasium gives it, and the bounds of its
-  // numbers.
+  // These describe the observation that the caller sees: its fields, its keys, the shape that Gymnasium gives it, and
+  // the bounds of its numbers.
   const std::vector<Field>& fields() const { return fields_; }
-  const std::vector<Field>& keys() const { return keys_; }  // of a Dict; none: it is a Box
+  const std::vector<Field>& keys() const { return keys_; }  // the keys of a Dict; empty: it is a Box
   const std::vector<std::int64_t>& shape() const { return shape_; }
   const std::vector<double>& low() const { return low_; }
   const std::vector<double>& high() const { return high_; }
   // How many doubles a row's record has; 0 if it needs none.
   std::size_t record_count() const { return record_count_; }
 
-  // Returns what the caller sees after `steps` steps of an episode, of which this is the task's newest observation.
-  // scratch: room for it. record: the row's, to which this adds the frame; after 0 steps the history begins anew.
+  // Returns what the caller sees after `steps` steps of an episode. observation: the task's newest. record: the row's,
+  // to which this adds the frame; after 0 steps the history begins anew. scratch: receives the result if there is no
+  // record.
   const double* add(double* record, const double* observation, std::int64_t steps, std::vector<double>& scratch) const;
-  // Returns what the caller sees in the row's present state, without adding a frame: the older frames of the record,
-  // and this observation as the newest.
+  // Returns what the caller sees in the row's present state: the older frames of the record, and this observation as
+  // the newest frame. Adds no frame to the record.
   const double* show(const double* record, const double* observation, std::int64_t steps,
                      std::vector<double>& scratch) const;
-  // What `add` returned last; null if there is no record, or the row's state was set or written since.
+  // What `add` returned last. Null if there is no record, or if the row's state was set or written since.
   const double* last(const double* record) const {
     return record_count_ > 0 && record[0] != 0 ? record + kHead : nullptr;
   }
   // Call this when the row's state was set or written.
   static void forget(double* record) { record[0] = 0; }
 
-  // Whether a record keeps the history of each key by itself. Then it fits no environment with a Box, and vice versa.
+  // Whether a record stacks the frames of each key separately. Such a record does not fit an environment with a Box,
+  // and the record of a Box does not fit here.
   bool stacks_keys() const { return stacks_keys_; }
-  // Whether a row can have this record. Checks the record of an image.
+  // Whether a row can have this record. Used to check the records in an image.
   bool is_valid(const double* record) const { return record[0] == 0 || record[0] == 1; }
 
  private:
   static constexpr std::size_t kHead = 1;  // where the observation begins in a record
 
-  // Numbers of the observation that are kept together: `frames` times `count`, from the oldest to the newest.
+  // A part of the observation that contains `frames` frames of `count` numbers each, from the oldest to the newest.
   struct Stack {
     std::size_t to, count, frames;
     std::size_t newest() const { return to + (frames - 1) * count; }
   };
-  // Numbers of a frame, and where they stand in the newest part of the observation.
+  // Consecutive numbers of the task's observation, and where the observation that the caller sees has the newest of
+  // them.
   struct Piece {
     std::size_t from, to, count;
   };
@@ -72,13 +75,13 @@ class Frames {
   std::size_t task_count_, record_count_ = 0;
   bool is_timed_, normalizes_time_, pads_with_zeros_;
   bool has_history_ = false, stacks_keys_ = false;
-  std::int64_t limit_;  // of the steps of an episode
+  std::int64_t limit_;  // the number of steps after which an episode is truncated
   std::vector<Field> fields_, keys_;
   std::vector<std::int64_t> shape_;
   std::vector<double> low_, high_;
   std::vector<Stack> stacks_;
   std::vector<Piece> pieces_;  // of the task's observation
-  std::size_t time_at_ = 0;    // where the newest time stands
+  std::size_t time_at_ = 0;    // where the observation has the newest time
 
   void take_whole(const std::vector<Field>& blocks, std::size_t frames);
   void take_terms(const std::string& lengths);
@@ -87,7 +90,7 @@ class Frames {
   void place(const double* observation, std::int64_t steps, double* to) const;
 };
 
-// Declares the options of every id.
+// Declares these three options, which every id has.
 void declare_frame_options(Options& options);
 
 }  // namespace mjenv::core

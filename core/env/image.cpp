@@ -20,9 +20,9 @@ namespace {
 //   - an Entry for each part that some row of the image has, in the order of kParts, with the bytes that one row has
 //   - an Entry for each array in which some row has own values that are not the model's, in alphabetical order, with
 //     its bytes in a block of own values, where the arrays follow each other at multiples of 8 bytes
-//   - each row's parts, one after the other. Head::kept says which of the kept parts the row has.
-// Equal states have equal images, whatever calls led to them. So an image omits arrays whose values equal the model's,
-// and kept values that equal those that apply without them (Version).
+//   - each row's parts, one after the other. Head::kept says which of the kept parts the row has. Rows in equal states
+//   have equal images, whatever calls led to the states. So an image leaves out arrays whose values equal the model's,
+//   and the own values of a version that equal those that would apply without them (Version).
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint16_t version = 5;
@@ -65,7 +65,7 @@ struct Range {
   std::int64_t count() const { return end - first; }
 };
 
-// The bytes of a part in an image whose rows have own values of these arrays.
+// How many bytes a part has in an image whose rows have own values of these arrays.
 std::size_t bytes_of(const PartKind& kind, const Rows& rows, const OwnArrays& arrays) {
   return kind.content == Content::values ? arrays.block_bytes() : rows.bytes_of(kind.content);
 }
@@ -94,7 +94,7 @@ class Plan {
   bool is_in(const PartKind& kind, std::uint16_t kept) const {
     return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
   }
-  // The row's Head::kept in the image, without kept values that equal those that apply without them (Version).
+  // The row's Head::kept in the image: without the values that equal those that would apply without them (Version).
   std::uint16_t kept_of(std::int64_t row) const {
     std::uint16_t kept = rows_.head(row).kept;
     if (kept == 0) return 0;
@@ -138,7 +138,7 @@ class Plan {
   }
 };
 
-// Checks bytes from an untrusted source, at any alignment.
+// Checks the parts of an image, which may come from an untrusted source and may be misaligned.
 class Checks {
  public:
   Checks(const Rows& rows, const OwnArrays& arrays, const Task& task, const Randomization& randomization,
@@ -155,7 +155,8 @@ class Checks {
     const StateLayout& layout = rows_.layout();
     switch (kind.content) {
       case Content::head: return is_valid_head(part);
-      // MuJoCo can compute with any numbers in a state, though results may be infinite. But its indices must be valid.
+      // MuJoCo can compute with any numbers in a state, although the results may be infinite. But indices in it must be
+      // valid.
       case Content::state: return is_valid_rest(part + (layout.size - layout.more) * sizeof(double));
       case Content::rest: return is_valid_rest(part);
       case Content::values: return is_valid_block(part);
@@ -174,7 +175,7 @@ class Checks {
   }
 
  private:
-  // More steps than any episode has. A larger count means that the image is damaged, and could overflow.
+  // No episode has so many steps. A larger count would mean that the image is damaged, and might overflow.
   static constexpr std::int64_t kMaxSteps = std::int64_t{1} << 62;
 
   const Rows& rows_;
@@ -201,7 +202,8 @@ class Checks {
     std::uint16_t possible = 0;
     for (const PartKind& kind : kParts)
       if (bytes_of(kind, rows_, arrays_) > 0) possible |= kind.kept;
-    // NumPy's generator needs an odd increment: with an even one, a reset that rejects draws might never end.
+    // The increment of NumPy's generator must be odd. With an even one, a reset that draws until a condition holds
+    // might never end.
     const bool is_even = head.seeded && head.rng.words()[2] % 2 == 0;
     const auto lacks = [&](Part needed, Content content) {
       return rows_.bytes_of(content) > 0 && (head.kept & kept_bit(needed)) == 0;
@@ -227,7 +229,8 @@ class Checks {
   }
 };
 
-// Appends the array that an image names. Returns false if rows cannot have own values of it, or it has other bytes.
+// Appends an array that an image names. Returns false if rows cannot have own values of it, or if its size is not
+// `bytes`.
 bool append(const Model& model, const std::string& name, std::uint64_t bytes, OwnArrays& arrays) {
   try {
     OwnArray array = OwnArray::of(model, name);
@@ -253,7 +256,8 @@ void check_engine(int engine) {
                              mujoco_version() + ": restore it in an environment on MuJoCo " + made_on);
 }
 
-// Throws unless the fingerprints are equal. 0: nothing was set. The message names the setting and its function.
+// Throws unless the fingerprint of a setting is the same in the image and here. 0 means that nothing was set. what,
+// function: the names of the setting and of its function, for the message.
 void check_settings(const char* what, const char* function, std::uint64_t of_image, std::uint64_t here) {
   if (of_image == here) return;
   const std::string difference = of_image == 0 ? std::string("without ") + what + ", but this environment has some"
@@ -374,7 +378,7 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
       header.checksum != hash(from + sizeof header, size - sizeof header))
     damaged();
 
-  // All of the image is checked, and all memory is allocated, before any row changes.
+  // The whole image is checked, and all memory is allocated, before any row changes.
   const std::byte *at = from + sizeof header, *const end = from + size;
   const auto take = [&](std::size_t bytes) {
     if (bytes > static_cast<std::size_t>(end - at)) damaged();

@@ -14,11 +14,12 @@
 
 namespace mjenv::core {
 
-// An image fits environments of equal identity, MuJoCo, math and number of rows, if it has this library's version.
+// An image fits an environment of the same identity, MuJoCo, math library and number of rows, if this version of the
+// library wrote it.
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 
-  // of the id, the model, the task's revision and the options of Scope::episodes
+  // a hash of the id, the model, the task's revision and the options of Scope::episodes
   std::uint64_t hash;
   Rounding rounding;  // how Euclidean norms are rounded (the option "norm"); `any` if the task computes none
   // Fingerprints; 0 for none.

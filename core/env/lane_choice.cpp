@@ -15,7 +15,7 @@ std::string counted(std::int64_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-// Why lanes cannot be used at all; "" if they can.
+// Why lanes cannot be used with this task at all; "" if they can.
 std::string obstacle_of(const Task& task) {
   std::string absence = lanes::absence();
   if (!absence.empty()) return absence;

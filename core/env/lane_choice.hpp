@@ -14,11 +14,12 @@ namespace mjenv::core {
 
 struct LaneChoice {
   int width = 0;       // 0: one row after the other
-  std::string reason;  // why rows are stepped one after the other; "" if none is
+  std::string reason;  // why rows are stepped one after the other; "" if they are not
 };
 
-// Decides by the option "lanes", and throws if so many are not available. -1: the variable MJENV_LANES decides, which
-// must be a number that this CPU supports; environments that cannot have so many lanes ignore it.
+// Chooses the number of lanes that the option "lanes" asks for, or throws if that many are not available. If the option
+// is -1, the environment variable MJENV_LANES decides. It must be a number that this CPU supports, and is ignored by
+// environments that cannot have so many lanes.
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
 
 // The names of those mjModel arrays for which lanes do not support different values in each row.

@@ -1,5 +1,5 @@
-// The order in which rows are stepped in lanes. Rows that step together all wait for the one with the most constraints,
-// so rows are sorted by how many they had in their last step.
+// The order in which rows are stepped in lanes. Rows in the same lanes take as long as the one with the most
+// constraints. So rows are sorted by how many constraints they had in their last step.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,9 @@ namespace mjenv::core {
 
 class Order {
  public:
-  // rows: how many, or 0 to keep the order fixed. share: how many rows each thread steps. Windows of at most `share`
-  // rows are sorted on their own, so that a group's rows are near each other in memory and stay with their thread.
+  // rows: how many rows there are, or 0 to keep their order. share: how many rows each thread steps. Only rows of the
+  // same window, which has at most `share` rows, change places with each other. So rows that are stepped together are
+  // near each other in memory, and stay with their thread.
   Order(std::int64_t rows, std::int64_t share)
       : constraints_(static_cast<std::size_t>(rows)), offsets_(constraints_.size()) {
     while (window_ < kMaxWindow && 2 * static_cast<std::int64_t>(window_) <= share) window_ *= 2;
@@ -42,7 +43,7 @@ class Order {
     return static_cast<std::int64_t>((at & ~(window_ - 1)) + offsets_[at]);
   }
 
-  // How many constraints the row had in its last step.
+  // Records how many constraints the row had in its last step.
   void note(std::int64_t row, int constraints) {
     if (constraints_.empty()) return;
     constraints_[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(std::min(constraints, 255));

@@ -41,7 +41,8 @@ void Outputs::deliver(const Schema& schema, std::int64_t row, const mjenv_batch&
   to.copy(schema.fields(MJENV_ROLE_ARRAYS), batch_.arrays, out.arrays);
   if (!from.get(batch_.was_reset)) return;
   to.copy(schema.fields(MJENV_ROLE_RESET_INFO), batch_.reset_info, out.reset_info);
-  // Only a step that ended an episode wrote final_obs and final_info. A reset in its place sets both flags to 0.
+  // final_obs and final_info were written only if a step ended an episode. If a reset replaced the step, both flags are
+  // 0.
   if (!batch_.final_obs || (!from.get(batch_.terminated) && !from.get(batch_.truncated))) return;
   to.put_observation(final_obs_.data() + row * obs, obs, out.final_obs);
   to.copy(schema.fields(MJENV_ROLE_INFO), batch_.final_info, out.final_info);

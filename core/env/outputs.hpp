@@ -1,4 +1,4 @@
-// Arrays for the outputs of all rows, in which the pipeline keeps them until mjenv_recv copies them to the caller.
+// The arrays in which the pipeline keeps the outputs of all rows until mjenv_recv copies them to the caller.
 #pragma once
 
 #include <cstdint>

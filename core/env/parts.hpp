@@ -1,4 +1,4 @@
-// The parts of a row, which it keeps from call to call. Allocating, copying and saving rows loop over this table.
+// The parts of which a row consists. The code that allocates, copies and saves rows loops over this table.
 #pragma once
 
 #include <array>
@@ -25,12 +25,13 @@ enum class Part : std::uint8_t {
   constants_values,
 };
 
-// What a part consists of. Rows::bytes_of says how many bytes that is, and read_image how foreign bytes are checked.
+// What a part consists of. Rows::bytes_of tells how many bytes it has, and read_image checks the bytes of an image
+// accordingly.
 enum class Content : std::uint8_t {
   head,          // Rows::Head
   state,         // a state (StateLayout)
   rest,          // StateLayout::rest
-  carried,       // the numbers that the task keeps for the row's next step (SimView::carried)
+  carried,       // the numbers that the row carries for the task (SimView::carried)
   parameters,    // the row's live parameters (Parameters)
   values,        // a block of own values (OwnArrays)
   perturbation,  // the record of noise, delays and pushes (Perturbation)
@@ -79,9 +80,10 @@ constexpr bool are_in_order() {
 static_assert(are_in_order());
 constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
-// As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But rows
-// do not store derived arrays: a worker computes them again when they are needed (Worker::hold). After a write it must
-// compute them from the inputs before the write. So a row stores the inputs of up to four computations, its versions:
+// As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But
+// rows do not store derived arrays: a worker computes them again when they are needed (Worker::hold). After a write, it
+// must compute them from the state and values from before the write. So a row stores the inputs of up to four
+// computations, its versions:
 //
 //   version    state           own values        its own values are kept            what Worker::hold does with it
 //   now        state           values            always                             loads it last; steps go on from it

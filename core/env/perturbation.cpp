@@ -13,10 +13,10 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMaxDelay = 1'000'000;
-constexpr std::int64_t kMaxInterval = std::int64_t{1} << 52;  // a double counts the steps
+constexpr std::int64_t kMaxInterval = std::int64_t{1} << 52;  // so that a double can count the steps exactly
 constexpr std::size_t kPushes = 1;                            // where the pushes begin in a record
 
-// One standard deviation for each element; none without noise.
+// Returns one standard deviation for each element; an empty list if there is no noise.
 std::vector<double> noise_of(const double* given, std::int64_t given_count, std::size_t count,
                              const std::string& what) {
   if (given_count == 0) return {};
@@ -31,7 +31,7 @@ std::vector<double> noise_of(const double* given, std::int64_t given_count, std:
   return deviations;
 }
 
-// The action that reaches the task until the first delayed one does; empty: zeros.
+// Returns the action that the task sees until the first delayed action arrives; empty: zeros.
 std::vector<double> first_action_of(const double* given, std::int64_t given_count, std::size_t count) {
   if (given_count == 0) return {};
   if (given_count != 1) check_count("first_action_count", given_count, static_cast<std::int64_t>(count));
@@ -74,7 +74,8 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
   take_pushes(given, model);
   has_observations_ = !observation_noise_.empty() || observation_delay_.most > 0;
   if (action_noise_.empty() && action_delay_.most == 0 && !has_observations_ && pushes_.empty()) return;
-  // In 64 bits, because a delay may need more memory than 32 bits can address, which Rows::make_perturbation refuses.
+  // Computed in 64 bits, because a delay may need more memory than 32 bits can address. Rows::make_perturbation then
+  // refuses it.
   const std::uint64_t actions = std::uint64_t{action_delay_.most} * actuators_;
   const std::uint64_t observations = std::uint64_t{observation_delay_.most} * observation_count_;
   delays_ = kPushes + 2 * pushes_.size();
@@ -198,7 +199,7 @@ Action Perturbation::act(const double* record, std::int64_t steps, const Action&
 }
 
 void Perturbation::commit(double* record, std::int64_t steps, const Action& action, const Step& step) const {
-  record[0] = kBegun;  // until observe has computed this step's observation, which may fail
+  record[0] = kBegun;  // until observe has computed the observation of this step, since that may fail
   std::copy(step.pushes.begin(), step.pushes.end(), record + kPushes);
   if (action_delay_.most == 0) return;
   double* to = record + actions_ + static_cast<std::size_t>(steps) % action_delay_.most * actuators_;

@@ -14,8 +14,8 @@
 
 namespace mjenv::core {
 
-// For its perturbation, each row has a record of doubles: the phase, the pushes, the actions and observations that are
-// on their way, and the last observation that the caller saw.
+// The settings of mjenv_perturb. For them each row has a record of doubles: the phase, the state of the pushes, the
+// delayed actions and observations, and the last observation that the caller saw.
 class Perturbation {
  public:
   // Perturbs nothing.
@@ -25,11 +25,12 @@ class Perturbation {
 
   bool pushes() const { return !pushes_.empty(); }
   bool changes_observations() const { return has_observations_; }
-  // How many doubles a row's record has. They may be too many to allocate, so allocate them before changing anything.
+  // How many doubles a row's record has. There may be too little memory for them, so allocate them before you change
+  // anything.
   std::uint64_t record_count() const { return record_count_; }
   // A hash of the settings; 0 if there are none.
   std::uint64_t fingerprint() const { return fingerprint_; }
-  // Call this after rows got their own xfrc_applied.
+  // Call this after rows have got their own xfrc_applied.
   void place(const OwnArrays& layout) noexcept;
 
   // Whether the row was reset since its record was made. Until then it is not perturbed.
@@ -55,18 +56,19 @@ class Perturbation {
   };
   // Allocates the memory that act uses.
   Step make_step() const;
-  // Returns the action that the task sees: delayed, with noise. Also draws the pushes. steps: of the episode so far.
+  // Returns the action that the task sees, after delay and noise. Also draws the pushes. steps: how many steps the
+  // episode has had so far.
   Action act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng, Step& step) const;
   // Call this when the step has succeeded: stores the state of the pushes, and the caller's action if it is delayed.
   void commit(double* record, std::int64_t steps, const Action& action, const Step& step) const;
-  // Returns what the caller sees instead of the task's observation, after `steps` steps.
+  // Returns the observation that the caller sees after `steps` steps of the episode: the task's, with noise and delay.
   const double* observe(double* record, std::int64_t steps, const double* observation, np::Generator& rng) const;
 
   // Whether the last step's pushes have left forces in the row's values. end_pushes sets these to 0.
   bool is_pushed(const double* record) const;
   void end_pushes(const double* record, std::byte* block) const;
 
-  // Whether a row can have this record. Checks the record of an image.
+  // Whether a row can have this record. Used to check the records in an image.
   bool is_valid(const double* record) const;
 
  private:
@@ -89,13 +91,13 @@ class Perturbation {
     bool contains(double steps) const;
   };
   Delay action_delay_, observation_delay_;
-  bool redraws_delays_ = false;  // for each step, not at each reset
+  bool redraws_delays_ = false;  // delays are drawn for each step, not at each reset
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
-  // A record begins with the phase, and for each push two numbers: how many steps are left until it, and whether the
-  // last step had it. Then come the two delays, if resets draw any, and as many actions and observations as the greatest
-  // delays are long. These are the offsets of the parts, and the size of a record:
+  // A record begins with the phase and two numbers for each push: how many steps are left until it, and whether it
+  // acted in the last step. Then follow the two delays, if resets draw any; the delayed actions and observations, as
+  // many as the greatest delays; and the last observation. These are the offsets of the parts:
   std::size_t delays_ = 0, actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 

@@ -10,7 +10,7 @@
 namespace mjenv::core {
 namespace {
 
-// Element i of the caller's list of rows. A null list means all rows.
+// Returns the row at index i of the caller's list. A null list means all rows.
 std::int64_t row_at(const std::int64_t* rows, std::int64_t i) { return rows ? rows[i] : i; }
 
 }  // namespace
@@ -33,7 +33,8 @@ Pipeline::~Pipeline() {
   if (serving && workers_.threads() > 1) workers_.pool().finish();
 }
 
-// Allocates memory for all rows in the first call, so that the cost of a later call depends only on its own rows.
+// Allocates memory for all rows at the first send, so that the time of a later call depends only on how many rows it
+// sends.
 void Pipeline::allocate() {
   if (outputs_) return;
   const auto rows = static_cast<std::size_t>(rows_.count());
@@ -54,7 +55,7 @@ void Pipeline::check(const std::int64_t* rows, std::int64_t row_count, const Act
       if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is already under way, or listed twice"));
       episodes_.check_steppable(row, episodes_.autoresets());
       episodes_.check_finite(row, actions.part(i * nu_, nu_));
-      under_way_[row] = 1;  // finds a row that is listed twice
+      under_way_[row] = 1;  // so that a row that is listed twice is refused
       ++marked;
     }
   } catch (...) {
@@ -91,7 +92,7 @@ void Pipeline::send(const std::int64_t* rows, std::int64_t row_count, const Acti
     sent_.notify_all();
 }
 
-// A team steps several rows together, but leaves the other threads their share.
+// Steps the next waiting rows: several together if the team can, but not so many that other threads would have none.
 void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
   const std::size_t share = (waiting_count_ + workers_.threads() - 1) / workers_.threads();
   const std::size_t count = team.steps_together(rows_) ? std::min(team.size(), share) : 1;
@@ -114,7 +115,8 @@ void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
 
 void Pipeline::serve(Team& team, Deadline deadline, const std::function<bool()>& enough) {
   const bool caller = team.first().index == 0;
-  // A single thread first steps some rows, because with a timeout of 0 it would otherwise never step any.
+  // If there is a single thread, it steps some rows before it looks at the deadline. Otherwise a timeout of 0 would
+  // never step any.
   bool checks_deadline = workers_.threads() > 1;
   std::unique_lock lock(mutex_);
   while (!enough() && !(checks_deadline && deadline.passed())) {
@@ -142,7 +144,8 @@ void Pipeline::receive(std::int64_t least, double timeout, std::int64_t* rows, s
                            std::to_string(least));
   if (std::isnan(timeout)) fail(MJENV_E_VALUE, "timeout is NaN");
   schema_.check(out, rows_.count());
-  // Without other threads, this call waits for at least one row even if least is 0: no other thread would step it.
+  // If there are no other threads, this call steps at least one row even if `least` is 0, because nobody else would
+  // step it.
   const auto wanted = static_cast<std::size_t>(workers_.threads() == 1 ? std::max<std::int64_t>(least, 1) : least);
   serve(workers_.team(0), Deadline(timeout), [&] { return ready_.size() >= wanted; });
 

@@ -1,5 +1,5 @@
-// Steps rows between mjenv_send, which hands them over, and mjenv_recv, which reports them. In between they are "under
-// way". The environment's other threads step them. The calling thread steps them, too, but only inside mjenv_recv.
+// Steps rows from mjenv_send, which hands them over, to mjenv_recv, which reports them. In between, the rows are "under
+// way". The environment's other threads step them; the calling thread helps inside mjenv_recv.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,8 @@ class Pipeline {
 
   // How many rows are under way.
   std::int64_t count() const { return count_; }
-  // Copies the actions and returns without waiting. rows: null means all rows; row_count must then be their number.
+  // Copies the actions and returns without waiting. rows: null means all rows; row_count must then be the environment's
+  // number of rows.
   void send(const std::int64_t* rows, std::int64_t row_count, const Action& actions);
   // Steps rows, together with the other threads, until `least` are done or `timeout` seconds have passed (negative: no
   // timeout). Reports up to `capacity` of them. Then throws if a row has failed since the last call, reported or not.
@@ -52,8 +53,8 @@ class Pipeline {
   std::vector<double> actions_;  // [rows][nu]; a float32 action fills the first half of its row
   std::vector<mjenv_dtype> dtypes_;
   std::optional<Outputs> outputs_;
-  std::int64_t count_ = 0;  // of rows under way; only the calling thread uses it
-  // True from the first send until all rows are reported. Meanwhile the pool's threads run serve.
+  std::int64_t count_ = 0;  // how many rows are under way; only the calling thread uses it
+  // True from the first send until all rows are reported. While it is true, the pool's threads run `serve`.
   bool open_ = false;
   Failures failures_;
 

@@ -10,8 +10,8 @@
 
 namespace mjenv::core {
 
-// Element `index` of the batch's arrays of `rows` elements: one for each row, in a rollout one for each step of each
-// row. Functions that write skip null arrays. A call without outputs has a batch of null arrays.
+// One element of a batch's arrays, which have `rows` elements: one for each row, or in a rollout one for each step of
+// each row. The functions that write do nothing for a null array. A call without outputs has a batch of null arrays.
 struct Place {
   const mjenv_batch& out;
   std::int64_t rows, index;
@@ -31,7 +31,8 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
-  // Call this before a step: if it fails, the reward and flags must not be an earlier step's. The rest is undefined.
+  // Call this before a step. If the step fails, reward and flags are then 0, not those of an earlier step. The other
+  // outputs are undefined.
   void forget() const {
     put_result(0, false, false);
     put<std::uint8_t>(out.was_reset, 0);
@@ -45,7 +46,8 @@ struct Place {
     else
       std::copy_n(from, count, static_cast<double*>(array) + index * count);
   }
-  // Writes this element of an array that has a block for each field (mjenv_batch). values: field after field.
+  // Writes this element of an array that has a block for each field (mjenv_batch). values: the numbers of all fields,
+  // one after the other.
   void put(const std::vector<Field>& fields, const double* values, double* array) const {
     if (!array) return;
     for (const auto& f : fields)
@@ -54,17 +56,17 @@ struct Place {
       else
         std::copy_n(values + f.offset, f.count, array + start(f));
   }
-  // Sets this element to 0 in such an array.
+  // Sets this element of an array of blocks to 0.
   void clear(const std::vector<Field>& fields, double* array) const {
     if (!array) return;
     for (const auto& f : fields) std::fill_n(array + start(f), f.count, 0.0);
   }
-  // Copies this element from one such array to another.
+  // Copies this element from one array of blocks to another.
   void copy(const std::vector<Field>& fields, const double* from, double* to) const {
     if (!from || !to) return;
     for (const auto& f : fields) std::copy_n(from + start(f), f.count, to + start(f));
   }
-  // Where this element's numbers of the field begin in such an array.
+  // Where the numbers of this element and field begin in an array of blocks.
   std::int64_t start(const Field& f) const { return f.offset * rows + index * f.count; }
 };
 

@@ -15,9 +15,10 @@ namespace {
 
 constexpr std::int64_t kMaxItems = 10'000;
 constexpr std::int64_t kMaxParameters = 100'000;
-constexpr double kLeastMass = 1e-3;  // of a truncated normal distribution: a draw then takes 1000 attempts on average
+// The least part of a normal distribution that truncation may leave. A draw then takes 1000 attempts on average.
+constexpr double kLeastMass = 1e-3;
 
-// The fraction of the draws of a normal distribution that lie in [low, high].
+// The probability that a draw from a normal distribution lies in [low, high].
 double mass_within(double mean, double std, double low, double high) {
   if (std == 0) return low <= mean && mean <= high ? 1 : 0;
   const auto below = [&](double x) { return std::erfc((mean - x) / std * std::sqrt(0.5)) / 2; };
@@ -190,9 +191,9 @@ void Randomization::check_parameters(const Item& item, const double* p) {
     refuse("it holds integers, which can only be drawn with MJENV_DISTRIBUTION_CHOICE");
 }
 
-// Throws if MuJoCo cannot compute with the smallest or the largest value, or with a value of a choice. A normal
-// distribution has neither a smallest nor a largest value, so this checks its mean. drawn: the item that item repeats, or
-// item itself.
+// Throws if MuJoCo cannot compute with the smallest or the largest value that can be drawn, or with a value of a
+// choice. A normal distribution has no smallest or largest value, so its mean is checked. drawn: the item that `item`
+// repeats, or `item` itself.
 void Randomization::check_ends(const Item& item, const Item& drawn, const double* p) {
   std::vector<double> ends;
   switch (drawn.distribution) {

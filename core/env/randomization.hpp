@@ -17,37 +17,37 @@ class Randomization {
  public:
   // Draws nothing.
   Randomization() = default;
-  // Copies the list. Throws if MuJoCo cannot compute with the
-  // smallest or the largest value of an item, a value of CHOICE, or the mean of NORMAL, except for quaternions and
-  // directions. If other values might be invalid, `draw` checks each (Item::is_checked).
+  // Copies the list. Throws if MuJoCo cannot compute with the smallest or the largest value of an item, a value of
+  // CHOICE, or the mean of NORMAL. This is not checked for quaternions and directions. If other values of an item might
+  // be invalid, `draw` checks each value (Item::is_checked).
   Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model);
 
   bool empty() const { return items_.empty(); }
-  // Whether mj_setConst follows the draws.
+  // Whether mj_setConst is called after the draws.
   bool computes_constants() const { return computes_constants_; }
   // The arrays of which rows need their own values.
   std::vector<std::string> arrays() const;
   // A hash of the list; 0 if it is empty.
   std::uint64_t fingerprint() const { return fingerprint_; }
-  // Call this before `draw`, with the layout of the blocks, when all arrays are in it.
+  // Call this before `draw`, with the layout of the rows' blocks after all arrays() were added to it.
   void place(const OwnArrays& layout) noexcept;
 
-  // Draws the values into a row's block. ranges: the parameters from which the row draws, at first those of the list.
-  // Throws if MuJoCo cannot compute with one of the values.
+  // Draws the values into a row's block. ranges: the parameters of the distributions for this row, which at first are
+  // those of the list. Throws if MuJoCo cannot compute with one of the values.
   void draw(np::Generator& rng, const double* ranges, std::byte* block) const;
 
-  // The parameters of one item among a row's ranges.
+  // Where a row's ranges have the parameters of one item.
   struct Range {
     std::size_t item, first, count;
   };
   const std::vector<double>& ranges() const { return ranges_; }
-  // Whether an array's name is that of a range, such as "draws[0]". Without such an item, or if its parameters cannot be
-  // changed, find throws.
+  // Whether an array's name is that of a range, such as "draws[0]". find throws if there is no such item, or if its
+  // parameters cannot be changed.
   static bool is_name(const std::string& array) { return array.compare(0, 6, "draws[") == 0; }
   Range find(const std::string& array) const;
   // Throws unless the item could have these parameters.
   void check(const Range& range, const double* parameters) const;
-  // Whether a row can have these ranges. Checks those of an image.
+  // Whether a row can have these ranges. Used to check the ranges in an image.
   bool is_valid(const double* ranges) const;
 
  private:
@@ -56,12 +56,12 @@ class Randomization {
     mjenv_distribution distribution;
     mjenv_effect effect;
     bool shared, repeats;
-    bool is_checked;  // whether `draw` checks each value, because some that can be drawn might be refused
+    bool is_checked;  // whether `draw` checks each value, because it may draw an invalid one
     double factor;
     std::vector<std::size_t> elements;
     std::vector<double> originals;     // the model's own values of these elements
-    std::vector<double> choices;       // of CHOICE
-    std::size_t first = 0, count = 0;  // the parameters of other distributions, in ranges_
+    std::vector<double> choices;       // the values of CHOICE
+    std::size_t first = 0, count = 0;  // where ranges_ has the parameters of other distributions
 
     double next(const double* parameters, np::Generator& rng) const;
     double value(std::size_t i, double drawn) const;
@@ -79,7 +79,7 @@ class Randomization {
   static void take_elements(Item& item, const mjenv_randomization& given);
   static void check_parameters(const Item& item, const double* parameters);
   static void check_ends(const Item& item, const Item& drawn, const double* parameters);
-  // The end of the items that repeat the one at `begin`.
+  // The index behind the last of the items that repeat the one at `begin`.
   std::size_t end_of(std::size_t begin) const;
 };
 

@@ -1,4 +1,4 @@
-// Calls mj_setConst for rows.
+// Calls mj_setConst for rows, and again when their derived arrays must be recomputed.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +17,16 @@ class RowConstants {
  public:
   explicit RowConstants(const Model& model) : model_(model) {}
 
-  // Allocate what `set` and `repeat` need, and what `draw` needs.
+  // prepare allocates what `set` and `repeat` need, prepare_draw what `draw` needs.
   void prepare();
   void prepare_draw();
-  // Calls mj_setConst in the work space, which holds the row. Saves the constants to the row's own values, and to its
-  // state what mj_setConst leaves in mjData (the position qpos_spring). But if mj_setConst changes arrays that rows
-  // still share, saves nothing and returns their names: give each row its own, then call this again.
+  // Calls mj_setConst in the work space, which must hold the row. Saves the constants to the row's own values, and what
+  // mj_setConst leaves in mjData (the position qpos_spring) to the row's state. But if mj_setConst changes arrays that
+  // rows still share, saves nothing and returns the names of these arrays. Then give each row its own, and call this
+  // again.
   std::vector<std::string> set(Work& work, Rows& rows, std::int64_t row);
-  // Calls mj_setConst as `set` did: with the own values and the poses of mocap bodies that the row had then. Afterwards
-  // the work space uses `scratch` instead of the row's own values.
+  // Repeats the call of mj_setConst that `set` made for the row, with the own values and the poses of mocap bodies that
+  // the row had at that time. Afterwards the work space uses `scratch` instead of the row's own values.
   void repeat(Work& work, Rows& rows, std::int64_t row, std::vector<std::byte>& scratch);
   // Computes the constants that belong to the values in a block, and writes them there.
   void draw(const OwnArrays& arrays, std::byte* block);

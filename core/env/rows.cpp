@@ -89,7 +89,8 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
   const std::size_t first = arrays_.list().size(), old_bytes = arrays_.block_bytes();
   if (arrays.list().size() == first) return;
   const std::size_t size = arrays.block_bytes() / sizeof(double);
-  // Threads that step rows keep computed values, so there must be room for them from the beginning.
+  // Rows::keep, which threads call while they step rows, must not allocate. So the room for computed values is
+  // allocated here.
   const auto grows = [&](const PartKind& kind) {
     const bool is_needed = kind.part == Part::values || kind.part == Part::computed_values;
     return kind.content == Content::values && (is_needed || sizes_[index_of(kind.part)] > 0);

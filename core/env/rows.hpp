@@ -15,13 +15,13 @@
 
 namespace mjenv::core {
 
-// Which computation last produced the row's derived arrays (xpos and so on): mj_resetData (cleared), the mj_forward of
-// a reset or of set_state before any step (forward), the last mj_step (step), or the mj_forward of set_state after a
-// step (set), which keeps that step's forces (cacc, cfrc_int, cfrc_ext).
+// Which computation last produced the row's derived arrays (xpos and so on). cleared: mj_resetData. forward: the
+// mj_forward of a reset, or of set_state before any step. step: the last mj_step. set: the mj_forward of set_state
+// after a step, which keeps that step's forces (cacc, cfrc_int, cfrc_ext).
 enum class Origin : std::uint8_t { cleared, forward, step, set };
 
-// Whether state or own values were written after the derived arrays were computed. by_task: own values, by the task's
-// step, which has carried since. by_caller: the task must carry again.
+// Whether state or own values were written after the derived arrays were computed. by_task: the task's step wrote own
+// values, and carry was called afterwards. by_caller: the caller wrote, so carry must be called before the next step.
 enum class Written : std::uint8_t { no, by_task, by_caller };
 
 class Rows {
@@ -34,7 +34,8 @@ class Rows {
     bool ready = false;   // the row can be stepped: it was reset, or its state was set
     bool ended = false;   // the row's episode has ended
     Written written = Written::no;
-    // mj_setConst was called since derived arrays were computed. Worker::hold repeats it, because it changes mjData.
+    // mj_setConst was called after the derived arrays were computed. Worker::hold calls it again, because it changes
+    // mjData.
     bool has_constants = false;
     std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
   };
@@ -73,13 +74,13 @@ class Rows {
   // The arrays of which rows have own values.
   const OwnArrays& arrays() const { return arrays_; }
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
-  // A row's own values in this version. Null for `constants` if they are not kept.
+  // The row's own values in this version. If the version `constants` has none of its own, returns null.
   std::byte* values(std::int64_t row, Version version = Version::now);
   const std::byte* values(std::int64_t row, Version version = Version::now) const {
     return const_cast<Rows*>(this)->values(row, version);
   }
-  // Gives all rows own values of these arrays, at first the model's; for inputs of mjData, those that mj_resetData
-  // sets. Changes nothing if it fails. Invalidates pointers to own values.
+  // Gives all rows own values of these arrays. At first they are the model's, or for inputs of mjData, those that
+  // mj_resetData sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
   // Whether lanes support all arrays of which rows have own values.
@@ -88,35 +89,38 @@ class Rows {
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
 
-  // Allocates the memory that keep_step needs, and that keep_constants needs. keep needs none.
+  // These allocate the memory that keep_step and keep_constants need. `keep` needs none.
   void prepare_keep_step() { make_room({Part::stepped_state, Part::stepped_values}); }
   void prepare_keep_constants() { make_room({Part::constants_rest, Part::constants_values}); }
   // Gives all rows memory for these parts.
   void make_room(std::initializer_list<Part> parts);
-  // Call before the row's state or own values are written. Keeps the values with which derived arrays were computed.
+  // Call this before the row's state or own values are written. Keeps the values from which the derived arrays were
+  // computed.
   void keep(std::int64_t row);
-  // Call before set_state computes after a step, which replaces the computed version. Keeps that of the step.
+  // Call this before set_state replaces the version `computed` after a step. Keeps that of the step as `stepped`.
   void keep_step(std::int64_t row);
-  // Call before mj_setConst's results replace the present state and values. Replaces what an earlier call has kept.
+  // Call this before the results of mj_setConst replace the present state and values, which this keeps as `constants`.
+  // Replaces what an earlier call has kept.
   void keep_constants(std::int64_t row);
-  // Call when everything was computed from the present state and values.
+  // Call this when all derived arrays have been computed from the present state and values.
   void drop_kept(std::int64_t row) { head(row).kept = 0; }
-  // Call this instead when set_state has computed after a step: what keep_step has kept is still needed.
+  // Call this instead of drop_kept when set_state has computed after a step, because what keep_step has kept is still
+  // needed.
   void drop_all_but_step(std::int64_t row) {
     head(row).kept &= kept_bit(Part::stepped_state) | kept_bit(Part::stepped_values);
   }
 
-  // For copies, images, and new settings: any part of a row.
+  // Access to any part of a row, for copies, images and new settings.
   bool has(std::int64_t row, const PartKind& kind) const { return kind.is_in(head(row).kept); }
   std::size_t bytes_of(Content content) const;
   std::byte* bytes(Part part, std::int64_t row);
   const std::byte* bytes(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->bytes(part, row); }
   void copy(std::int64_t from, std::int64_t to);
 
-  // records: of all rows, `size` numbers each.
+  // make_perturbation returns records of `size` numbers for all rows, for set_perturbation.
   std::vector<double> make_perturbation(std::uint64_t size) const;
   void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
-  // ranges: those that all rows have at first.
+  // ranges: those with which all rows begin.
   std::vector<double> make_ranges(const std::vector<double>& ranges) const;
   void set_ranges(std::vector<double> of_rows, std::size_t size) noexcept;
 
@@ -127,7 +131,8 @@ class Rows {
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
-  // For each part but the head: all rows' numbers, and how many a row has (kept parts: 0 until one is needed).
+  // For each part except the head: the numbers of all rows, and how many a row has (for kept parts 0, until one is
+  // needed).
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
   bool fit_lanes_ = true;

@@ -27,7 +27,7 @@ std::uint32_t Team::step_together(std::uint32_t ready, std::int64_t frames) {
     before[count] = workers_[i]->before();
     workers[count++] = i;
   }
-  if (count < 2) return 0;  // load has failed in the others, and one row is faster without lanes
+  if (count < 2) return 0;  // load has failed for the other rows, and a single row is faster without lanes
   const lanes::Stepper::BeforeSubstep before_substep = [&](int i, std::int64_t substep) {
     workers_[workers[static_cast<std::size_t>(i)]]->before_substep(substep);
   };

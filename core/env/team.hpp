@@ -1,4 +1,5 @@
-// The workers of one thread: as many as lanes, which step their rows together, or one if there are no lanes.
+// The workers of one thread. With lanes there are as many workers as lanes, and they step their rows together. Without
+// lanes there is one.
 #pragma once
 
 #include <atomic>
@@ -17,11 +18,11 @@ namespace mjenv::core {
 // A step that a row is to play.
 struct Turn {
   std::int64_t row;
-  Action action;  // the caller's, and when the step has begun, what ActionTransform makes of it
+  Action action;  // the caller's; once the step has begun, the transformed one (ActionTransform)
   Place place;
 
   // Known when the step has begun:
-  Random begun{nullptr};  // `random` behind the draws of the perturbation, if the task maps actions
+  Random begun{nullptr};  // `random` after the draws of the perturbation, if the task has before_step or before_substep
   Random random{nullptr};
   Action seen{};  // the action that the task sees
   const Worker::Forces* forces = nullptr;
@@ -32,10 +33,10 @@ class Team {
  public:
   static constexpr std::size_t kMaxSize = 8;
 
-  // How much memory the work spaces of a team and its lanes take.
+  // How much memory a team's work spaces and lanes take.
   static std::size_t bytes(const Model& model, int lanes);
 
-  // index: that of the first worker. lanes: how many; 0: none.
+  // index: that of the first worker. lanes: how many lanes there are; 0: none.
   Team(std::int32_t index, const Task& task, int lanes);
 
   std::atomic<std::int64_t> next{0};  // the first row of this team's block that no team has taken
@@ -48,11 +49,11 @@ class Team {
 
   // The steps to play next. Worker i plays the one at index i. There is room for size() of them.
   std::vector<Turn>& turns() { return turns_; }
-  // Whether it can step these rows together.
+  // Whether this team can step these rows together.
   bool steps_together(const Rows& rows) const { return stepper_ && rows.fit_lanes(); }
   // Advances the simulations of some turns by `frames` calls of mj_step.
   //   moving    these turns, as bits. advance clears the bits of those that fail
-  //   together  whether they can be stepped together. Else they are stepped one by one
+  //   together  whether they can be stepped together; if not, they are stepped one by one
   //   load      load(i) makes worker i ready for the step of its turn (Worker::load)
   //   attempt   attempt(i, body) calls body, and returns false if it has failed
   template <typename Load, typename Attempt>
@@ -65,7 +66,8 @@ class Team {
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
 
-  // Advances those of the ready workers (bits) whose rows lanes can step, and returns them. Load the others again.
+  // Advances the ready workers (bits) whose rows lanes can step, and returns these workers. The others must be loaded
+  // again.
   std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);
 };
 
@@ -77,7 +79,7 @@ void Team::advance(std::uint32_t& moving, bool together, std::int64_t frames, co
       if ((turns >> i & 1) != 0 && !attempt(i, [&] { body(i); })) moving &= ~(1u << i);
   };
   std::uint32_t advanced = 0;
-  if (together && (moving & (moving - 1)) != 0) {  // one row is faster without lanes
+  if (together && (moving & (moving - 1)) != 0) {  // a single row is faster without lanes
     for_moving(moving, load);
     advanced = step_together(moving, frames);
   }

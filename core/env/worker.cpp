@@ -18,7 +18,7 @@ Worker::Worker(std::int32_t i, const Task& task)
 }
 
 void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
-  task_.calls->carry(view_);  // first, because it may fail
+  task_.calls->carry(view_);  // before anything is stored, because it may fail
   store(rows, row, origin);
 }
 
@@ -42,8 +42,9 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   if (origin == Origin::step && random_)
     for (const OwnValues& own : own_values_)
       if (own.is_force) own.array->write(own.before.data(), rows.values(row));
-  // If MuJoCo reset the simulation during this step, it cleared the inputs. If the last mj_step did this, its inputs
-  // are kept, to repeat it. If an earlier mj_step did, the last one started with cleared inputs.
+  // If MuJoCo reset the simulation during this step, it cleared the inputs. If that was in the last mj_step, the inputs
+  // with which it began are kept, so that it can be repeated. If it was in an earlier one, the last one began with
+  // cleared inputs.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
     if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
     rows.clear_inputs(row);
@@ -72,10 +73,11 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   release();  // in case MuJoCo fails
   compute(rows, row);
   if (rows.head(row).written != Written::no) {
-    work_.complete();  // before the written values and state are loaded, because it needs the older ones
+    work_.complete();  // first, because it needs the values and the state from before they were written
     if (rows.head(row).has_constants) constants_.repeat(work_, rows, row, inputs_);
     use(rows, row);
-    // A row that keeps current goes on from raw_qpos, but shows what mj_step1 has made of it, unless qpos was written.
+    // With Work::keep_current, the row's state contains raw_qpos, with which the next step begins. But readers see the
+    // qpos that mj_step1 has normalised, unless qpos was written since.
     const double *qpos = work_.state().qpos, *next = work_.layout().qpos(rows.state(row));
     const std::vector<double>& raw = work_.raw_qpos();
     const bool is_shown = work_.keeps_current() && std::memcmp(raw.data(), next, raw.size() * sizeof(double)) == 0;
@@ -94,7 +96,7 @@ void Worker::compute(Rows& rows, std::int64_t row) {
     case Origin::forward:
       use(rows, row, Version::computed);
       work_.begin();
-      use(rows, row, Version::computed);  // the inputs again, which begin may have cleared
+      use(rows, row, Version::computed);  // again, because begin may have cleared the inputs
       work_.load(rows.computed_state(row));
       return work_.forward();
     case Origin::step:
@@ -136,7 +138,7 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   release();
   draws_.clear();
   const OwnArrays& arrays = rows.arrays();
-  // In a copy, because the reset may fail.
+  // The reset writes to a copy, because it may fail.
   inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
   if (arrays.has_inputs()) arrays.clear_inputs(inputs_.data());
   if (!arrays.empty()) use(arrays, inputs_.data());
@@ -166,7 +168,7 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   for (const std::string& name : task_.needs.own) arrays.find(name)->check(inputs_.data());
   work_.save(before_.data());
   work_.forward();
-  // The randomisation draws behind the task, as in begin.
+  // The randomisation draws after the task, as in `begin`.
   Rows::Head& head = rows.head(row);
   const Rng old = head.rng;
   head.rng = random.drew() ? random.rng() : rng;
@@ -191,7 +193,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   release();
   draws_.clear();
   const OwnArrays& arrays = rows.arrays();
-  if (arrays.has_inputs()) {  // cleared in a copy, because the task may fail
+  if (arrays.has_inputs()) {  // clears the inputs in a copy, because the task may fail
     inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
     arrays.clear_inputs(inputs_.data());
     use(arrays, inputs_.data());
@@ -203,7 +205,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   show_kept(rows, row);
   Random random(&rng);
   task_.calls->reset(view_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), view_.carried()}, random);
-  // Saved before mj_forward, because that may fail: then the next reset must draw another initial state.
+  // The stream is saved before mj_forward: if that fails, the next reset must draw another initial state.
   rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
   if (!randomization.empty()) draws_.draw(rows, row, rows.values(row), randomization, constants_);
@@ -230,7 +232,7 @@ void Worker::prepare(const OwnArrays& arrays) {
   own_values_.reserve(controlled_.size());
   for (std::size_t i = 0; i < controlled_.size(); ++i) {
     const OwnArray* array = arrays.find(task_.needs.own[i]);
-    if (!array) continue;  // the task's own arrays are the first that rows get
+    if (!array) continue;  // not yet added to the rows' arrays
     const bool is_force = array->place == OwnArray::Place::data_input;
     own_values_.push_back({array, is_force, std::vector<double>(array->original.count()), {}});
     own_values_.back().before = own_values_.back().values;
@@ -243,10 +245,10 @@ void Worker::prepare(const OwnArrays& arrays) {
 
 void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
   if (rows.head(row).written == Written::by_caller &&
-      task_.carry_count > 0) {  // what the task carries may depend on what was written
+      task_.carry_count > 0) {  // carried numbers may depend on what was written
     hold(rows, row);
-    // Only commit gives the row these numbers. So if the row is loaded again (Team::advance), carry starts from the row's
-    // old numbers once more, not from its own result.
+    // The row gets these numbers only in commit. So if the row is loaded again (Team::advance), the callback carry
+    // begins with the same numbers as the first time, not with its own result.
     task_.calls->carry(view_);
   } else {
     load_carried(rows, row);
@@ -311,7 +313,8 @@ void Worker::commit_step(Rows& rows, std::int64_t row) {
   if (std::none_of(own_values_.begin(), own_values_.end(), is_changed)) return save(rows, row, Origin::step);
   for (const OwnValues& own : own_values_)
     if (is_changed(own)) own.array->check(own.values.data());
-  // What the task carries may depend on what it has written. But what MuJoCo has computed depends on the values before.
+  // The callback carry must see the values that the task has written. But the row is stored with the values from
+  // before, because MuJoCo has computed the derived arrays with those.
   put(&OwnValues::values);
   try {
     task_.calls->carry(view_);
@@ -344,7 +347,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   const StateLayout& layout = work_.layout();
   const Origin last = rows.head(row).origin;
   const bool has_stepped = last == Origin::step || last == Origin::set;
-  if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the task may read the last step's forces in carry
+  if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the callback carry may read the last step's forces
   const bool has_forces = has_stepped && holds(rows, row);
   if (has_stepped) rows.prepare_keep_step();
   double* start = before_.data();
@@ -353,7 +356,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   std::copy_n(qvel, layout.nv, layout.qvel(start));
   release();
   if (has_forces) {
-    work_.complete_forces();  // before mj_forward replaces the arrays of the last step, from which they are computed
+    work_.complete_forces();  // before mj_forward overwrites the arrays from which they are computed
   } else {
     use(rows, row);
     work_.begin();  // clears what another row has left in the work space
@@ -364,7 +367,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   work_.load(start);
   work_.forward();
   save(rows, row, has_stepped ? Origin::set : Origin::forward);
-  if (has_stepped && !has_forces) release();  // the work space lacks the last step's forces; hold() computes them
+  if (has_stepped && !has_forces) release();  // the last step's forces are missing; hold() computes them
 }
 
 void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept {

@@ -40,7 +40,7 @@ class Worker {
 
   // True if the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
-  // Makes the work space hold the row's derived arrays.
+  // Makes the work space hold the row's derived arrays, by computing them again if necessary.
   void hold(Rows& rows, std::int64_t row);
   // Records that the work space holds no row.
   void release() { resident_ = kNone; }
@@ -51,21 +51,22 @@ class Worker {
 
   // Sets all rows to the state after mj_resetData.
   void clear(Rows& rows);
-  // Begins an episode: the task draws its initial state from rng, then the randomisation draws its values, then
-  // mj_forward computes the derived arrays, still with the row's old values. adopt replaces these by those drawn.
+  // Begins an episode: the task draws the initial state from rng, the randomisation draws its values, and mj_forward
+  // computes the derived arrays, still with the row's old values. `adopt` replaces the old values by the drawn ones.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
-  // Makes the work space ready for a step: loads the row's state and the action. If state or own values were written
-  // since the last computation, first computes what the task carries. forces: they replace those in xfrc_applied and
-  // must outlive commit.
+  // Makes the work space ready for a step: loads the row's state and the action. If the state or own values were
+  // written since the last computation, first calls the callback carry. forces: they replace those in xfrc_applied, and
+  // must live until commit has returned.
   void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
-  // The same for a step of a task that maps actions. random: for the task; it must outlive the step.
+  // Does the same as load for a task that has before_step or before_substep, and calls before_step. random: the stream
+  // for the task; it must live until the step ends.
   void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces, Random& random);
   // Calls mj_step `frames` times. The new state reaches the row in commit.
   void advance(std::int64_t frames) {
     work_.step(frames, before(), random_ && has_before_substep() ? &before_substep_ : nullptr);
   }
-  // Calls the task before an mj_step. Only after begin_step.
+  // Calls the task's before_substep before an mj_step. Only after begin_step.
   void before_substep(std::int64_t substep);
   bool has_before_substep() const { return task_.calls->has_before_substep(); }
   // Where advance writes the state before the last mj_step.
@@ -79,14 +80,14 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  // Prepare it if mj_setConst was called for a row, or if resets call it.
+  // Must be prepared if mj_setConst was called for a row, or if resets call it.
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
   // Scratch memory for an action (ActionTransform::apply).
   std::vector<double> transformed;
 
-  // RowConstants::set, for any row.
+  // Calls RowConstants::set for a row, which this worker need not hold.
   std::vector<std::string> set_constants(Rows& rows, std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel);
@@ -97,7 +98,8 @@ class Worker {
 
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(Rows& rows, std::int64_t row, const std::string& name);
-  // Calls draw with the mjModel and mjData that Gymnasium has in the row's present state. It must not change them.
+  // Calls draw with the mjModel and mjData that Gymnasium would have in the row's present state. draw must not change
+  // them.
   void show(Rows& rows, std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
 
  private:
@@ -112,14 +114,15 @@ class Worker {
   Writer writer_;
   Draws draws_;
   RowConstants constants_;
-  // Own values in place of the row's: in `begin` with cleared inputs, in `hold` those of the call of mj_setConst.
+  // Own values that the work space uses instead of the row's: in `begin` those with cleared inputs, in `hold` those
+  // with which mj_setConst was called.
   std::vector<std::byte> inputs_;
   std::vector<double*> written_;    // where a reset writes own arrays, in inputs_
-  const Forces* forces_ = nullptr;  // of the last step, for commit
-  // Of a step of a task that maps actions; null in other steps.
+  const Forces* forces_ = nullptr;  // those of the last step, for commit
+  // The stream of the current step, if it began with begin_step; otherwise null.
   Random* random_ = nullptr;
   Action action_;
-  // An array of the row that the task writes. before: with which the last mj_step has computed.
+  // A row's own array that the task writes. before: the values with which the last mj_step has computed.
   struct OwnValues {
     const OwnArray* array;
     bool is_force;
@@ -130,9 +133,10 @@ class Worker {
   const Work::BeforeSubstep before_substep_ = [this](std::int64_t substep) { before_substep(substep); };
   const std::vector<Array> arrays_;
 
-  // Shows a reset what the row keeps from older episodes: numbers of the task, and its live parameters.
+  // Shows to a reset what the row keeps from older episodes: the carried numbers that stay after resets, and the live
+  // parameters.
   void show_kept(Rows& rows, std::int64_t row);
-  // begin for a task with Needs::current, whose reset can simulate.
+  // `begin` for a task with Needs::current, whose reset can simulate.
   void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
   // Copies the forces that the task has written to mjData. Throws if MuJoCo cannot compute with them.
   void apply_own_forces();
@@ -140,11 +144,11 @@ class Worker {
     std::copy_n(rows.carried(row), task_.carry_count, view_.carried());
   }
   void save(Rows& rows, std::int64_t row, Origin origin);
-  // Saves a step of the task, which may have written own values.
+  // Saves a step to the row, also the own values that the task has written.
   void commit_step(Rows& rows, std::int64_t row);
-  // save without carry
+  // Saves the work space to the row, without calling the callback carry.
   void store(Rows& rows, std::int64_t row, Origin origin);
-  // Computes the row's derived arrays again, with the state and the values with which they were last computed.
+  // Computes the row's derived arrays again, from the state and the values from which they were computed last.
   void compute(Rows& rows, std::int64_t row);
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Version version = Version::now);

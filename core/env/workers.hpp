@@ -32,40 +32,42 @@ class Workers {
   // Leaks the pool. A forked child calls this, because it has none of the threads that the destructor would join.
   void abandon() noexcept { static_cast<void>(pool_.release()); }
   void prepare(const Schema& schema, const Frames& frames);
-  // Call this when the row was changed without a worker: no work space agrees with the row any more.
+  // Call this when the row was changed without a worker, because the derived arrays in a work space no longer belong to
+  // the row.
   void forget(std::int64_t row);
   // Call this before rows' own values move in memory, because work spaces point to them.
   void release();
 
-  // Calls body(worker, row) for rows 0 to count - 1 on all threads. If rows fail, the others are computed all the same;
-  // then this throws one error for all that failed.
+  // Calls body(worker, row) for rows 0 to count - 1 on all threads. If rows fail, the others are still computed; then
+  // this throws one error for all failures.
   template <typename Body>
   void for_rows(std::int64_t count, const Body& body);
-  // Calls body(team, first, last) for groups of up to team_size() rows, from first to last - 1. The body must not throw
-  // but add to the workers' failures, which this throws in the end.
+  // Calls body(team, first, last) for groups of up to team_size() rows, which are first to last - 1. body must not
+  // throw, but add errors to the workers' failures, which this throws in the end.
   template <typename Body>
   void for_groups(std::int64_t count, const Body& body);
   // Calls body(worker) for all workers, in the order of their indices.
   template <typename Body>
   void for_each(const Body& body);
-  // Throws one error for all that failed in the workers.
+  // Throws one error for all failures in the workers, if there are any.
   void raise();
 
  private:
   std::vector<std::unique_ptr<Team>> teams_;
-  std::unique_ptr<Pool> pool_;  // last: its threads use the workers
+  std::unique_ptr<Pool> pool_;  // declared last, so that its threads end before the workers
 
   template <typename Body>
   void share(std::int64_t count, std::int64_t unit, const Body& body);
 };
 
-// Calls body(team, first, last) for parts of the rows whose sizes are multiples of unit, except for the last part. Each
-// team computes its own block of rows, then helps with the blocks that the others have not finished.
+// Divides the rows into chunks and calls body(team, first, last) for each. A chunk's size is a multiple of unit, except
+// for the last one. Each team first computes its own block of rows, then chunks of the blocks that other teams have not
+// finished.
 template <typename Body>
 void Workers::share(std::int64_t count, std::int64_t unit, const Body& body) {
   const auto threads = static_cast<std::int64_t>(teams_.size()), units = (count + unit - 1) / unit;
   const auto first = [&](std::int64_t index) { return std::min(units * index / threads * unit, count); };
-  // How many rows a team takes at once. If chunks were larger, threads would wait for each other at the end.
+  // How many rows a team takes at once. With larger chunks, threads would wait longer for each other at the end.
   const std::int64_t chunk =
       threads == 1 ? count : std::clamp<std::int64_t>(units / (128 * threads), 1, 64 / unit) * unit;
   for (std::int64_t i = 0; i < threads; ++i) teams_[i]->next.store(first(i), std::memory_order_relaxed);

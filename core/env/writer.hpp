@@ -17,15 +17,15 @@ class Writer {
 
   // Allocates room for observations, and finds the arrays to export.
   void prepare(const Schema& schema, const Frames& frames, const std::vector<Array>& arrays);
-  // Returns the task's observation, which is valid until the next one is computed.
+  // Computes and returns the task's observation, which is valid until the next one is computed.
   const double* observation();
-  // Writes the task's observation, which must be what the caller sees.
+  // Writes the task's observation. Only for environments in which the caller sees it unchanged.
   void write_observation(void* to, const Place& place);
-  // Writes this instead of the task's observation: as many numbers as the caller sees.
+  // Writes this observation, which has as many numbers as the caller sees, instead of the task's.
   void write_observation(const double* observation, void* to, const Place& place) const {
     place.put_observation(observation, static_cast<std::int64_t>(seen_.size()), to);
   }
-  // Room for what the caller sees.
+  // Scratch memory for the observation that the caller sees.
   std::vector<double>& scratch() { return seen_; }
   void write_arrays(const Schema& schema, const Place& place);
 

@@ -135,8 +135,8 @@ std::uint32_t Generator::next_half() {
   return static_cast<std::uint32_t>(bits);
 }
 
-// Lemire's method: the upper half of draw * range is the result. If the lower half is one of the few that would make
-// some results more likely, it draws again. Ranges up to 2^32 use draws of 32 bits.
+// Lemire's method: the result is the upper half of draw * range. If the lower half is one of the few that would make
+// some results more likely than others, draws again. For ranges up to 2^32 the draws have 32 bits.
 std::uint64_t Generator::bounded(std::uint64_t max) {
   constexpr std::uint64_t max32 = std::numeric_limits<std::uint32_t>::max();
   constexpr std::uint64_t max64 = std::numeric_limits<std::uint64_t>::max();
@@ -168,7 +168,7 @@ std::int64_t Generator::choice(std::int64_t count, const double* p) {
   return chosen_by(random(), count, p);
 }
 
-// The method of NumPy's permutation.
+// Draws as NumPy's permutation does: masked draws, until one is not above max.
 std::uint64_t Generator::masked(std::uint64_t max) {
   const std::uint64_t mask = mask_over(max);
   for (;;) {

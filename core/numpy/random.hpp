@@ -43,7 +43,7 @@ class Generator {
  private:
   std::uint64_t state_high_ = 0, state_low_ = 0;
   std::uint64_t inc_high_ = 0, inc_low_ = 0;
-  std::uint32_t half_ = 0, has_half_ = 0;  // the upper half of 64 bits whose lower half next_half returned
+  std::uint32_t half_ = 0, has_half_ = 0;  // the upper half of a draw whose lower half next_half returned
 
   double normal_tail(bool negative);
   std::uint32_t next_half();

@@ -10,21 +10,22 @@ namespace mjenv::core::np {
 // One random stream of 2.5 kB. It is trivially copyable, so that an image of a row can hold it.
 class RandomState {
  public:
-  // RandomState(seed) of an integer of `count` 64-bit words, least significant first. NumPy refuses integers of more
-  // than 32 bits; here they give RandomState of the list of their 32-bit words.
+  // RandomState(seed), where the seed is an integer of `count` 64-bit words, least significant first. NumPy refuses
+  // integers of more than 32 bits. Here such a seed gives RandomState(list of its 32-bit words).
   static RandomState from_seed(const std::uint64_t* words, std::size_t count);
 
-  // What get_state() of NumPy returns: the key, its position, whether a normal number is kept, and that number's bits. The
-  // word before the last has 2 more if no number was drawn since the stream was seeded.
+  // The state as NumPy's get_state() returns it: the key (624 words), the position in it, whether a normal number is
+  // kept, and that number's bits. 2 is added to the word before the last if no number was drawn since the stream was
+  // seeded.
   static constexpr std::size_t kStateWords = 627;
   void save(std::uint64_t* words) const;
-  // Takes words that save has written. False, and nothing changes, if they are none.
+  // Sets the state to words that `save` has written. If they are no valid state, changes nothing and returns false.
   bool load(const std::uint64_t* words);
 
   bool is_seeded() const { return position_ > 0; }
-  // No number was drawn since it was seeded.
+  // Whether no number was drawn since the stream was seeded.
   bool is_new() const { return is_new_ != 0; }
-  // Whether foreign bytes are a stream, seeded or not.
+  // Whether an object that was copied from untrusted bytes is a valid stream, seeded or not.
   bool is_valid() const {
     return position_ >= 0 && position_ <= static_cast<std::int32_t>(kWords) && has_gauss_ <= 1 && is_new_ <= 1;
   }
@@ -44,7 +45,7 @@ class RandomState {
  private:
   static constexpr std::size_t kWords = 624;
   std::array<std::uint32_t, kWords> words_{};
-  std::int32_t position_ = 0;  // of the next word; 0: not seeded, because 0 is skipped
+  std::int32_t position_ = 0;  // of the next word. It is never 0 in a seeded stream, so 0 means: not seeded
   std::uint16_t has_gauss_ = 0, is_new_ = 0;
   double gauss_ = 0;  // the second of two normal numbers, which the next randn returns
 

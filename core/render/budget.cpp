@@ -13,14 +13,16 @@ namespace mjenv::core {
 namespace {
 
 // Limits of untrusted models.
-constexpr double kMaxVertices = 1 << 25;  // that OpenGL keeps
+constexpr double kMaxVertices = 1 << 25;  // vertices that OpenGL stores for the model
 constexpr double kMaxDrawn = 1 << 30;     // vertices and pixels of shadow maps that one picture processes
-// Mesa's software renderer needs 13 bytes for a vertex of a plane and 54 for one of a height field, which is the most.
+// An upper bound: of all shapes, Mesa's software renderer needs the most for height fields, 54 bytes per vertex; for
+// planes it needs 13.
 constexpr double kBytesPerVertex = 64;
 // A texture has four bytes for each pixel, smaller copies (mipmaps), and one more copy while those are made.
 constexpr double kBytesPerPixel = 8;
 
-// MuJoCo divides a plane into cells as wide as the plane's third size. An infinite plane has the most.
+// How many cells a plane has along an axis. MuJoCo makes cells as wide as the plane's third size. An infinite plane has
+// the largest number.
 double cells(const mjtNum* size, int axis) {
   const double half = size[axis];
   const double cell = std::max({size[2], half / (mjMAXPLANEGRID - 2), mjMINVAL});

@@ -1,5 +1,5 @@
-// Estimates the memory and time to draw a model before OpenGL is called: drivers end the process when memory runs out,
-// and a picture of an untrusted model must not take hours.
+// Estimates the memory and time that drawing a model takes, before OpenGL is called. For drivers end the process when
+// memory runs out, and a picture of an untrusted model must not take hours.
 #pragma once
 
 #include <vector>
@@ -20,10 +20,10 @@ class Budget {
 
  private:
   bool trusted_;
-  double shadow_;  // pixels of a light's shadow map
+  double shadow_;  // how many pixels a light's shadow map has
   double bytes_;
-  double round_, quads_;                                  // vertices of a sphere, and of a side of a box
-  std::vector<double> planes_, meshes_, fields_, skins_;  // vertices of each
+  double round_, quads_;                                  // how many vertices a sphere has, and a side of a box
+  std::vector<double> planes_, meshes_, fields_, skins_;  // how many vertices each of these has
 
   double of_model() const;
   double of(const mjvGeom& geom) const;

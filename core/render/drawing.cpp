@@ -95,8 +95,8 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
 
 Drawing::~Drawing() {
   mjv_freeScene(&scene);
-  // If the context was never finished or is lost, mjr_freeContext was not called, and these arrays, which are outside
-  // OpenGL, are still allocated. After mjr_freeContext they are null.
+  // mjr_freeContext was not called if the context was never completed or is lost. Then these arrays, which are in
+  // ordinary memory, are still allocated. After mjr_freeContext they are null.
   for (unsigned* names : {context.skinvertVBO, context.skinnormalVBO, context.skintexcoordVBO, context.skinfaceVBO})
     mju_free(names);
 }
@@ -121,7 +121,7 @@ void Drawing::make_context(const mjModel& row, int framebuffer) {
     budget = Budget(model, trusted_);
     make_context(framebuffer);
   } catch (...) {
-    model = shared;  // the next picture tries again
+    model = shared;  // so that the next picture tries again
     throw;
   }
 }

@@ -10,12 +10,12 @@
 
 namespace mjenv::core {
 
-// More than any OpenGL offers. MuJoCo uses as many samples as OpenGL has.
+// The most samples per pixel that can be set, more than any OpenGL offers. If OpenGL has fewer, MuJoCo uses those.
 constexpr int kMaxSamples = 64;
 
 struct Drawing {
   mjModel model;               // shares its arrays with the Model, or with a row's view of it
-  float* geom_rgba = nullptr;  // replaces the model's colours unless it is null
+  float* geom_rgba = nullptr;  // unless null, replaces the model's colours
   Budget budget;
   mjvCamera camera{};
   mjvOption options{};
@@ -23,18 +23,18 @@ struct Drawing {
   mjvScene scene{};
   mjrContext context{};
 
-  // Checks the settings that MuJoCo does not check, and that drawing the model is within the budget.
+  // Throws if a setting is invalid that MuJoCo does not check, or if drawing the model exceeds the budget.
   Drawing(const Model& shared, const mjenv_render_settings& settings);
   ~Drawing();
   Drawing(const Drawing&) = delete;
   Drawing& operator=(const Drawing&) = delete;
 
-  // Creates MuJoCo's context in the current OpenGL context, in place of an earlier one. free_in frees it there.
+  // Creates MuJoCo's context in the current OpenGL context, and replaces an earlier one. free_in frees it.
   void make_context(int framebuffer);
-  // Whether the first row that is drawn needs a new context, because its height fields, planes or extent, which the
-  // context contains, differ. Gymnasium makes the context at the first picture, and never again.
+  // Whether the row needs a new context, because its height fields, planes or extent differ from those in the context.
+  // Only the first row that is drawn can need one: Gymnasium makes the context at the first picture, and never again.
   bool needs_context(const mjModel& row) const;
-  // Creates that context.
+  // Creates the context that this row needs.
   void make_context(const mjModel& row, int framebuffer);
   // Makes the OpenGL context current and frees MuJoCo's context in it. Does nothing in a forked child, or if the OpenGL
   // context is lost, because everything in it is lost as well.
@@ -46,12 +46,12 @@ struct Drawing {
  private:
   bool trusted_, shown_ = false;
 
-  // Delegated to, so that the destructor runs if the public constructor throws.
+  // The public constructor delegates to this one, so that the destructor runs if the public one throws.
   Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted), trusted_(trusted) {}
   void use(const mjModel& row);
 };
 
-// Sets what mjvOption has: MuJoCo's defaults.
+// Sets those settings that are stored in mjvOption to MuJoCo's defaults.
 void write_default_options(mjenv_render_settings& settings);
 // The value, unless it is NaN.
 double or_default(double value, double fallback);

@@ -62,7 +62,8 @@ void check_system(mjenv_gl back_end) {
   fail(MJENV_E_RENDER, std::string("this system does not draw with ") + name_of(back_end) + ", but with " + others);
 }
 
-// Fails if MuJoCo would take another back end's functions: those of EGL if the process shows EGL, else of OSMesa.
+// Fails if MuJoCo would take the functions of another back end than this one. It takes EGL's if they are visible in the
+// process, otherwise OSMesa's.
 void check_binding(const Binding& bound, mjenv_gl back_end) {
   const bool osmesa = back_end == MJENV_GL_OSMESA;
   if (bound.back_end != MJENV_GL_AUTO) {
@@ -84,7 +85,7 @@ auto bind(Binding& bound, mjenv_gl back_end, const Open& open_context) {
   if (bound.back_end != MJENV_GL_AUTO) check_binding(bound, back_end);
   auto context = open_context();
   check_binding(bound, back_end);
-  context->show();  // only now that it works, because showing it excludes other back ends
+  context->show();  // only after it was opened successfully, because afterwards other back ends cannot be used
   bound.back_end = back_end;
   return context;
 }
@@ -95,7 +96,7 @@ std::unique_ptr<Context> open_one(Binding& bound, mjenv_gl back_end) {
     if (back_end == MJENV_GL_EGL) return open_egl();
     if (back_end == MJENV_GL_OSMESA) return open_osmesa();
     if (back_end == MJENV_GL_WGL) return open_wgl();
-    return std::make_unique<GlfwContext>(1, 1, "mjenv", false);  // pictures are drawn to a separate framebuffer
+    return std::make_unique<GlfwContext>(1, 1, "mjenv", false);  // small: pictures are drawn to a framebuffer
   });
 }
 
@@ -119,7 +120,7 @@ auto first_or_next(const Open& open_context) {
   if (*platform::no_pictures) fail(MJENV_E_RENDER, platform::no_pictures);
   Binding& bound = binding();
   const std::int32_t before = bound.process;
-  // Checked before locking, because after a fork the lock may stay locked for ever.
+  // Checked before the lock is taken, because in a forked child the lock may stay locked for ever.
   if (before != 0 && before != platform::process_id())
     fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
   const std::lock_guard lock(bound.mutex);

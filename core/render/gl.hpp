@@ -1,4 +1,4 @@
-// OpenGL contexts that need no display. OpenGL's libraries are loaded on demand: this library does not link to them.
+// OpenGL contexts. OpenGL's libraries are loaded when they are first needed; this library does not link to them.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace mjenv::core::gl {
 
-// An OpenGL context. Any thread may use it, but only one thread at a time.
+// An OpenGL context, which any thread may use, but only one thread at a time.
 class Context {
  public:
   virtual ~Context() = default;
@@ -22,7 +22,7 @@ class Context {
   virtual void leave() noexcept = 0;
   // Returns the OpenGL function with this name.
   virtual void* function(const char* name) const = 0;
-  // Makes its functions visible to MuJoCo, for the rest of the process.
+  // Makes the functions of its OpenGL library visible to MuJoCo, as long as the process lives.
   virtual void show() const = 0;
   // "egl", "glfw", "osmesa" or "wgl"
   virtual const char* name() const = 0;
@@ -40,10 +40,10 @@ class Current {
   Context& context_;
 };
 
-// Opens a context of this back end, an mjenv_gl.
+// Opens a context. back_end: an mjenv_gl.
 std::unique_ptr<Context> open(std::int32_t back_end);
 
-// Whether OpenGL was first used in this process, not before a fork: a child cannot use its parent's OpenGL.
+// Whether this process can use OpenGL. A forked child cannot if its parent has used OpenGL before the fork.
 bool here();
 
 // The names of the OpenGL implementation, and the largest picture that it draws.
@@ -58,7 +58,7 @@ std::unique_ptr<Context> open_egl();
 std::unique_ptr<Context> open_osmesa();
 std::unique_ptr<Context> open_wgl();
 
-// A function of any type, as an address.
+// Converts the address of a symbol to a pointer to a function of any type.
 struct Symbol {
   void* address;
   template <typename F>
@@ -67,7 +67,7 @@ struct Symbol {
   }
 };
 
-// A shared library, which stays loaded, because drivers crash otherwise. Errors name the Debian packages to install.
+// A shared library. It is never unloaded, because drivers would crash. Its errors name the Debian packages to install.
 class Library {
  public:
   Library(const char* file, const char* packages);

@@ -29,7 +29,8 @@ GlfwContext::~GlfwContext() {
 }
 
 void GlfwContext::show() const {
-  // Shows the library that GLFW has loaded. Else MuJoCo could take functions of an OSMesa that was tried before.
+  // Makes the OpenGL library that GLFW has loaded visible to MuJoCo. Otherwise MuJoCo could take the functions of an
+  // OSMesa that was tried before.
   for (const char* file : {"libGLX.so.0", "libGL.so.1", "libEGL.so.1"})
     if (platform::show_library(file)) return;
 }

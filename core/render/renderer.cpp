@@ -92,7 +92,7 @@ void Renderer::check_size() const {
                              number(std::ceil(needed / 1e9)) + " GB, more than is free");
 }
 
-// Like Gymnasium, places the free camera once: at the first picture, from the state at that time.
+// Places the free camera once, for the state of the first picture, as Gymnasium does.
 void Renderer::place_camera(const mjModel_& model, const mjData_& data) {
   if (camera_placed_) return;
   mjvCamera& camera = drawing_->camera;
@@ -114,7 +114,8 @@ void Renderer::look_at(const mjModel_& model, mjData_* data) {
   drawing_->update(model, data);
 }
 
-// MuJoCo draws each geom of the scene in one colour, which is its number in the scene, segid + 1; black is the background.
+// MuJoCo draws each geom of the scene in one colour, which encodes the geom's number in the scene (segid + 1). The
+// background is black.
 void Renderer::draw_segmentation(std::int32_t* objects) {
   mjvScene& scene = drawing_->scene;
   segmentation_.resize(3 * pixels());

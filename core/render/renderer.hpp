@@ -1,4 +1,5 @@
-// Draws pictures of rows that equal Gymnasium's: MuJoCo draws an mjData from the camera that Gymnasium would choose.
+// Draws pictures of rows that equal those of Gymnasium: MuJoCo draws the row's mjData from the camera that Gymnasium
+// would choose.
 #pragma once
 
 #include <array>
@@ -17,7 +18,7 @@ namespace mjenv::core {
 
 struct Drawing;
 
-// Gymnasium's defaults for a robot.
+// The settings with which Gymnasium would draw this model and task.
 mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camera& camera);
 
 class Renderer {
@@ -30,7 +31,7 @@ class Renderer {
 
   // Fails in a forked child, which cannot use its parent's OpenGL.
   void check_here() const;
-  // Sets what draw draws next. Does not change data.
+  // Sets the scene that `draw` draws. Does not change data.
   void look_at(const mjModel_& model, mjData_* data);
   // Writes the picture to rgb[height][width][3] and depth[height][width]. Either may be null.
   void draw(std::uint8_t* rgb, float* depth);
@@ -49,7 +50,7 @@ class Renderer {
   std::vector<std::uint8_t> rgb_;  // in OpenGL's order: the bottom row first
   std::vector<float> depth_;
   std::vector<std::uint8_t> segmentation_;
-  std::vector<std::pair<std::int32_t, std::int32_t>> object_of_;  // index and type, by the number of a colour
+  std::vector<std::pair<std::int32_t, std::int32_t>> object_of_;  // index and type, by the colour's number
 
   void check_size() const;
   void place_camera(const mjModel_& model, const mjData_& data);

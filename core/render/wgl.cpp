@@ -13,8 +13,8 @@
 namespace mjenv::core::gl {
 namespace {
 
-// The parts of Windows' headers that are used here, so that the build on other systems checks this file, too. Compilers
-// for 64-bit Windows have one calling convention, which needs no mark.
+// Declares the parts of Windows' headers that are used here, so that builds on other systems can compile this file,
+// too. 64-bit Windows has only one calling convention, so the functions need no attribute for it.
 using Handle = void*;
 
 struct WindowClass {  // WNDCLASSEXW
@@ -76,14 +76,14 @@ struct Wgl {
   Handle (*get_current_device)() = opengl.find("wglGetCurrentDC");
   void* (*get_proc_address)(const char*) = opengl.find("wglGetProcAddress");
 
-  // Call this directly after what has failed.
+  // Throws with the reason of Windows' last error. Call this directly after the function that failed.
   [[noreturn]] void refuse(const std::string& what) const {
     fail(MJENV_E_RENDER, "wgl: " + what + " (Windows' error " + std::to_string(get_last_error()) + ")");
   }
 };
 
-// A window that is never shown. Windows destroys a window when the thread that made it ends, but a context may outlive
-// that thread. So each window has its own thread.
+// A window that is never shown. Windows destroys a window when the thread that created it ends, but an OpenGL context
+// may be used by other threads after that. So each hidden window has a thread of its own.
 class HiddenWindow {
  public:
   explicit HiddenWindow(const Wgl& wgl) : wgl_(wgl) {
@@ -110,7 +110,7 @@ class HiddenWindow {
   HiddenWindow(const HiddenWindow&) = delete;
   HiddenWindow& operator=(const HiddenWindow&) = delete;
 
-  // What OpenGL draws to on the window
+  // The window's device context, to which OpenGL draws
   Handle device() const { return device_; }
 
  private:
@@ -130,7 +130,8 @@ class HiddenWindow {
       made.set_exception(std::current_exception());
       return;
     }
-    // Takes the window's messages, because Windows waits for windows that do not. Only the context's owner closes it.
+    // Handles the window's messages, because Windows would wait for a window that does not. Only the owner of this
+    // object closes the window.
     Message message{};
     while (wgl_.get_message(&message, nullptr, 0, 0) > 0)
       if (message.number != kClose) wgl_.dispatch_message(&message);
@@ -140,11 +141,11 @@ class HiddenWindow {
   Handle create() const {
     WindowClass kind{};
     kind.size = sizeof kind;
-    kind.style = kOwnDevice;  // threads can use such a device one after the other
+    kind.style = kOwnDevice;  // one thread after the other can use such a device context
     kind.procedure = wgl_.default_procedure;
     kind.instance = wgl_.get_module(nullptr);
     kind.name = u"mjenv";
-    wgl_.register_class(&kind);  // fails from the second window on, because the class then exists
+    wgl_.register_class(&kind);  // fails for all windows but the first, because the class then exists
     wgl_.set_last_error(0);
     Handle window = wgl_.create_window(0, kind.name, kind.name, kPopup, 0, 0, 1, 1, nullptr, nullptr, kind.instance,
                                        nullptr);  // one pixel, because pictures are drawn to a separate framebuffer
@@ -186,12 +187,12 @@ class WglContext : public Context {
 
   void leave() noexcept override { wgl_.make_current(previous_ ? previous_device_ : nullptr, previous_); }
 
-  // Windows finds the functions of OpenGL 1.1 in another place than the driver's.
+  // Windows finds the functions of OpenGL 1.1 in opengl32.dll, and all others in the driver.
   void* function(const char* name) const override {
     void* const found = wgl_.get_proc_address(name);
     return found ? found : wgl_.opengl.look_up(name);
   }
-  void show() const override {}  // MuJoCo asks this library anyway
+  void show() const override {}  // not needed: on Windows, MuJoCo always looks in this library
   const char* name() const override { return "wgl"; }
 
  private:
@@ -207,7 +208,7 @@ std::unique_ptr<Context> open_wgl() {
   static const Wgl* const wgl = new Wgl;
   auto context = std::make_unique<WglContext>(*wgl);
   const Current current(*context);
-  if (!context->function("glBindFramebuffer"))  // Windows' own OpenGL, which has version 1.1 alone
+  if (!context->function("glBindFramebuffer"))  // without a driver, Windows has only OpenGL 1.1
     fail(MJENV_E_RENDER, traits_of(*context).text + ": too old to draw pictures; install the graphics card's driver");
   return context;
 }

@@ -10,14 +10,14 @@
 namespace mjenv::core {
 namespace {
 
-// GLFW's codes of actions, mouse buttons and keys.
+// GLFW's numbers of actions, mouse buttons and keys.
 constexpr int kRelease = 0, kPress = 1, kLeft = 0, kRight = 1;
 constexpr int kSpace = 32, kEscape = 256, kTab = 258, kRightArrow = 262, kLeftShift = 340, kRightShift = 344;
 
 Window& owner_of(GLFWwindow* window) { return *static_cast<Window*>(gl::Glfw::get().get_window_user_pointer(window)); }
 double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-// Refuses larger windows, for which the X library would end the process.
+// Refuses windows that are too large, because for them the X library would end the process.
 const mjenv_render_settings& sized_for_a_window(const mjenv_render_settings& settings) {
   check_range("width", settings.width, 1, 1 << 14);
   check_range("height", settings.height, 1, 1 << 14);

@@ -18,11 +18,11 @@ class Window {
 
   bool is_open() const { return open_; }
   void check_here() const;
-  // Call this once per reset or step, and then draw while wants_picture(): once, or as often as the chosen speed
-  // requires, or, while paused, until the user goes on.
+  // Call this once per reset or step. Then draw as long as wants_picture() is true: once, as often as the chosen speed
+  // requires, or while the user pauses.
   void begin();
   bool wants_picture() const { return open_ && (waits_ || pictures_due_ > 0); }
-  // Sets what draw draws next. Does not change data.
+  // Sets the scene that `draw` draws. Does not change data.
   void look_at(const mjModel& model, mjData* data);
   // Draws the picture and handles the user's input.
   void draw();
@@ -41,7 +41,7 @@ class Window {
   bool paused_ = false, advance_ = false, waits_ = false, to_save_ = false;
   bool every_frame_ = true, contacts_ = false, transparent_ = false, menu_ = true;
   double pictures_due_ = 0, seconds_per_picture_ = 1 / 60.0, run_speed_ = 1;
-  double pixels_per_unit_ = 1;  // the unit of the mouse's coordinates
+  double pixels_per_unit_ = 1;  // pixels per unit of the mouse's coordinates
   int mouse_x_ = 0, mouse_y_ = 0;
   std::string saved_;  // the path of the last screenshot
 

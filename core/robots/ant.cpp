@@ -42,7 +42,7 @@ void ant(Robot& r) {
 
   r.carry([=](const Sim& s) { return s.body_xy(torso); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy = s.body_xy(torso);  // computed before mj_step integrated, not from the new qpos
+    const Eigen::Vector2d xy = s.body_xy(torso);  // from before the last integration, not from the new qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = s.finite() && z_range[0] <= z && z <= z_range[1];

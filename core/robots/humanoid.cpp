@@ -51,7 +51,7 @@ void humanoid(Robot& r) {
 
   r.carry([](const Sim& s) { return s.mass_center_xy(); });
   r.step([=, v5 = r.v5](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
-    const Eigen::Vector2d xy = s.mass_center_xy();  // computed before mj_step integrated, not from the new qpos
+    const Eigen::Vector2d xy = s.mass_center_xy();  // from before the last integration, not from the new qpos
     const Eigen::Vector2d velocity = (xy - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = z_range[0] < z && z < z_range[1];

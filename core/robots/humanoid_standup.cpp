@@ -46,7 +46,7 @@ void humanoid_standup(Robot& r) {
   if (r.v5) r.reset_info(position);
 
   r.step([=, v5 = r.v5](const Sim& s, Info& info) -> Outcome {
-    const double up = (s.qpos()[2] - 0) / s.timestep;  // divided by one mj_step's time, whatever frame_skip is
+    const double up = (s.qpos()[2] - 0) / s.timestep;  // as in Gymnasium: not divided by s.dt
     const double ctrl = w_ctrl * np::sum_square(s.ctrl());
     const double impact = np::clip(w_impact * np::sum_square(s.cfrc_ext()), cost_range[0], cost_range[1]);
 

@@ -2,9 +2,9 @@
 
 namespace mjenv::robots {
 
-// The physics of the caller's model alone: no reward, no end of an episode.
+// Simulates the caller's model without a task: there is no reward, and episodes do not terminate.
 void model(Robot& r) {
-  r.model("").frame_skip(1);  // the caller has to choose the model
+  r.model("").frame_skip(1);  // no default, so the caller must give a model
   r.observe("qpos", [](const Sim& s) { return s.qpos(); });
   r.observe("qvel", [](const Sim& s) { return s.qvel(); });
   r.reset([](Start&, Rng&) {});

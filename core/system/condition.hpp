@@ -8,7 +8,7 @@
 
 namespace mjenv::core {
 
-// A time of the monotonic clock, or never.
+// A point in time on the monotonic clock, or never.
 class Deadline {
  public:
   Deadline() = default;
@@ -45,7 +45,7 @@ class Condition {
   pthread_cond_t condition_;
 };
 
-// For the functions of pthreads.
+// Converts a duration for the functions of pthreads.
 timespec timespec_of(std::chrono::nanoseconds duration);
 
 }  // namespace mjenv::core

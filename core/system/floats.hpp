@@ -24,7 +24,7 @@ class Floats {
   // The control bits of MXCSR. The bits below them record exceptions.
   static constexpr unsigned kMxcsrControl = 0xffc0, kDefaultMxcsr = 0x1f80;
 #if defined(_WIN32)
-  // Without the precision bits: nothing here depends on them, and they differ between programs for Windows.
+  // The precision bits are left out, because nothing here depends on them, and on Windows they differ between programs.
   static constexpr unsigned kX87Control = 0xfcff, kDefaultX87 = 0x007f;
 #else
   static constexpr unsigned kX87Control = 0xffff, kDefaultX87 = 0x037f;
@@ -48,8 +48,8 @@ class Floats {
 #endif
 };
 
-// Sets the default environment until it is destroyed, so that the host's settings neither change bits nor raise
-// signals. Then restores the host's settings, even if other code changed them meanwhile.
+// While the object lives, the thread has the default environment, so that the host's settings neither change results
+// nor raise signals. The destructor restores the host's settings, even if other code changed them meanwhile.
 class DefaultFloats {
  public:
   DefaultFloats() : changed_(!Floats::is_default()) {
@@ -71,8 +71,9 @@ class DefaultFloats {
   std::fenv_t before_;
 };
 
-// Surrounds code of others that the library calls in the default environment, and that may change it: callbacks, and
-// what runs when a shared library is loaded. One that gcc -Ofast has made, for instance, flushes subnormal numbers to 0.
+// Surrounds foreign code that the library calls in the default environment: callbacks, and what runs when a shared
+// library is loaded. Such code may change the environment. For instance, loading a library that was built with gcc
+// -Ofast makes the thread flush subnormal numbers to 0. The destructor restores the default environment.
 class KeptFloats {
  public:
   KeptFloats() = default;

@@ -11,7 +11,7 @@
 namespace mjenv::core {
 namespace {
 
-// Smaller allocations are not checked, because the check reads files, and small allocations rarely fail.
+// Smaller allocations are not checked: they rarely fail, and the check takes time, because it reads files.
 constexpr double kSmall = 1 << 26;
 
 }  // namespace

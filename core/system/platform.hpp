@@ -1,6 +1,6 @@
-// What the library asks of the operating system. posix.cpp implements what all POSIX systems share, linux.cpp and
-// macos.cpp what only these have, windows.cpp and emscripten.cpp (WebAssembly) all of it. Only files in core/system
-// test for the system or the CPU. Texts are UTF-8 on every system.
+// The functions of the operating system that the library uses. posix.cpp implements those that are the same on all
+// POSIX systems, linux.cpp and macos.cpp the others on these systems; windows.cpp and emscripten.cpp (WebAssembly)
+// implement all. Only files in core/system test for the system or the CPU. Texts are UTF-8 on every system.
 #pragma once
 
 #include <atomic>
@@ -20,11 +20,11 @@ namespace mjenv::core::platform {
 // ---- Processes ----
 
 std::int32_t process_id();
-// Of the calling thread; unique among the threads of the process.
+// The id of the calling thread, which is unique among the threads of the process.
 std::uint32_t thread_id();
 // The value of an environment variable, if it is set.
 std::optional<std::string> environment(const char* name);
-// The same, but nothing if the program runs with more rights than its user.
+// The value of an environment variable; nothing if it is not set or if the program runs with more rights than its user.
 std::optional<std::string> trusted_environment(const char* name);
 // The separator in an environment variable that lists paths.
 extern const char path_separator;
@@ -34,7 +34,7 @@ extern const char path_separator;
 // Why the library starts no threads on this system; "" if it starts them.
 extern const char* const no_threads;
 
-// Blocks all signals on this thread while it lives, and for ever on threads that start meanwhile.
+// Blocks all signals on this thread while the object lives. Threads that are started meanwhile block them for ever.
 class BlockedSignals {
  public:
   BlockedSignals();
@@ -49,18 +49,19 @@ class BlockedSignals {
 
 // The CPUs in this process's affinity mask; empty if they are unknown.
 std::vector<int> allowed_cpus();
-// How many CPUs the system lets this process use at once, beside its affinity mask; infinite if it sets no quota. root:
-// the folder that contains proc/ and sys/ on Linux.
+// The quota of CPUs that the system sets for this process in addition to the affinity mask; infinite if there is none.
+// root: the folder that contains proc/ and sys/ on Linux.
 double cpu_quota(const std::string& root);
-// How many bytes a scalable vector (SVE) of the CPU has; 0 if it has none.
+// How many bytes a scalable vector (SVE) of the CPU has; 0 if the CPU has no SVE.
 int scalable_vector_bytes();
 void pin_thread(std::thread& thread, int cpu);
-// Debuggers and top show the name, of which Linux keeps 15 characters.
+// Sets the name that debuggers and top show for the thread. Linux keeps 15 characters of it.
 void name_thread(std::thread& thread, const std::string& name);
 
 // How many bytes are left of the calling thread's stack; 0 if that is unknown, for example on the stack of a coroutine.
 std::size_t stack_left();
-// Runs body, which must not throw, on a new thread with such a stack, which blocks all signals. False: it has not run.
+// Runs body, which must not throw, on a new thread that has a stack of this size and blocks all signals. Returns false
+// if the thread could not be started; body has then not run.
 bool run_on_thread(std::size_t stack_bytes, const std::function<void()>& body);
 
 // These let a thread sleep until another thread of this process changes a word. Unlike a condition variable, a word
@@ -73,15 +74,15 @@ void wake_all(std::atomic<std::uint32_t>& word);
 
 // ---- Memory, entropy, locale ----
 
-// How many bytes this process can still allocate: the smallest of what the machine has available and of what the limits
-// of the process and of its group leave. root: the folder that contains proc/ and sys/ on Linux.
+// How many bytes this process can still allocate: the smallest of what the machine has free, what the limits of the
+// process allow, and what those of its control groups allow. root: the folder that contains proc/ and sys/ on Linux.
 double available_memory(const std::string& root);
 
 // Fills the memory with random bytes. False if the system provides none.
 bool fill_with_entropy(void* to, std::size_t bytes);
 
-// Sets the locale "C", in which the C library reads numbers and compares text, for this thread while it lives. The
-// host's own locales, also those that its other threads set meanwhile, then have no effect on this thread.
+// While the object lives, this thread has the locale "C", so that the C library reads numbers and compares text as
+// MuJoCo expects. The host's locales have no effect on this thread, even if other threads change them meanwhile.
 class ClassicLocale {
  public:
   ClassicLocale();
@@ -101,7 +102,7 @@ struct FileStatus {
   std::int64_t bytes = 0;
 };
 
-// The status of what the path names, which may be a link.
+// The status of the file or folder to which the path leads, also through links.
 FileStatus status_of(const std::string& path);
 
 // A file that is open for reading. Opening never waits, not even for a pipe.
@@ -122,16 +123,17 @@ class InputFile {
   std::intptr_t handle_;  // -1 if it is not open
 };
 
-// Whether a text is a path because it begins with ".", "/", "~", or another beginning that the system has.
+// Whether a text begins like a path: with ".", "/", "~", or on Windows in other ways.
 bool begins_path(const std::string& text);
-// Whether a path in an untrusted model may lead to something other than a file, or cannot be compared with the real
-// path of a folder. Such a path must not even be opened. This does not resolve links.
+// Whether a path in an untrusted model must not even be opened, because it may lead to something other than a file, or
+// cannot be compared with the real path of a folder. Does not resolve links.
 bool names_no_file(const std::string& path);
 
 // The absolute path without links, with "/" between names; "" if there is no such file or folder (errno says why).
 std::string real_path(const std::string& path);
 
-// Creates and opens a new file: replaces the "XXXXXX" before the last `ending` characters of the path. Null: it failed.
+// Creates and opens a new file, with a unique name in place of the "XXXXXX" before the last `ending` characters of the
+// path. Returns null if that fails.
 std::FILE* create_file(std::string& path, std::size_t ending);
 
 // The user's home folder, or "~" if it is unknown.
@@ -148,17 +150,17 @@ bool draws_with(std::string_view back_end);
 
 // How the file names of plug-ins end: ".so" or ".dll".
 extern const char* const plugin_suffix;
-// Opens a library by its path, or by a file name that the system looks up. Null if that fails; `reason` then says why.
-// Refuses a truncated file, for which some systems would end the process.
+// Opens a library by its path, or by a file name that the system looks up. If that fails, returns null and sets
+// `reason`. Refuses a truncated file, because some systems would end the process.
 void* open_library(const char* file, std::string& reason);
-// The same for a library that the process has loaded already. Null if it has not.
+// Returns a library if the process has loaded it already, otherwise null.
 void* loaded_library(const char* file);
 // Makes a loaded library's symbols visible to the process, as if linked to it. False if the library is not loaded.
 bool show_library(const char* file);
 void close_library(void* library);
 // Null if the library has no such symbol.
 void* symbol_of(void* library, const char* name);
-// The same, among all symbols that are visible to the whole process.
+// Looks the symbol up among all symbols that are visible to the whole process.
 void* visible_symbol(const char* name);
 // The path of the library or program that contains this address, or "" if it is unknown.
 std::string file_of(const void* address);

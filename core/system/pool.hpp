@@ -35,7 +35,7 @@ class Pool {
   void run(const std::function<void(int)>& job);
 
  private:
-  const std::int32_t owner_;  // the process that created the pool
+  const std::int32_t owner_;  // the id of the process that created the pool
   std::function<void(int)> job_;
   std::atomic<std::uint64_t> generation_{0};
   std::atomic<int> running_{0};

@@ -15,7 +15,8 @@
 namespace mjenv::core {
 namespace {
 
-// A plain array, because a destructor could not run after the library was unloaded.
+// A plain array, because the destructor of a std::string would run when the thread ends, maybe after the library was
+// unloaded.
 thread_local std::array<char, 1024> message{};
 
 std::int32_t fail_with(const char* text) {
@@ -117,7 +118,8 @@ void random_state(mjenv_builder* builder) {
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
 
-// Makes the callback fail: NumPy would raise an error for these arguments, or the draw was impossible.
+// Records why a draw failed, so that the callback fails: NumPy would raise an error for these arguments, or memory or
+// entropy was lacking.
 template <typename T>
 T refuse_draw(mjenv_random* random, const char* why, T fallback, mjenv_status status = MJENV_E_TASK) {
   if (cast(random).failure == MJENV_OK) {
@@ -127,7 +129,7 @@ T refuse_draw(mjenv_random* random, const char* why, T fallback, mjenv_status st
   return fallback;
 }
 
-// Returns what draw(rng) returns. A draw throws if it lacks memory, or entropy for a seed.
+// Returns what draw(rng) returns. A draw throws if there is no memory, or no entropy to seed the stream.
 template <typename Draw>
 auto attempt(mjenv_random* random, const Draw& draw) -> decltype(draw(cast(random).rng())) {
   using T = decltype(draw(cast(random).rng()));
@@ -160,7 +162,7 @@ std::int64_t integers(mjenv_random* random, std::int64_t low, std::int64_t high)
   return attempt(random, [&](Rng& rng) { return rng.integers(low, high); });
 }
 
-// What NumPy refuses in p; null if nothing.
+// Returns why NumPy would refuse the probabilities p, or null if it accepts them.
 const char* bad_probabilities(std::int64_t count, const double* p) {
   double sum = 0, lost = 0;  // as NumPy checks it: Kahan summation, and sqrt(eps) as the tolerance
   for (std::int64_t i = 0; i < count; ++i) {
@@ -239,7 +241,7 @@ std::int32_t state_is_new(mjenv_random* random) {
 
 // ---- Functions for reset ----
 
-// Calls body with the simulation of the reset. A failure of MuJoCo makes the callback fail.
+// Calls body with the simulation in which the reset runs. If MuJoCo fails, so does the callback.
 template <typename Body>
 std::int32_t simulate(mjenv_start* start, const Body& body) {
   ResetSimulation* simulation = static_cast<SimulatingStart*>(start)->simulation;

@@ -43,7 +43,7 @@ void Builder::action(std::int64_t count, const double* low, const double* high) 
     if (!(from <= to))
       fail(MJENV_E_VALUE, "action: the bounds of number " + std::to_string(i) + " are " + number(from) + " and " +
                               number(to) + ", which are NaN or in the wrong order");
-    // In float32, as the bounds of actuators.
+    // Rounded to float32, as Gymnasium rounds the bounds of actuators.
     bounds.low.push_back(static_cast<float>(from));
     bounds.high.push_back(static_cast<float>(to));
   }

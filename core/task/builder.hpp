@@ -1,4 +1,4 @@
-// The mjenv_builder that a task's callback build is given.
+// The mjenv_builder that the library passes to a task's callback build.
 #pragma once
 
 #include <new>
@@ -17,11 +17,12 @@ namespace mjenv::core {
 
 class Builder : public mjenv_builder {
  public:
-  // options: the caller's options. view: of the model's initial state.
+  // options: those that the caller set. view: shows the model's initial state.
   Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
           std::int64_t carry_count, const Parameters& parameters);
 
-  // Returns body's result. If it throws, keeps the error for `check`, returns `fallback`, and calls no body any more.
+  // Returns body's result. If body throws, keeps the error for `check` and returns `fallback`. After that, no further
+  // body is called.
   template <typename T, typename Body>
   T attempt(T fallback, const Body& body) noexcept;
   template <typename Body>

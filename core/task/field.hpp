@@ -1,4 +1,4 @@
-// One named part of an observation, an info and so on, or a readable array.
+// Describes one named part of an observation or an info, or one readable array.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace mjenv::core {
 
-// One field of a role: what mjenv_field describes, from a mjenv_task_field or of the environment itself.
+// The library's own form of a mjenv_field. It comes from a task's mjenv_task_field or from the environment itself.
 struct Field {
   mjenv_role role;
   std::string name, doc;
   mjenv_dtype type = MJENV_DTYPE_FLOAT64;
-  std::vector<std::int64_t> shape;  // -1, until build has set this length
+  std::vector<std::int64_t> shape;  // a length is -1 until build sets it
   std::int64_t offset = 0, count = 1;
-  std::string group{};  // of a term of the observation; empty: none
+  std::string group{};  // the group to which a term of the observation belongs; empty: none
 };
 
 }  // namespace mjenv::core

@@ -10,7 +10,7 @@ struct Meaning {
   const char *name, *text;
 };
 
-// Sorted by name, for the binary search. "cost of ..." does not mention the sign: these fields hold the cost negated.
+// Sorted by name, for the binary search. A field described as "cost of ..." holds the negative of the cost.
 constexpr Meaning kMeanings[] = {
     {"cart", "position of the cart, m"},
     {"cfrc_ext", "external torque and force on each body, N m, N: 6 per body"},

@@ -13,7 +13,7 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Whether an image (mjenv_snapshot) can only be restored in an environment in which the option has the same value.
+// Whether an image (mjenv_snapshot) fits only environments in which the option has the same value.
 enum class Scope {
   episodes,  // yes: it changes the results of steps and resets
   // No, for one of two reasons. The option changes only how results are computed and returned. Or an image's identity
@@ -43,7 +43,7 @@ struct Option {
   bool allows(const std::string& given) const;
 };
 
-// "an integer", for messages.
+// The kind in words, such as "an integer", for messages.
 const char* kind_name(mjenv_kind kind);
 
 class Options {
@@ -53,7 +53,8 @@ class Options {
   const std::string& id() const { return id_; }
   const std::vector<Option>& all() const { return options_; }
 
-  // These declare an option with its default, unless it is already declared, and return it with its present value.
+  // Each of these declares an option with its default and returns it. If it is already declared, it returns the option
+  // with its present value.
   const Option& flag(const char* name, bool value, const char* doc, Scope scope = Scope::episodes);
   const Option& integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high, const char* doc,
                         Scope scope = Scope::episodes);

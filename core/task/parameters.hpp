@@ -13,12 +13,12 @@ namespace mjenv::core {
 
 class Parameters {
  public:
-  // Adds an option of the kind REALS, with its value as that of all rows.
+  // Adds a parameter for an option of the kind REALS. Every row begins with the option's value.
   void add(const Option& option);
 
   // Their names are those by which mjenv_read and mjenv_write know them, such as "parameters.speed".
   const std::vector<Field>& fields() const { return fields_; }
-  // The numbers that a row has at first, one parameter's after the other's.
+  // The numbers with which a row begins: those of the first parameter, then those of the second, and so on.
   const std::vector<double>& defaults() const { return defaults_; }
 
   static std::string name_of(const std::string& option);
@@ -27,7 +27,7 @@ class Parameters {
   const Field& find(const std::string& array, const std::string& id) const;
   // Throws unless the option could have these values.
   void check(const Field& field, const double* values) const;
-  // Whether a row can have these numbers. Checks those of an image.
+  // Whether a row can have these numbers. Used to check the numbers that an image contains.
   bool is_valid(const double* numbers) const;
 
  private:
@@ -39,7 +39,7 @@ class Parameters {
   std::vector<double> defaults_;
 
   bool is_within(std::size_t field, double value) const {
-    return bounds_[field].low <= value && value <= bounds_[field].high;  // not if it is NaN
+    return bounds_[field].low <= value && value <= bounds_[field].high;  // false if it is NaN
   }
 };
 

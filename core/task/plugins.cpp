@@ -71,8 +71,8 @@ mjenv_plugin call_entry(void* handle) {
 
 // ---- MJENV_TASKS ----
 
-// `tasks_read` is unread, done, or the ids of the process (upper half) and the thread that is reading. If a process
-// forks meanwhile, the child sees that the process id is not its own, and reads again.
+// While MJENV_TASKS is being read, `tasks_read` holds the id of the reading process (upper half) and of the reading
+// thread. If the process forks meanwhile, the child sees that the process id is not its own, and reads again.
 constexpr std::uint64_t unread = 0, done = 1;
 std::atomic<std::uint64_t> tasks_read{unread};
 std::atomic<const std::string*> failure{nullptr};  // never freed, like the lists of ids in registry.cpp
@@ -109,7 +109,7 @@ void load_tasks(const std::string& path) {
       tasks.push_back(users_task(plugin.tasks[i], handle.get()));
     }
     add_tasks(std::move(tasks));
-    static_cast<void>(handle.release());  // stays loaded, because it contains the callbacks
+    static_cast<void>(handle.release());  // the plug-in stays loaded, because it contains the callbacks
   } catch (const Error& error) {
     fail(error.status(), "plug-in " + quoted(path) + ": " + error.what());
   }
@@ -119,9 +119,9 @@ void load_tasks_of_environment() {
   if (tasks_read == done) return;
   const std::uint64_t me = this_reader();
   for (std::uint64_t seen = unread; !tasks_read.compare_exchange_strong(seen, me);) {
-    if (seen == done || seen == me) return;  // seen == me: a plug-in looks up an id while it is being loaded
-    // If `seen` names a thread of this process, that thread is reading: wait for it. If it names another process, this
-    // process is a forked child whose parent was reading: replace it.
+    if (seen == done || seen == me) return;  // seen == me: this thread is loading a plug-in, which looks up an id
+    // If `seen` names a thread of this process, that thread is reading, so wait for it. If it names another process,
+    // this process is a forked child whose parent was reading, so read here.
     if (seen >> 32 == me >> 32) {
       std::this_thread::yield();
       seen = unread;
@@ -129,7 +129,7 @@ void load_tasks_of_environment() {
   }
   try {
     read_environment();
-  } catch (const std::exception&) {  // out of memory: the next call tries again
+  } catch (const std::exception&) {  // there was no memory: the next call tries again
     tasks_read = unread;
     throw;
   }

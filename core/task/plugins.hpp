@@ -8,9 +8,9 @@ namespace mjenv::core {
 // Loads a plug-in and registers its tasks; it then stays loaded. If a task is refused, unloads the plug-in and throws.
 void load_tasks(const std::string& path);
 
-// Loads the plug-ins that the environment variable MJENV_TASKS lists. Only the first call in a process does so.
+// Loads the plug-ins that the environment variable MJENV_TASKS lists. Only the first call in a process does anything.
 void load_tasks_of_environment();
-// Why some of these could not be loaded; "" if all were loaded.
+// Why some plug-ins of MJENV_TASKS could not be loaded; "" if all were loaded.
 std::string environment_failure();
 
 }  // namespace mjenv::core

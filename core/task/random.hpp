@@ -9,7 +9,7 @@ namespace mjenv::core {
 
 using Rng = np::Generator;
 
-// A copy of the row's stream, which the first draw makes. If the callback fails, the row keeps its own stream.
+// A copy of the row's stream, made at the first draw. The row gets the copy only if the callback succeeds.
 class Random : public mjenv_random {
  public:
   // stream: null if the row was never seeded. Then the first draw seeds it.
@@ -21,11 +21,11 @@ class Random : public mjenv_random {
   }
   bool drew() const { return drew_; }
 
-  // The stream of RandomState that draws change; null if the task has none here.
+  // The RandomState from which this callback draws; null if it has none.
   np::RandomState* state = nullptr;
 
-  // Why a draw failed. MJENV_E_TASK: NumPy would refuse the arguments, or there was no entropy for a seed; task_message
-  // says which.
+  // Why a draw failed. MJENV_E_TASK means that NumPy would refuse the arguments or that there was no entropy for a
+  // seed; task_message() tells which of the two.
   mjenv_status failure = MJENV_OK;
 
  private:

@@ -17,8 +17,8 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::size_t kMaxId = 100;
-constexpr std::int64_t kMaxCount = 1 << 20;                        // of options, of fields, and of an option's numbers
-constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // the bounds of options are doubles
+constexpr std::int64_t kMaxCount = 1 << 20;                        // of options, fields, and numbers in one option
+constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // exact as a double, as bounds of options are
 
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }
@@ -62,7 +62,7 @@ void RegisteredTask::take_id(const char* id) {
   id_ = std::string(id).substr(0, kMaxId + 1);
   const std::size_t dash = id_.rfind("-v");
   const std::string number = dash == std::string::npos ? "" : id_.substr(dash + 2);
-  // At most 9 digits, because std::stoi would throw for larger numbers than an int holds.
+  // At most 9 digits, because std::stoi throws if the number does not fit an int.
   const bool numbered = !number.empty() && number.size() < 10 && std::all_of(number.begin(), number.end(), is_digit);
   robot_ = id_.substr(0, numbered ? dash : 0);
   const auto fits = [](char c) { return is_word(c) || c == '.' || c == '-'; };
@@ -91,7 +91,7 @@ void RegisteredTask::take_model(const mjenv_task& given) {
   model_ = given.model;
   if (model_.empty() && !built_in_) fail(MJENV_E_VALUE, "model is empty");  // only "Model-v0" has no model of its own
   if (model_.empty() || model_[0] != '.') return;
-  // Looks the path up from the folder of the task's code, so that it does not depend on the current folder.
+  // A relative path is looked up from the folder of the task's code, so that it does not depend on the current folder.
   const auto code = given.step ? reinterpret_cast<const void*>(given.step) : reinterpret_cast<const void*>(given.build);
   model_ = folder_of(code) + (model_.rfind("./", 0) == 0 ? model_.substr(2) : model_);
 }
@@ -214,7 +214,8 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
   if (!given_.fixed_frame_skip)
     options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many mj_steps make a step");
   for (const auto& option : of_task) options.add(option);
-  // Scope::service for these, xml_file and norm: an image's identity contains the model and the rounding.
+  // xml_file, xml_string, trust_xml and norm are of Scope::service, because an image's identity contains the model and
+  // the rounding.
   if (given_.fixed_model == 0) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
@@ -269,7 +270,7 @@ Task RegisteredTask::build(const Options& options) const {
     if (option.live) task.parameters.add(option);
   view.show_parameters(task.parameters.defaults().data());
   Builder builder(options, *task.model, view, fields_, given_.carry_count, task.parameters);
-  // A built-in robot returns what Gymnasium's returns, which may be NaN.
+  // A built-in robot returns what Gymnasium returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
   const auto calls = std::make_shared<Calls>(id_, given_, checks, builder);  // calls build, which fills the builder
   task.norm = builder.rounding();
@@ -298,7 +299,7 @@ Task RegisteredTask::build(const Options& options) const {
   return task;
 }
 
-// The fields of the description, as build has completed them. Throws if they do not fit the callbacks.
+// Returns the task's fields with the lengths that build has set. Throws if they do not fit the callbacks.
 Fields RegisteredTask::described(const Builder& builder) const {
   try {
     Fields fields;

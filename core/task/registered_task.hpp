@@ -15,19 +15,19 @@ namespace mjenv::core {
 // The largest frame_skip.
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
-// What a task says before its model is compiled.
+// What a task tells of itself without a compiled model.
 struct Outline {
   const char* model_xml;  // the text of its default model; null if that is a file, or if there is none (Model-v0)
   std::int64_t time_limit;
-  double reward_threshold;  // NaN: none
+  double reward_threshold;  // NaN if the task has none
   mjenv_task_camera camera;
 };
 
-// The folder of the shared object or program that contains the code, with a "/" at its end. If that is unknown, the current
-// folder.
+// The folder, with a "/" at its end, of the shared object or program that contains the code; the current folder if that
+// is unknown.
 std::string folder_of(const void* code);
 
-// Copies the description. Only the callbacks' code and the memory that `user` points to remain the caller's.
+// Copies the description of a task. Only the callbacks' code and the memory at `user` still belong to the caller.
 class RegisteredTask {
  public:
   enum class Origin { built_in, user };
@@ -42,7 +42,8 @@ class RegisteredTask {
   int version() const { return version_; }
   const void* plugin() const { return plugin_; }
 
-  // Declares the task's options and the shared ones that depend on the task. declare_env_options adds the rest.
+  // Declares the task's options, and those common options whose presence or default depends on the task.
+  // declare_env_options adds the others.
   void declare(Options& options) const { declare(options, options_); }
   Outline outline() const;
   Task build(const Options& options) const;
@@ -68,7 +69,7 @@ class RegisteredTask {
   Fields described(const Builder& builder) const;
 };
 
-// Copies the struct of a caller that may have been compiled with an older or newer header.
+// Makes a task of the struct of a caller, which may have been compiled with an older or newer header.
 std::unique_ptr<RegisteredTask> users_task(const mjenv_task* given, const void* plugin);
 
 }  // namespace mjenv::core

@@ -29,19 +29,19 @@ constexpr Id built_in[] = {
 #include "robots/all.def"
 #undef ROBOT
 };
-// Valid, but not in the list of ids, because it cannot be built with its default options.
+// "Model-v0" is a valid id, but it is not in the list of ids, because it cannot be built with its default options.
 constexpr Id unlisted = VERSION("Model", 0, model);
 #undef VERSION
 
-// The listed ids. A registration replaces the list with a longer one; lists are never changed or freed. So readers need
-// no lock, not even in a forked child or while the process exits.
+// The list of ids. A registration makes a longer list and publishes it; a published list is never changed or freed. So
+// readers need no lock, not even in a forked child or while the process exits.
 struct List {
   const Id* const* ids;  // sorted
   std::size_t count;
-  const List* older;  // keeps the replaced list reachable for leak checkers
+  const List* older;  // the list that this one replaced; without the pointer, leak checkers would report it
 };
 
-// As in Gymnasium, this id needs MuJoCo 2.
+// This id exists only in the build for MuJoCo 2, as in Gymnasium.
 constexpr std::string_view kOfMujoco2 = "Pusher-v4";
 
 struct Pointers {
@@ -66,8 +66,8 @@ constexpr Pointers first_ids = pointers_to_built_in();
 constexpr List first_list{first_ids.ids, first_ids.count, nullptr};
 std::atomic<const List*> latest{&first_list};
 
-// dm_control's suite, whose ids begin with this, is a plug-in beside this library. It is loaded when one of them is asked
-// for, so that programs that use none neither load nor hold it.
+// The ids of dm_control's suite begin with this prefix. The suite is a plug-in in the folder of this library, and is
+// loaded when a program first asks for one of its ids, so that other programs do not load it.
 constexpr std::string_view kSuite = "dm_control/";
 constexpr const char* kSuiteFile = "libmjenv-suite";
 
@@ -135,7 +135,8 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
       const Id* other = id == unlisted.name ? &unlisted : find(*list, id);
       if (other) {
         if (!other->registered) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
-        // A plug-in's ids are registered all together: if this plug-in has one of them, it has all.
+        // A plug-in's tasks are registered all together. So if one of its ids is known, all are, and there is nothing
+        // to do.
         if (other->registered->plugin() && other->registered->plugin() == tasks[i]->plugin()) return;
       }
       const auto place = std::lower_bound(all.begin(), all.end(), id, is_before);
@@ -155,7 +156,7 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
 }
 
 std::shared_ptr<const RegisteredTask> task_of(const Id& id) {
-  if (id.registered) return {std::shared_ptr<void>(), id.registered};  // lives as long as the process
+  if (id.registered) return {std::shared_ptr<void>(), id.registered};  // lives for ever, so nobody owns it
   return std::make_shared<RegisteredTask>(Description(id.built_in).task(), RegisteredTask::Origin::built_in);
 }
 

@@ -12,7 +12,7 @@
 
 namespace mjenv::core {
 
-// A version of a built-in robot, or a task that a user registered. Lives as long as the process.
+// One id: a version of a built-in robot, or a task that a user registered. It lives as long as the process.
 struct Id {
   const char *name, *robot;
   int version;
@@ -20,7 +20,7 @@ struct Id {
   const RegisteredTask* registered;  // null for a built-in robot
 };
 
-// The ids, sorted by name. Registering tasks adds some.
+// The ids are sorted by name. Registering a task adds its id.
 std::int64_t id_count();
 const Id& id_at(std::int64_t index);
 const Id& id_of(const std::string& name);

@@ -1,4 +1,4 @@
-// What a task's callbacks see of a work space: mjenv_sim, and the buffers that belong to it.
+// The mjenv_sim through which a task's callbacks see a work space, and the buffers that it points to.
 #pragma once
 
 #include <cstddef>
@@ -11,20 +11,20 @@
 
 namespace mjenv::core {
 
-// The bounds of an action space of a task's own.
+// The bounds of the action space that a task has defined (mjenv_build_action).
 struct ActionBounds {
   std::vector<double> low, high;
 };
 
-// What a task needs besides what MuJoCo computes in every step.
+// What a task asked for in build, beyond what every step computes anyway.
 struct Needs {
   bool contacts = false, forces = false, frames = false;
   std::vector<std::string> arrays;  // the names of the arrays in mjenv_sim::arrays
-  bool current = false;             // Work::keep_current
-  std::vector<std::string> own;     // the arrays that the task writes
+  bool current = false;             // whether the task called mjenv_build_current (Work::keep_current)
+  std::vector<std::string> own;     // the names of the rows' own arrays that the task writes (mjenv_build_own)
   ActionBounds action;              // empty: actions are ctrl
   bool random_state = false;        // rows have a stream of NumPy's RandomState
-  std::size_t info = 0;             // how many numbers the longer of info and reset info has
+  std::size_t info = 0;             // the number of elements of info or reset info, whichever is longer
 };
 
 class SimView {
@@ -34,16 +34,16 @@ class SimView {
   SimView& operator=(const SimView&) = delete;
 
   const mjenv_sim& sim() const { return sim_; }
-  // Numbers that the task keeps from one step of the row to the next.
+  // The numbers that the row carries for the task from one step to the next.
   double* carried() { return carried_.data(); }
   std::size_t carry_count() const { return carried_.size(); }
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
   // Where callbacks write an info.
   double* info() { return info_.data(); }
-  // The action that callbacks see: NaN unless it is shown.
+  // Sets the action that callbacks see. Otherwise they see NaN.
   void show(const Action& action);
   void hide_action();
-  // Shows a row's live parameters. The numbers must stay where they are.
+  // Sets the live parameters that callbacks see. This keeps the pointer, so the numbers must not move.
   void show_parameters(const double* numbers) { sim_.parameters = numbers; }
 
   // Adds to what `complete` computes: "contacts", or an array that is computed on demand.
@@ -56,7 +56,7 @@ class SimView {
   void need_action(ActionBounds bounds);
   void need_random_state() { needs_.random_state = true; }
 
-  // Call this after Work::use, with the same arguments: shows the row's own arrays.
+  // Makes callbacks see the row's own arrays. Call this after Work::use, with the same arguments.
   void use(const OwnArrays& arrays, const std::byte* block);
   // Computes what the task needs but steps do not compute.
   void complete() {
@@ -71,10 +71,10 @@ class SimView {
   Needs needs_;
   std::vector<double> carried_, action_, info_;
   std::vector<mjenv_contact> contacts_;
-  std::uint64_t listed_ = 0;        // Work::computation of contacts_
+  std::uint64_t listed_ = 0;        // the Work::computation for which contacts_ was filled
   std::vector<Array> data_arrays_;  // filled when a task first shares an array
   std::vector<const void*> shared_, shared_originals_;
-  // Points into mjModel and mjData, and to a row's own arrays, which move when an array is added.
+  // Its pointers lead into mjModel, mjData and the row's own arrays. The latter move when an array is added.
   mjenv_sim sim_{};
 
   void expose();

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// Shows the action to the callback step.
+// Makes the action visible to a callback while this object lives.
 struct Shown {
   SimView& view;
   Shown(SimView& to, const Action& action) : view(to) { view.show(action); }
@@ -82,13 +82,13 @@ std::optional<Calls::Unbounded> Calls::find_unbounded(const void* numbers) const
     for (std::int64_t i = bounds.first; i < bounds.first + bounds.count; ++i) {
       double value = 0;
       std::memcpy(&value, static_cast<const std::byte*>(numbers) + i * sizeof value, sizeof value);
-      const bool is_within = bounds.low <= value && value <= bounds.high;  // not if it is NaN
+      const bool is_within = bounds.low <= value && value <= bounds.high;  // false if it is NaN
       if (!is_within) return Unbounded{i, value, bounds.low, bounds.high};
     }
   return std::nullopt;
 }
 
-// Fails if the callback wrote a number out of its bounds, because restoring an image with it would fail.
+// Fails if the callback wrote a number outside of its bounds, because an image with that number could not be restored.
 void Calls::check_carried(const char* callback, const double* numbers) const {
   if (const auto found = find_unbounded(numbers))
     refuse(callback, element_is("carried", static_cast<std::size_t>(found->index), found->value) + ", not " +
@@ -179,7 +179,8 @@ void Calls::refuse(const char* callback, const std::string& why) const {
   fail(MJENV_E_TASK, id_ + ": " + callback + ": " + why);
 }
 
-// Throws for a callback that returned `result`, or whose draw was refused.
+// Throws the error of a callback that returned `result`, or that drew from its stream with arguments that NumPy
+// refuses.
 void Calls::fail_with(const char* callback, std::int32_t result) const {
   if (result == MJENV_E_MEMORY) throw std::bad_alloc();
   const std::string why = task_message();

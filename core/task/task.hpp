@@ -24,7 +24,7 @@ using Fields = std::array<std::vector<Field>, MJENV_ROLE_GROUPS + 1>;
 // The sum of the counts of a role's fields.
 std::int64_t total(const std::vector<Field>& fields);
 
-// The arrays that a reset writes.
+// The arrays that a task's reset writes.
 struct Start {
   double *qpos, *qvel, *act, *carried;
 };
@@ -36,13 +36,13 @@ struct ResetSimulation {
   double *time, *const *own;
 };
 
-// What a map of actions writes: mjenv_control without what belongs to the row.
+// What before_step and before_substep write: the part of mjenv_control that does not belong to the row.
 struct Control {
   std::int64_t substep;
   double *ctrl, *const *own;
 };
 
-// The mjenv_start that a reset is given.
+// The mjenv_start that the library passes to a reset.
 struct SimulatingStart : mjenv_start {
   ResetSimulation* simulation = nullptr;
 };
@@ -53,36 +53,36 @@ struct CarryBounds {
   double low, high;
 };
 
-// Numbers that a row carries, and that stay after resets.
+// Carried numbers that a reset does not clear (mjenv_build_keep).
 struct KeptNumbers {
   std::int64_t first, count;
 };
 
 class Builder;
 
-// Calls the callbacks with the `self` that build made and that this destroys in the end, or with `user` if there is no
-// build. Without callbacks (physics_only), a reset gives the initial state, observations and rewards are 0, and infos
-// NaN.
+// Calls a task's callbacks. Their `self` is what build made, which the destructor destroys, or `user` if there is no
+// build. A task without callbacks (physics_only) has the model's initial state after a reset, observations and rewards
+// of 0, and infos of NaN.
 class Calls {
  public:
-  // Calls build. checks: refuse NaN in observations and rewards, and NaN and infinity in initial states.
+  // Calls build. checks: whether to refuse NaN in observations and rewards, and NaN and infinity in initial states.
   Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;
   Calls& operator=(const Calls&) = delete;
 
-  // Called once, with the task's fields and the bounds of what it carries, as build has completed them.
+  // Call this once after build, with the fields that build has completed and the bounds of the carried numbers.
   void set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds);
 
-  // Whether all numbers that an image carries are within the task's bounds. They may lie at any address.
+  // Whether all carried numbers of an image are within the task's bounds. The pointer may be misaligned.
   bool is_valid_carried(const void* numbers) const { return !find_unbounded(numbers); }
 
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
 
-  // Draws the initial state of an episode. sim: only its sizes and the model's arrays are valid.
-  // simulation: null unless the task needs it; then all of sim is valid.
+  // Draws the initial state of an episode. simulation: null, unless the task's reset can simulate (Needs::current). If
+  // it is null, only the sizes and the model's arrays of `sim` are valid.
   void reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation = nullptr) const;
-  // Returns the numbers of the reset info, which lie in the view.
+  // Returns the numbers of the reset info, which are stored in the view.
   const double* reset_info(SimView& view) const;
   // Writes the numbers that the next step needs to know of the present state to SimView::carried.
   void carry(SimView& view) const;

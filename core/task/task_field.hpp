@@ -15,14 +15,15 @@ constexpr std::int64_t kMaxCarried = 1 << 24;
 
 // The documentation, with the unit, of a name that many tasks have. "" for an unknown name.
 const char* meaning(const std::string& name);
-// "observation", for messages. Null for a role that a task cannot describe.
+// The name of a role in messages, such as "observation". Null for a role that a task cannot describe.
 const char* role_name(mjenv_role role);
 // Returns the name of `what` ("a field"). Throws if it is missing or too long, or has blanks or quotes.
 std::string checked_name(const char* name, const std::string& what);
 
-// Copies the field, whose lengths may be -1. Throws if the field is invalid.
+// Copies a field, whose lengths may still be -1 (build sets them later). Throws if the field is invalid.
 Field field_of(const mjenv_task_field& given);
-// Replaces the field of this role and name (a reward: any name), or adds it. Without a doc, it takes the old one's.
+// Replaces the field that has the same role and name, or adds the field if there is none. A reward replaces the earlier
+// reward whatever its name. If the new field has no doc, it keeps the doc of the replaced one.
 void replace_or_add(std::vector<Field>& fields, Field field);
 // The fields of a role, with their offsets. An observation does not list empty terms.
 std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role);

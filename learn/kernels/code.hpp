@@ -1,5 +1,5 @@
-// The kernels for vectors of MJENV_LEARN_WIDTH floats. Each instruction set includes this file once, in a source file that
-// is compiled with flags of its own, so everything here has internal linkage.
+// The kernels for vectors of MJENV_LEARN_WIDTH floats. Each instruction set includes this file once, in a source file
+// with compiler flags of its own. So everything here has internal linkage.
 #pragma once
 
 #if defined(__aarch64__)
@@ -38,7 +38,7 @@ inline V sqrt(V x) { return _mm512_maskz_sqrt_ps(0xffff, x); }  // gcc 12 warns 
 inline V min(V x, V y) { return x < y ? x : y; }
 inline V max(V x, V y) { return x > y ? x : y; }
 
-// One tile of product: kRows rows and kVectors vectors of outputs, whose sums stay in registers.
+// Computes one tile of `product`: kRows rows of kVectors vectors of outputs. Their sums stay in registers.
 template <int kRows, int kVectors>
 inline void product_tile(const float* x, int stride, int inputs, const float* w, int outputs, const float* bias,
                          float* y) {
@@ -57,7 +57,7 @@ inline void product_tile(const float* x, int stride, int inputs, const float* w,
     for (int v = 0; v < kVectors; ++v) store(y + r * outputs + kWidth * v, sum[r][v]);
 }
 
-// Computes as many columns, from `column` on, as tiles fill. Returns the first column that is left.
+// Computes whole tiles from `column` on, as many as fit. Returns the first column that is left.
 template <int kRows, int kVectors>
 inline int product_columns(int column, const float* x, int stride, int rows, int inputs, const float* w, int outputs,
                            const float* bias, float* y) {
@@ -68,7 +68,8 @@ inline int product_columns(int column, const float* x, int stride, int rows, int
   return column;
 }
 
-// As many vectors as leave registers for the factors: there are 32 in AVX-512, else at least 16.
+// How many vectors a tile has, so that registers are left for the factors. AVX-512 has 32 registers, the others at
+// least 16.
 constexpr int kTile = kWidth == 16 ? 4 : 2;
 
 void product(const float* x, int stride, int rows, int inputs, const float* w, int outputs, const float* bias,
@@ -114,8 +115,9 @@ void gradient(const float* x, int stride, int rows, int inputs, const float* d, 
 // 2^n for whole n between -126 and 127.
 inline V power_of_two(I n) { return reinterpret_cast<V>((n + 127) << 23); }
 
-// exp(x) - 1 = 2^n (1 + q) - 1 with the n for which |r| = |x - n log 2| <= log(2) / 2, where q = exp(r) - 1 is the Taylor
-// polynomial of degree 7, whose error is less than half a unit in the last place of a float32. x must be between -87 and 88.
+// exp(x) - 1 = 2^n (1 + q) - 1 with the n for which |r| = |x - n log 2| <= log(2) / 2, where q = exp(r) - 1 is the
+// Taylor polynomial of degree 7, whose error is less than half a unit in the last place of a float32. x must be between
+// -87 and 88.
 struct Reduced {
   V scale, q;  // 2^n and q
 };

@@ -1,6 +1,6 @@
-// The arithmetic on whole arrays. Each instruction set has a table of the same functions, which give the same bits: each
-// element is computed by the same operations in the same order whatever the width of a vector, and no multiplication is
-// fused with an addition.
+// The arithmetic on whole arrays. Each instruction set has a table of these functions. They give the same bits with
+// each: whatever the width of a vector, an element is computed by the same operations in the same order, and no
+// multiplication is fused with an addition.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,9 @@ constexpr int kRowBlock = 8, kLaneBlock = 16, kInputBlock = 4;
 
 constexpr int padded(int count, int block) { return (count + block - 1) / block * block; }
 
-// One step of Adam. Bias corrections are part of rate and of second_root.
+// The numbers of one step of Adam. rate and second_root contain the bias corrections.
 struct AdamStep {
-  float scale;        // of the gradients, which clips their norm
+  float scale;        // the factor of the gradient, which clips its norm
   float rate;         // the learning rate / (1 - beta1^t)
   float second_root;  // 1 / sqrt(1 - beta2^t)
   float beta1, beta2, epsilon;
@@ -27,27 +27,28 @@ struct Kernels {
   mjenv_instructions instructions;
   const char* name;
 
-  // y[rows][outputs] = x[rows][inputs] w[inputs][outputs] + bias[outputs], or without bias if that is null. Each sum begins
-  // with the bias and adds its products in the order of the inputs. rows: a multiple of kRowBlock; outputs: of kLaneBlock.
+  // y[rows][outputs] = x[rows][inputs] w[inputs][outputs] + bias[outputs]; bias null: zeros. Each sum begins with the
+  // bias and adds its products in the order of the inputs. rows: a multiple of kRowBlock; outputs: of kLaneBlock.
   void (*product)(const float* x, int stride, int rows, int inputs, const float* w, int outputs, const float* bias,
                   float* y);
-  // g[inputs][outputs] += x[rows][inputs]^T d[rows][outputs], and h[outputs] += the sum of d's rows. Sums are in the order
-  // of the rows. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
+  // g[inputs][outputs] += x[rows][inputs]^T d[rows][outputs], and h[outputs] += the sum of d's rows. Sums are in the
+  // order of the rows. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
   void (*gradient)(const float* x, int stride, int rows, int inputs, const float* d, int outputs, float* g, float* h);
 
   // The others work on count numbers, a multiple of kLaneBlock.
   void (*activate)(mjenv_activation activation, float* y, std::size_t count);
-  // d *= the derivative of the activation, which follows from its outputs y.
+  // Multiplies d by the derivative of the activation, which is computed from the activation's outputs y.
   void (*derive)(mjenv_activation activation, const float* y, float* d, std::size_t count);
   void (*exp)(float* x, std::size_t count);
   void (*add)(const float* from, float* to, std::size_t count);
-  // The sum of squares: lane l of kLaneBlock sums elements l, l + kLaneBlock and so on; then the lanes are added in order.
+  // The sum of squares: lane l of kLaneBlock sums elements l, l + kLaneBlock and so on; then the lanes are added in
+  // order.
   double (*squares)(const float* x, std::size_t count);
   void (*adam)(const AdamStep& step, const float* gradient, float* first, float* second, float* parameters,
                std::size_t count);
 };
 
-// The tables that this CPU can run, the widest last.
+// The tables that this CPU can run, the one with the widest vectors last.
 std::vector<const Kernels*> usable_kernels();
 
 // The table for a setting. Throws if the CPU lacks it.

@@ -20,10 +20,9 @@
  *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &out);
  *     mjenv_destroy(env);
  *     mjenv_options_destroy(options);
- *
- * For a given seed and list of actions, every output equals Gymnasium 1.3.0's on the same MuJoCo, bit for bit. There is
- * a build for MuJoCo 2.2.2 and one for 4.0 (mjenv_version); "(4.0: ...)" marks what differs in the latter. docs/c.md
- * says in detail what the calls do, docs/abi.md what holds of threads, forks, ownership and later versions.
+ * For a given seed and list of actions, every output equals Gymnasium 1.3.0's on the same MuJoCo, bit for bit. There
+ * is a build for MuJoCo 2.2.2 and one for 4.0 (mjenv_version); "(4.0: ...)" marks what differs in the latter. docs/c.md
+ * describes the functions in detail. docs/abi.md has the rules for threads, forks, ownership and later versions.
  *
  * Arrays
  *   The caller owns all arrays that it passes, and the library keeps no pointer to them. Arrays are contiguous and
@@ -33,10 +32,10 @@
  *   outputs as they are. NULL selects all rows.
  * Errors
  *   A function that can fail returns MJENV_OK or a negative mjenv_status, and the handle stays usable. mjenv_last_error
- *   has the reason. A call that fails changes nothing, except that if single rows fail, the others are computed, and
- *   mjenv_batch.status tells which have failed. "Errors" below lists statuses without MJENV_E_, and leaves out those
- *   that any function may return: ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING or FORKED
- *   where rows are read or changed.
+ *   returns the reason. A call that fails changes nothing. But if single rows fail, the others are still computed, and
+ *   mjenv_batch.status tells which rows have failed. The lists "Errors" below omit the prefix MJENV_E_, and those
+ *   statuses that every function may return: ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING and
+ *   FORKED where rows are read or changed.
  * Handles
  *   The caller passes what *_create gives it to *_destroy, which does nothing for NULL. Texts and bounds that a
  *   function returns live as long as their handle; those without a handle live as long as the library is loaded. One
@@ -76,17 +75,17 @@
 extern "C" {
 #endif
 
-/* Changes when compiled clients have to be rebuilt. */
+/* This number changes when compiled clients have to be built again. */
 #define MJENV_ABI_VERSION 1
 
-/* Instead of a row's number: all rows. */
+/* Means all rows where a function takes a row's number. */
 #define MJENV_ALL_ROWS (-1)
 
-/* Instead of a camera's index in mjenv_render_settings. */
+/* Values of mjenv_render_settings.camera that are no index of a camera. */
 #define MJENV_CAMERA_FREE (-1)    /* the camera that lookat, distance, azimuth and elevation describe */
 #define MJENV_CAMERA_DEFAULT (-2) /* the model's camera "track" if it has one, else the free camera */
 
-/* Instead of the index of the body that a camera follows: Gymnasium names none, so MuJoCo's default holds. */
+/* A value of camera_trackbodyid: Gymnasium sets no body for the camera to follow, so MuJoCo's default applies. */
 #define MJENV_BODY_UNSET (-2)
 
 /* Handles */
@@ -116,15 +115,16 @@ enum mjenv_status_value {
                                  broken or of another version) */
   MJENV_E_MODEL = -13,        /* the model is malformed or refused, or lacks something that is needed */
   MJENV_E_PHYSICS = -14,      /* MuJoCo reported an error */
-  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or does not fit this environment */
+  MJENV_E_SNAPSHOT = -15,     /* the image is damaged, or is from another kind of environment */
   MJENV_E_RENDER = -16,       /* OpenGL is missing or failed; the text names what to install */
   MJENV_E_MEMORY = -17,       /* there is not enough memory */
   MJENV_E_INTERNAL = -18,     /* the library has a bug; please report it */
   MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h) */
 };
 
-/* The types of numbers. Arrays passed as void * are of FLOAT64 or FLOAT32. A field's dtype is the one that its values
- * have in Gymnasium; the library passes them as doubles, which hold all of these values exactly. */
+/* The types of numbers. Arrays that are passed as void * have FLOAT64 or FLOAT32. The dtype of a field is the one that
+ * Gymnasium returns; the library returns all fields as doubles, which represent the values of all of these types
+ * exactly. */
 typedef int32_t mjenv_dtype;
 enum mjenv_dtype_value {
   MJENV_DTYPE_FLOAT64 = 1,
@@ -201,14 +201,14 @@ typedef struct mjenv_space {
   int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
 
-/* What mjenv_info_of tells of an environment. */
+/* Describes an environment as it is at the moment. mjenv_info_of fills it. */
 typedef struct mjenv_info {
   uint32_t struct_size;
   int32_t threads; /* how many threads step rows */
   int64_t rows;
   int64_t frame_skip;       /* how many times one step calls mj_step */
-  int64_t lanes;            /* how many rows each thread steps together, with the same results; 0: one by one */
-  const char *lanes_reason; /* why rows are stepped alone, "" if none is; lives until the next mjenv_info_of */
+  int64_t lanes;            /* how many rows each thread steps together; 0: one by one. The results are the same */
+  const char *lanes_reason; /* why rows are stepped one by one; "" if none is. Valid until the next mjenv_info_of */
 } mjenv_info;
 
 /* Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static. */
@@ -258,7 +258,7 @@ typedef struct mjenv_batch {
   double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
 
-/* From what a value is drawn (mjenv_randomize), by methods of NumPy's Generator. */
+/* The distribution from which a value is drawn (mjenv_randomize), by methods of NumPy's Generator. */
 typedef int32_t mjenv_distribution;
 enum mjenv_distribution_value {
   MJENV_DISTRIBUTION_UNIFORM = 1,          /* parameters low, high: uniform(low, high) */
@@ -270,7 +270,7 @@ enum mjenv_distribution_value {
   MJENV_DISTRIBUTION_CHOICE = 5            /* parameters: n values: values[integers(n)] */
 };
 
-/* What becomes of a value that is drawn. The model's own value is the one that was loaded with the model. */
+/* How a drawn value changes an element. The model's own value is the one that was loaded with the model. */
 typedef int32_t mjenv_effect;
 enum mjenv_effect_value {
   MJENV_EFFECT_VALUE = 1, /* the value that is drawn */
@@ -385,7 +385,7 @@ enum mjenv_label_value {
   MJENV_LABEL_CONTACTFORCE = 13
 };
 
-/* Of which objects the frames are drawn: MuJoCo's mjtFrame. */
+/* The objects whose coordinate frames are drawn: MuJoCo's mjtFrame. */
 typedef int32_t mjenv_frame;
 enum mjenv_frame_value {
   MJENV_FRAME_NONE = 0,
@@ -398,7 +398,7 @@ enum mjenv_frame_value {
   MJENV_FRAME_WORLD = 7
 };
 
-/* How a renderer draws. The initialiser has MuJoCo's defaults, mjenv_render_defaults those of Gymnasium. */
+/* How a renderer draws. MJENV_RENDER_SETTINGS_INIT has MuJoCo's defaults, mjenv_render_defaults sets Gymnasium's. */
 typedef struct mjenv_render_settings {
   uint32_t struct_size;
   mjenv_gl gl;
@@ -436,7 +436,7 @@ typedef struct mjenv_render_settings {
   int32_t cull_face;
 } mjenv_render_settings;
 
-/* What a struct is initialised with: mjenv_batch out = MJENV_BATCH_INIT; all values are valid. */
+/* Initialisers, which set struct_size and valid values: mjenv_batch out = MJENV_BATCH_INIT; */
 /* clang-format off */
 #define MJENV_OPTION_INIT {sizeof(mjenv_option), 0, NULL, NULL, 0, 0, 0, NULL}
 #define MJENV_FIELD_INIT {sizeof(mjenv_field), 0, NULL, NULL, {0, 0, 0, 0}, 0, 0, 0, 0}
@@ -463,19 +463,20 @@ typedef struct mjenv_render_settings {
 /* Returns the MJENV_ABI_VERSION of the loaded library. A program that uses dlopen compares it with its own. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
-/* Returns "major.minor.patch (MuJoCo x.y.z)", with ", portable math" and ", x86-64-v3" if it was built so. */
+/* Returns "major.minor.patch (MuJoCo x.y.z)". If the library was built with these, ", portable math" and ", x86-64-v3"
+ * follow. */
 MJENV_API const char *mjenv_version(void);
 
 /* Returns the name of a status, such as "MJENV_E_VALUE"; "unknown status" for other numbers. */
 MJENV_API const char *mjenv_status_name(mjenv_status status);
 
-/* Returns the reason of the last call that failed on this thread; "" if none has. It stays until the next one fails.
- * Use mjenv_error_of if your calls move between threads (Go, Node). */
+/* Returns why the last failed call on this thread failed; "" if none has failed. The text is valid until the next call
+ * fails. Use mjenv_error_of if your calls move between threads (Go, Node). */
 MJENV_API const char *mjenv_last_error(void);
 
-/* Copies the reason of the last call that failed with this handle, on any thread, into text[capacity], with a NUL.
- * size receives the bytes that all of it needs, also with text NULL and capacity 0. If a function that creates a handle
- * fails, the reason is with the options or env that it was given. */
+/* Copies why the last failed call with this handle failed, on whatever thread, into text[capacity], with a NUL. size
+ * receives how many bytes the whole text needs, also if text is NULL and capacity 0. If a function that creates a
+ * handle fails, pass the options or env that it was given. */
 MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, int64_t capacity, int64_t *size);
 
 /* ---- Ids ---- */
@@ -484,7 +485,8 @@ MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, int64_t ca
  * xml_file or xml_string without a task, is not counted. */
 MJENV_API int64_t mjenv_id_count(void);
 
-/* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for others. Registering a task moves them. */
+/* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for other indices. Registering a task changes
+ * the indices of ids. */
 MJENV_API const char *mjenv_id_at(int64_t index);
 
 /* Describes an id. Errors: NAME. */
@@ -495,10 +497,10 @@ MJENV_API mjenv_status mjenv_spec_of(const char *id, mjenv_spec *spec);
 /* Creates the options of an id, with their default values. Errors: NAME. */
 MJENV_API mjenv_status mjenv_options_create(const char *id, mjenv_options **options);
 
-/* Creates a copy of options, which can be changed also if they are an environment's. */
+/* Creates a copy of options. The copy can be changed even if `options` belong to an environment. */
 MJENV_API mjenv_status mjenv_options_copy(const mjenv_options *options, mjenv_options **copy);
 
-/* Destroys options, but not an environment's (mjenv_options_of). */
+/* Destroys options. Does nothing for those of an environment (mjenv_options_of), which are destroyed with it. */
 MJENV_API void mjenv_options_destroy(mjenv_options *options);
 
 /* Returns the number of options; 0 if it fails. */
@@ -507,8 +509,8 @@ MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 /* Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index). */
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
-/* Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number: an integer there gives
- * infos that follow from it another dtype than a real does, as in Gymnasium. Errors: NAME, TYPE, VALUE. */
+/* Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number. As in Gymnasium, infos that
+ * are computed from such a REALS option have another dtype than if it was set to a real. Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
 /* Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE. */
@@ -521,7 +523,7 @@ MJENV_API mjenv_status mjenv_options_set_string(mjenv_options *options, const ch
 /* Reads a FLAG, an INTEGER, or a STRING_OR_INT that holds an index. Errors: NAME, TYPE. */
 MJENV_API mjenv_status mjenv_options_get_integer(const mjenv_options *options, const char *name, int64_t *value);
 
-/* Reads a REALS option into values[capacity]. count receives how many numbers there are, also with values NULL and
+/* Reads a REALS option into values[capacity]. count receives how many numbers it has, also if values is NULL and
  * capacity 0. Errors: NAME, TYPE, SIZE (capacity). */
 MJENV_API mjenv_status mjenv_options_get_reals(const mjenv_options *options, const char *name, double *values,
                                                int64_t capacity, int64_t *count);
@@ -531,25 +533,25 @@ MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, co
 
 /* ---- Environment ---- */
 
-/* Creates an environment of rows >= 1 with a copy of the options: reads the model and starts the threads. Errors:
- * NAME (in the option "arrays"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK. */
+/* Creates an environment of rows >= 1 with a copy of the options. Reads the model and starts the threads. Errors: NAME
+ * (in the option "arrays"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK. */
 MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
 
 /* Destroys an environment and ends its threads. The results of rows under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* Describes an environment as it is now. The lanes can change when rows get values of their own. */
+/* Describes an environment as it is at the moment: the lanes can change when rows get values of their own. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
-/* Returns how lanes compute each stage of a step of the environment's model, NULL if it fails. A line is "STAGE: lanes",
- * "STAGE: row by row: WHY", "STAGE: lanes; row by row: WHAT" or "STAGE: absent"; there is none if the library has no lane
- * code. docs/lanes.md explains the stages. The text belongs to the environment. */
+/* Returns how each stage of a step of the environment's model is computed, one line for each; NULL if it fails. A line
+ * is "STAGE: lanes", "STAGE: row by row: WHY", "STAGE: lanes; row by row: WHAT" or "STAGE: absent". There are no lines
+ * if the library has no lane code. docs/lanes.md explains the stages. The text belongs to the environment. */
 MJENV_API const char *mjenv_lane_stages_of(mjenv_env *env);
 
 /* Returns the options that the environment was built with; NULL if it fails. They cannot be changed. */
 MJENV_API const mjenv_options *mjenv_options_of(const mjenv_env *env);
 
-/* Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION. */
+/* Describes the observation space (MJENV_ROLE_OBSERVATION) or the action space (MJENV_ROLE_ACTION). */
 MJENV_API mjenv_status mjenv_space_of(const mjenv_env *env, mjenv_role role, mjenv_space *space);
 
 /* Returns the number of fields of a role; 0 if it fails. */
@@ -560,17 +562,17 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 
 /* ---- Random streams ---- */
 
-/* Gives rows the streams of NumPy's default_rng(seed), as reset(seed=seed) does, without resetting them. A row that
- * was never seeded is seeded from the system's entropy.
+/* Sets the random streams of rows to NumPy's default_rng(seed), as reset(seed=seed) does, but without resetting the
+ * rows. A row that is reset before it was seeded is seeded from the system's entropy.
  *   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first
  *   words     >= 1; 1 for usual seeds
  * Errors: SIZE (words). */
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
-/* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of
- * inc, and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads
- * its get_state(): the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since it was seeded) and the
- * bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
+/* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
+ * and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads
+ * what its get_state() returns: the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since the stream
+ * was seeded) and the bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
 /* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such
@@ -599,15 +601,17 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count,
                                   mjenv_dtype dtype, const mjenv_batch *out);
 
-/* Starts a step of some rows and returns. Until mjenv_recv has reported them, they are under way: others can be
- * sent, but functions that read or change rows return PENDING. With one thread, the rows are stepped in mjenv_recv.
+/* Starts a step of some rows and returns without waiting. The rows are "under way" until mjenv_recv has reported them.
+ * Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one
+ * thread, mjenv_recv steps the rows.
  *   rows      [row_count] the rows to step, each at most once; NULL: all rows
  *   action    [row_count][actuators] of dtype: element i is rows[i]'s. count = row_count * actuators. Copied
  * Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED. */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t row_count, const void *action,
                                   int64_t count, mjenv_dtype dtype);
 
-/* Waits for rows that were sent, and reports those that are done, each once, in the order in which they finish.
+/* Waits for rows that were sent, and reports the rows that have been stepped, each once, in the order in which they
+ * finish.
  *   least     how many rows to wait for; 0: none
  *   timeout   how many seconds to wait at most; negative: no limit
  *   rows      [capacity] receives the rows, count their number; capacity >= least and >= 1. More are reported later
@@ -617,9 +621,9 @@ MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t r
 MJENV_API mjenv_status mjenv_recv(mjenv_env *env, int64_t least, double timeout, int64_t *rows, int64_t capacity,
                                   int64_t *count, const mjenv_batch *out);
 
-/* Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends stays
- * there, its observation and flags repeat, and its rewards and infos are 0. A row that fails is not written from
- * then on.
+/* Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends keeps its
+ * state; for its remaining steps, observation and flags are repeated, and rewards and infos are 0. If a row fails, its
+ * status at that step has the reason, and nothing is written for its later steps.
  *   action    [rows][steps][actuators] of dtype; count = rows * steps * actuators
  *   out       of rows * steps rows: step t of row r is element r * steps + t. May be NULL
  * Errors: as mjenv_step, and VALUE (steps < 1). */
@@ -658,46 +662,50 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,
  * which a reset clears. */
 
-/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live
- * parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw item 0
- * of mjenv_randomize ("draws[0]").
+/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a
+ * live parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw
+ * item 0 of mjenv_randomize ("draws[0]").
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
  *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
                                    int64_t count);
 
-/* Calls mj_setConst for rows, which computes anew what follows from masses, sizes and qpos0. It leaves a row in
- * qpos_spring: reset it or set its state afterwards. Errors: PHYSICS, MODEL (it would change what all rows share). */
+/* Calls mj_setConst for rows, which computes anew the numbers of the model that follow from masses, sizes and qpos0. It
+ * leaves the row in the position qpos_spring, so reset the row or set its state afterwards. Errors: PHYSICS, MODEL
+ * (mj_setConst would change an array that all rows share). */
 MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, const uint8_t *mask);
 
 /* Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does, without a reward or
  * a count of steps. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, int64_t count, int64_t frames);
 
-/* Copies the row `from` to those of the mask: state, stream, step count, own arrays, inputs. Errors: VALUE (from). */
+/* Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors: VALUE
+ * (from). */
 MJENV_API mjenv_status mjenv_copy_row(mjenv_env *env, const uint8_t *mask, int64_t from);
 
-/* Saves a row, or MJENV_ALL_ROWS, as an image: bytes with what mjenv_copy_row copies.
+/* Saves a row, or MJENV_ALL_ROWS, as an image: bytes that contain what mjenv_copy_row copies.
  *   size_bytes  receives the size, also with image NULL and capacity_bytes 0
  * Errors: VALUE (row), SIZE (capacity_bytes). */
 MJENV_API mjenv_status mjenv_snapshot(mjenv_env *env, int64_t row, void *image, int64_t capacity_bytes,
                                       int64_t *size_bytes);
 
-/* Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an
- * environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE (row), SNAPSHOT. */
+/* Sets a row, or MJENV_ALL_ROWS, to what an image contains. From there, the simulation continues bit for bit. An image
+ * of one row fits any row of an environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE
+ * (row), SNAPSHOT. */
 MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
 
 /* ---- Randomisation ----
- * Resets draw values of the mjModel; actions and observations get noise and delays; bodies are pushed. All draw from
- * each row's own stream, as a wrapper around Gymnasium's environment would (docs/randomisation.md). */
+ * Resets draw values of the mjModel; actions and observations get noise and delays; bodies are pushed. All of this
+ * draws from the row's own random stream, as a wrapper around Gymnasium's environment would (docs/randomisation.md). */
 
 /* Replaces what resets draw for arrays of the mjModel, in the order of items[count]; count 0: nothing. The values
  * take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a value that can be
  * drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
-/* Replaces noise, delays and pushes from each row's next reset on; NULL: none. Errors: VALUE, SIZE (a count). */
+/* Replaces noise, delays and pushes, for each row from its next reset on. NULL: there are none from then on. Errors:
+ * VALUE, SIZE (a count). */
 MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----
@@ -718,7 +726,7 @@ MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
 /* Returns "library, vendor, renderer, version" of the renderer's OpenGL; NULL if it fails. */
 MJENV_API const char *mjenv_renderer_gl(const mjenv_renderer *renderer);
 
-/* Draws a row, its top line first, with the outputs that are not NULL.
+/* Draws a row, and writes the outputs that are not NULL. The first line of a picture is the top one.
  *   rgb       [height][width][3]; rgb_count >= height * width * 3
  *   depth     [height][width] the depth buffer, 0 (near) to 1 (far); depth_count >= height * width
  * Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: it is in use), VALUE (row), SIZE, NOT_RESET,
@@ -727,15 +735,15 @@ MJENV_API mjenv_status mjenv_render(mjenv_renderer *renderer, int64_t row, uint8
                                     float *depth, int64_t depth_count);
 
 /* Draws which object each pixel shows.
- *   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 where nothing is;
+ *   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 for nothing;
  *             count >= height * width * 2
  * Errors: as mjenv_render. */
 MJENV_API mjenv_status mjenv_render_segmentation(mjenv_renderer *renderer, int64_t row, int32_t *objects,
                                                  int64_t count);
 
 /* ---- Window ----
- * What Gymnasium's render mode "human" shows; mjenv_window_draw follows each reset and step. Windows belong to the main
- * thread. */
+ * A window shows what Gymnasium's render mode "human" shows, if you call mjenv_window_draw after each reset and step.
+ * Only the main thread can use windows. */
 
 /* Opens a window with a free camera, on the main thread. camera, camera_name and gl of settings have no effect.
  * Errors: VALUE, RENDER. */

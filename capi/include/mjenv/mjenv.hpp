@@ -30,7 +30,7 @@ class Error : public std::runtime_error {
   Error(mjenv_status code, const char *reason, std::size_t rows = 0)
       : std::runtime_error(reason), status(code), received(rows) {}
   const mjenv_status status;
-  const std::size_t received; /* how many rows Env::recv has received although some of them failed */
+  const std::size_t received; /* how many rows Env::recv has received, the failed ones included */
 };
 
 /* Throws unless the status is MJENV_OK. */
@@ -38,7 +38,7 @@ inline void check(mjenv_status status, std::size_t received = 0) {
   if (status != MJENV_OK) throw Error(status, mjenv_last_error(), received);
 }
 
-/* Calls the C function with the text. Refuses a NUL, which C would take for the end of the text. */
+/* Calls the C function with the text. Refuses a text with a NUL, where C would see the end of the text. */
 template <typename Call>
 mjenv_status with_text(const std::string &text, const Call &call) {
   if (text.find('\0') != std::string::npos) throw Error(MJENV_E_ARGUMENT, "a text has a NUL character inside");
@@ -49,7 +49,7 @@ mjenv_status with_text(const std::string &text, const Call &call) {
 
 inline std::int64_t int64(std::size_t count) { return static_cast<std::int64_t>(count); }
 
-/* A view of an array that somebody else owns, such as a vector: `size` elements at `data`. */
+/* A view of an array of `size` elements at `data`, which somebody else owns, such as a vector. */
 template <typename T>
 class Span {
  public:
@@ -70,7 +70,7 @@ class Span {
   std::size_t size_;
 };
 
-/* Asks how many elements there are, then for the elements: get(values, capacity, count). */
+/* Calls get(values, capacity, count) twice: first for the number of elements, then for the elements. */
 template <typename T, typename Get>
 std::vector<T> fetch(const Get &get) {
   std::int64_t count = 0;
@@ -168,7 +168,7 @@ class Options {
   std::unique_ptr<mjenv_options, Destroy<mjenv_options_destroy>> handle_;
 };
 
-/* The arrays of a mjenv_batch: Env::batch makes them, Env::rollout_batch those of a rollout. */
+/* The arrays of a mjenv_batch. Env::batch makes those for steps and resets, Env::rollout_batch those for a rollout. */
 struct Batch {
   std::size_t rows = 0;
   std::size_t obs_count = 0, info_count = 0, reset_info_count = 0, arrays_count = 0;
@@ -185,7 +185,7 @@ struct Batch {
   Span<const double> obs_of(std::size_t row) const { return part(obs, row); }
   Span<const double> final_obs_of(std::size_t row) const { return part(final_obs, row); }
 
-  /* Its pointers are valid until a vector is resized. */
+  /* Returns the mjenv_batch, whose pointers are valid until one of the vectors is resized. */
   mjenv_batch raw() {
     mjenv_batch batch = MJENV_BATCH_INIT;
     batch.rows = int64(rows);
@@ -237,7 +237,7 @@ class Env {
     return found;
   }
 
-  // How lanes compute each stage of a step of the model: a line for each, as mjenv_lane_stages_of writes it.
+  // How each stage of a step of the model is computed, one line for each (mjenv_lane_stages_of).
   std::string lane_stages() {
     const char *text = mjenv_lane_stages_of(handle());
     if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_last_error());
@@ -340,14 +340,14 @@ class Env {
   void set_state(std::int64_t row, Span<const double> qpos, Span<const double> qvel) {
     check(mjenv_set_state(handle(), row, qpos.data(), int64(qpos.size()), qvel.data(), int64(qvel.size())));
   }
-  /* values: one array for all rows, or one for each. */
+  /* values: one array for all rows, or one for each row, one after the other. */
   void write(const std::string &array, Span<const double> values) { write_rows(nullptr, array, values); }
   void write(Span<const std::uint8_t> mask, const std::string &array, Span<const double> values) {
     write_rows(of(mask), array, values);
   }
   void set_constants() { check(mjenv_set_constants(handle(), nullptr)); }
   void set_constants(Span<const std::uint8_t> mask) { check(mjenv_set_constants(handle(), of(mask))); }
-  /* Replaces what resets draw; an empty list draws nothing. */
+  /* Replaces what resets draw. With an empty list they draw nothing. */
   void randomize(Span<const mjenv_randomization> items) {
     check(mjenv_randomize(handle(), items.data(), int64(items.size())));
   }

@@ -1,6 +1,6 @@
-/* numpy.hpp - Sums, norms and scalars that round as NumPy's do, for tasks that must return the same bits as a Python
- * original. Eigen's reductions add in another order than NumPy. Compile with -ffp-contract=off, because a fused
- * multiply-add rounds once where NumPy rounds twice. */
+/* numpy.hpp - Sums, norms and scalars that round as NumPy's do, for tasks that must return the same bits as an original
+ * in Python. Do not use Eigen's reductions for that, because they add in another order. Compile with -ffp-contract=off,
+ * because a fused multiply-add rounds once where NumPy rounds twice. */
 #ifndef MJENV_NUMPY_HPP
 #define MJENV_NUMPY_HPP
 
@@ -71,8 +71,9 @@ inline double power2(double x) {
 }
 
 // numpy.linalg.norm of a vector of at most 10000 numbers (NumPy divides longer ones among threads), as OpenBLAS
-// computes it. Its kernel for AVX-512 (fused) fuses each multiplication with an addition, and so rounds once instead of
-// twice. Its kernel for AVX2 (plain) does so in whole blocks of 16 numbers only. docs/fidelity.md tells of other CPUs.
+// computes it. The kernel of OpenBLAS for AVX-512 (fused) fuses each multiplication with an addition, and so rounds
+// once instead of twice. Its kernel for AVX2 (plain) does so only in whole blocks of 16 numbers. docs/fidelity.md has
+// the other CPUs.
 class Norm {
  public:
   explicit Norm(bool fused) : fused_(fused) {}
@@ -97,7 +98,7 @@ class Norm {
 
   double add_square(double total, double x) const { return fused_ ? std::fma(x, x, total) : total + x * x; }
 
-  // Adds the squares of n numbers from `first` on to sums that take turns.
+  // Adds the squares of n numbers, beginning with number `first`, to the `count` sums in turn.
   template <std::size_t count, typename At>
   static void add_squares(std::array<double, count> &sums, Eigen::Index first, Eigen::Index n, const At &at) {
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -107,7 +108,7 @@ class Norm {
     }
   }
 
-  // Two blocks at once in vectors of AVX-512, whose halves are added; then a block that is left over in those of AVX2.
+  // As with AVX-512: adds two blocks at once and then the halves of the sums. If a block is left, adds it as with AVX2.
   template <typename At>
   static double fused_blocks(Eigen::Index n, const At &at) {
     std::array<double, 2 * block> wide{};

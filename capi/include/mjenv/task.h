@@ -1,5 +1,5 @@
-/* task.h - Defines your own robots and tasks, which then work like the built-in ones. docs/own-task.md shows how to
- * write them; docs/c.md (Tasks) says in detail what the library does.
+/* task.h - For defining your own robots and tasks, which then work like the built-in ones. docs/own-task.md shows how
+ * to write them; docs/c.md (Tasks) describes in detail what the library does.
  *
  * Task
  *   A struct mjenv_task: a description and callbacks. mjenv_register_task makes its id known to mjenv.h's functions.
@@ -18,9 +18,9 @@
  * Forbidden
  *   A callback must not be left by longjmp or by a C++ exception, fork, end its thread, or use its own environment.
  * Numbers
- *   After a step, a callback sees mjData as mj_step leaves it: qpos, qvel, act and time are new; all that mj_step
- *   computes from them (xpos, contacts, ...) is one timestep older. mjenv_build_current asks for what belongs to the new
- *   state.
+ *   After a step, a callback sees mjData as mj_step leaves it: qpos, qvel, act and time are new, but everything that
+ *   mj_step computes from them (xpos, contacts, ...) belongs to the state one timestep before. If a task calls
+ *   mjenv_build_current, its callbacks see what belongs to the new state.
  * Compatibility
  *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
@@ -38,7 +38,8 @@ typedef struct mjenv_random mjenv_random;     /* a row's random stream: NumPy's 
 
 /* ---- The description of a task ---- */
 
-/* A constructor option of the task. docs/c.md lists the options that every task has, whose names it cannot use. */
+/* A constructor option of the task. Its name must differ from those of the options that every task has, which docs/c.md
+ * lists. */
 typedef struct mjenv_task_option {
   uint32_t struct_size;
   mjenv_kind kind;
@@ -71,7 +72,7 @@ typedef struct mjenv_task_field {
                         terms of a group stand one after the other. NULL: none */
 } mjenv_task_field;
 
-/* Gymnasium's default_camera_config. NaN and MJENV_BODY_UNSET mean MuJoCo's default. */
+/* Gymnasium's default_camera_config. Where a value is NaN or MJENV_BODY_UNSET, MuJoCo's default applies. */
 typedef struct mjenv_task_camera {
   uint32_t struct_size;
   int32_t trackbodyid; /* the index of a body, -1 for none, or MJENV_BODY_UNSET */
@@ -91,9 +92,9 @@ typedef struct mjenv_contact {
   double force[6];      /* the force (N), then the torque (N m), in the contact frame: mj_contactForce */
 } mjenv_contact;
 
-/* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Rows share a few such
- * structs, and all values can differ by row (mjenv_write, mjenv_randomize), so read the members anew in each call.
- * Arrays marked "on demand" may be NULL unless build asked for them with mjenv_build_need. */
+/* One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. The library uses one
+ * such struct for many rows, and all values can differ between rows (mjenv_write, mjenv_randomize). So read the members
+ * anew in each call. Arrays marked "on demand" may be NULL unless build asked for them with mjenv_build_need. */
 typedef struct mjenv_sim {
   uint32_t struct_size;
   mjenv_dtype action_dtype; /* of the caller's action in the callback step; undefined elsewhere */
@@ -114,7 +115,7 @@ typedef struct mjenv_sim {
   const double *act;  /* [na] */
   const double *ctrl; /* [nu] */
 
-  /* Computed from the state; after a step, from an older one (see Numbers above). */
+  /* Computed from the state. After a step they belong to an older state (see Numbers above). */
   const double *qacc;                                                       /* [nv] */
   const double *xpos;                                                       /* [nbody][3] */
   const double *xquat;                                                      /* [nbody][4] */
@@ -147,7 +148,7 @@ typedef struct mjenv_sim {
   int32_t reserved2;        /* 0 */
 } mjenv_sim;
 
-/* The initial state of an episode. The comments say what it holds before reset changes it. */
+/* The initial state of an episode. The comments say what the members hold before reset changes them. */
 typedef struct mjenv_start {
   uint32_t struct_size;
   int32_t reserved; /* 0 */
@@ -162,7 +163,7 @@ typedef struct mjenv_start {
   int32_t nq, nv, na;
   int32_t carry_count;
   const double *parameters; /* the row's live parameters */
-  /* Only for tasks that have called mjenv_build_current; else NULL. */
+  /* The following members are NULL unless the task has called mjenv_build_current. */
   const mjenv_sim *sim; /* the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward
                            and the like, and before reset writes anything */
   double *time;         /* of the simulation, s */
@@ -170,7 +171,7 @@ typedef struct mjenv_start {
                            NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
 } mjenv_start;
 
-/* The result of a step. The comments say what it holds before step changes it. */
+/* The result of a step. The comments say what the members hold before step changes them. */
 typedef struct mjenv_outcome {
   uint32_t struct_size;
   int32_t terminated;   /* 0. Any other number terminates the episode */
@@ -183,7 +184,8 @@ typedef struct mjenv_outcome {
                            next step on; if the step fails, the row keeps its old values */
 } mjenv_outcome;
 
-/* What drives the simulation in a step. The comments say what it holds before before_step and before_substep change it. */
+/* What drives the simulation in a step. The comments say what the members hold before before_step and before_substep
+ * change them. */
 typedef struct mjenv_control {
   uint32_t struct_size;
   int32_t substep; /* which mj_step of the step comes next, from 0 on */
@@ -198,8 +200,9 @@ typedef struct mjenv_control {
 
 /* ---- The task ---- */
 
-/* A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order; a reset
- * calls reset, carry, observe and reset_info. observe and reset_info are left out when their output is not wanted. */
+/* A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order;
+ * a reset calls reset, carry, observe and reset_info. observe and reset_info are not called if nobody wants their
+ * output. */
 typedef struct mjenv_task {
   uint32_t struct_size;
   int32_t revision;       /* increase it when the task changes, so that snapshots of the old task are refused */
@@ -222,11 +225,13 @@ typedef struct mjenv_task {
   int64_t field_count;
   void *user; /* passed to build; if build is NULL, passed to the other callbacks as self */
 
-  /* Prepares an environment when mjenv_create makes it, and stores in *self what the other callbacks need. If it fails,
-   * it first frees what it allocated, because destroy is then not called. NULL: nothing to prepare. */
+  /* Prepares an environment, which mjenv_create creates, and stores in *self what the other callbacks need. If it
+   * fails, it must free what it has allocated, because destroy is then not called. NULL: there is nothing to
+   * prepare. */
   int32_t (*build)(mjenv_builder *builder, void *user, void **self);
 
-  /* Frees self when the environment is destroyed, or mjenv_create fails after build. NULL: nothing to free. */
+  /* Frees self when the environment is destroyed, or when mjenv_create fails after build. NULL: there is nothing to
+   * free. */
   void (*destroy)(void *self);
 
   /* Draws the initial state of an episode. It fails if the state is not finite, unless the option "strict" is 0. */
@@ -235,8 +240,9 @@ typedef struct mjenv_task {
   /* Writes the RESET_INFO fields into info. NULL: there are none. */
   int32_t (*reset_info)(const void *self, const mjenv_sim *sim, double *info);
 
-  /* Writes into carried[carry_count], to which sim->carried also points, what the next step needs to know of the
-   * present state. Also called after functions that change a row's state or own values. NULL: nothing to write. */
+  /* Writes what the next step needs to know of the present state into carried[carry_count], to which sim->carried
+   * points, too. Also called after functions that change a row's state or own values. NULL: there is nothing to
+   * write. */
   int32_t (*carry)(const void *self, const mjenv_sim *sim, double *carried);
 
   /* Writes the OBSERVATION fields, which depend on sim alone. It fails if one is NaN, unless "strict" is 0. */
@@ -249,22 +255,22 @@ typedef struct mjenv_task {
   /* 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send). */
   int32_t caller_thread;
 
-  /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All callbacks
-   * but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a reset gives the
-   * model's initial state; observations and rewards are 0, and infos NaN. */
+  /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All
+   * callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the
+   * model's initial state. Observations and rewards are 0, and infos NaN. 0: reset, observe and step are required. */
   int32_t physics_only;
 
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */
   int32_t fixed_frame_skip; /* 1: the task has no option frame_skip */
 
-  /* Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action.
-   * Of sim, only time, action, carried, parameters, the state and the arrays of mjModel are valid in before_step and
-   * before_substep: what MuJoCo computes belongs to other rows or older states. Both fail if they write a number that is not
-   * finite, unless "strict" is 0. If the row is stepped again because lanes have left it to MuJoCo, they are called again,
-   * with the same numbers. */
+  /* Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step
+   * and before_substep, only these members of sim are valid: time, action, carried, parameters, the state and the
+   * arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a number
+   * that is not finite, unless "strict" is 0. If lanes cannot finish the step of a row, the row is stepped again by
+   * MuJoCo, and both are called again with the same numbers. */
   int32_t (*before_step)(const void *self, const mjenv_sim *sim, mjenv_control *control);
 
-  /* Changes ctrl or forces before each mj_step. NULL: they stay as they are during a step. */
+  /* Changes ctrl or forces before each mj_step. NULL: ctrl and forces stay the same during a step. */
   int32_t (*before_substep)(const void *self, const mjenv_sim *sim, mjenv_control *control);
 } mjenv_task;
 
@@ -285,7 +291,7 @@ typedef struct mjenv_plugin {
   int64_t task_count; /* at least 1 */
 } mjenv_plugin;
 
-/* What a struct is initialised with: mjenv_task task = MJENV_TASK_INIT; */
+/* Initialisers, which set struct_size and valid values: mjenv_task task = MJENV_TASK_INIT; */
 /* clang-format off */
 #define MJENV_TASK_OPTION_INIT \
   {sizeof(mjenv_task_option), MJENV_KIND_REALS, NULL, NULL, 0, 0, 0, NULL, 0, NULL, NULL, 0, 0}
@@ -299,8 +305,8 @@ typedef struct mjenv_plugin {
 #define MJENV_PLUGIN_INIT {sizeof(mjenv_plugin), MJENV_ABI_VERSION, NULL, 0}
 /* clang-format on */
 
-/* Loads a plug-in and registers its tasks: all, or none if one is refused. It is then never unloaded; loading it again
- * does nothing. Any thread may call this at any time.
+/* Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;
+ * loading it again does nothing. Any thread may call this at any time.
  * path  a shared object that exports "mjenv_tasks" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable
  *       MJENV_TASKS lists, separated by ":", which the first function that looks up an id also loads by itself
  * Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of
@@ -308,7 +314,8 @@ typedef struct mjenv_plugin {
 MJENV_API mjenv_status mjenv_load_tasks(const char *path);
 
 /* ---- Functions for callbacks ----
- * The inline functions below call the library through these pointers, which every callback but destroy is given. */
+ * The inline functions below call the library through these pointers, which the library passes to every callback except
+ * destroy. */
 
 struct mjenv_task_api {
   uint32_t struct_size;
@@ -354,12 +361,13 @@ struct mjenv_task_api {
   void (*action)(mjenv_builder *builder, int64_t count, const double *low, const double *high);
 };
 
-/* Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static. */
+/* Returns the library's functions for callbacks, for languages that need them before a callback runs. The struct is
+ * static. */
 MJENV_API const mjenv_task_api *mjenv_task_functions(void);
 
 struct mjenv_builder {
   uint32_t struct_size;
-  int32_t failed; /* 1 after a function for build has failed. Then they all do nothing */
+  int32_t failed; /* 1 after a function for build has failed; all such functions then do nothing */
   const mjenv_task_api *api;
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
   mjenv_random *random; /* a stream of no row, for trial calls of the task's own functions */
@@ -371,7 +379,7 @@ struct mjenv_random {
   const mjenv_task_api *api;
 };
 
-/* Stores at most 1023 bytes of the reason of a failure; NULL is "". Returns 1, which the callback can return. */
+/* Stores the reason of a failure, at most 1023 bytes of it; NULL means "". Returns 1, which the callback can return. */
 static inline int32_t mjenv_task_fail(const mjenv_task_api *api, const char *message) {
   return api->fail_with(message);
 }
@@ -396,8 +404,8 @@ static inline void mjenv_build_reals(mjenv_builder *builder, const char *option,
   builder->api->reals(builder, option, values, count);
 }
 
-/* Returns 1 if the caller set an option of the kind REALS to an integer, else 0. In Python, the type of what is
- * computed from the option can depend on this: the product with a bool is an int or a float. */
+/* Returns 1 if the caller set an option of the kind REALS to an integer, else 0. In Python, the type of a result can
+ * depend on this: the product of the option and a bool is an int or a float. */
 static inline int32_t mjenv_build_is_integer(mjenv_builder *builder, const char *option) {
   return builder->api->is_integer(builder, option);
 }
@@ -413,13 +421,14 @@ static inline int32_t mjenv_build_index(mjenv_builder *builder, const char *type
   return builder->api->index(builder, type, name);
 }
 
-/* The same for the object that an option of the kind STRING_OR_INT names or numbers. */
+/* Returns the index of the object that an option of the kind STRING_OR_INT gives by its name or index. */
 static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const char *option, const char *type) {
   return builder->api->option_index(builder, option, type);
 }
 
 /* Returns 1 if norms must be rounded as by a NumPy that uses fused multiply-add (the option "norm"; Norm in
- * mjenv/numpy.hpp), else 0. A task that computes norms must call it, so that images tell how norms are rounded. */
+ * mjenv/numpy.hpp), else 0. A task that computes norms must call this, so that the library can refuse images that were
+ * made with the other rounding. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
 /* Makes an array that is computed on demand available in all callbacks that take a mjenv_sim.
@@ -444,46 +453,47 @@ static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_fi
 /* Replaces the task's carry_count. */
 static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { builder->api->carry(builder, count); }
 
-/* Bounds count of the numbers that a row carries, from number first on: mjenv_restore refuses an image in which one is
- * NaN or outside of [low, high], and a callback that writes such a number fails. [low, high] contains 0. Where several
- * bounds concern a number, all of them hold. */
+/* Sets bounds of carried numbers first to first + count - 1: mjenv_restore refuses an image in which one of them is NaN
+ * or outside of [low, high], and a callback that writes such a number fails. [low, high] must contain 0. If a number
+ * has several bounds, all of them apply. */
 static inline void mjenv_build_carry_bounds(mjenv_builder *builder, int64_t first, int64_t count, double low,
                                             double high) {
   builder->api->carry_bounds(builder, first, count, low, high);
 }
 
-/* Says that count of the numbers that a row carries, from number first on, stay after resets: a terrain's level, for
- * instance. step and reset write them; they are 0 until the row's first reset. */
+/* Makes carried numbers first to first + count - 1 stay after resets: a terrain's level, for instance. step and reset
+ * write them; they are 0 until the row's first reset. */
 static inline void mjenv_build_keep(mjenv_builder *builder, int64_t first, int64_t count) {
   builder->api->keep(builder, first, count);
 }
 
-/* Returns the index of a live parameter's first number in mjenv_sim.parameters and mjenv_start.parameters. Callbacks see
- * what the caller wrote last. In build, they are the option's values. Fails if the option is not live. */
+/* Returns the index of a live parameter's first number in mjenv_sim.parameters and mjenv_start.parameters. Callbacks
+ * find there what the caller wrote last; build finds the option's values. Fails if the option is not live. */
 static inline int64_t mjenv_build_parameter(mjenv_builder *builder, const char *option) {
   return builder->api->parameter(builder, option);
 }
 
-/* Makes what callbacks see belong to the new state. After the last mj_step of a step, the library computes the stages of
- * mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new qpos and qvel;
- * forces, accelerations and their sensors belong to the state before, and mjenv_contact.force is 0. In these stages
- * MuJoCo 2.2.2 normalises the quaternions in qpos; the next step goes on from qpos as it was before them. A reset calls
- * mj_forward with actuation disabled before and after the callback, and the callback can simulate (mjenv_start_forward
- * and the like). */
+/* Makes callbacks see what belongs to the new state. After the last mj_step of a step, the library computes the stages
+ * of mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new qpos and
+ * qvel; forces, accelerations and their sensors belong to the state before, and mjenv_contact.force is 0. In these
+ * stages MuJoCo 2.2.2 normalises the quaternions in qpos, but the next step begins with qpos as it was before that. A
+ * reset calls mj_forward with actuation disabled before and after the callback, and the callback can simulate
+ * (mjenv_start_forward and the like). */
 static inline void mjenv_build_current(mjenv_builder *builder) { builder->api->current(builder); }
 
-/* Sets the action space: an action has count numbers, at least 1, in [low[i], high[i]]. The callback before_step, which the
- * task then has, turns them into ctrl.
+/* Sets the action space: an action has count >= 1 numbers, and number i is in [low[i], high[i]]. The task must have the
+ * callback before_step, which turns them into ctrl.
  * low, high  [count], which may be infinite; NULL: -infinity, infinity */
 static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, const double *low, const double *high) {
   builder->api->action(builder, count, low, high);
 }
 
-/* Gives each row an own array of mjModel, which reset and step write: mjenv_start.own[i] and mjenv_outcome.own[i], where i
- * is what this returns. What they have written stays, also after resets; if one fails, the row keeps its old values. Numbers
- * that mjenv_write refuses make it fail. Needs mjenv_build_current. Or an own qfrc_applied or xfrc_applied, which
- * before_step, before_substep (mjenv_control.own) and step write. Fails for arrays that rows cannot have for themselves
- * (see mjenv_write) or whose elements are no doubles. */
+/* Gives each row its own copy of an array, and returns the index i of the array in the members `own`. An array of
+ * mjModel is written by reset (mjenv_start.own[i]) and step (mjenv_outcome.own[i]), and needs mjenv_build_current. What
+ * they have written stays, also after resets. They fail if they write numbers that mjenv_write refuses; if they fail,
+ * the row keeps its old values. qfrc_applied and xfrc_applied are written by before_step, before_substep
+ * (mjenv_control.own[i]) and step. Fails for arrays of which rows cannot have copies (see mjenv_write) or whose
+ * elements are no doubles. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }
@@ -565,14 +575,14 @@ static inline int32_t mjenv_random_state_is_new(mjenv_random *random) { return r
 
 /* Calls mj_forward with actuation disabled, for the qpos, qvel, act and own arrays that reset has written. */
 static inline int32_t mjenv_start_forward(mjenv_start *start) { return start->api->forward(start); }
-/* Simulates count timesteps, at least 1. With the integrator Euler, the first goes on from what was last computed
- * (mj_step2), even if qpos was written since. Then computes the stages of mj_step1. */
+/* Simulates count >= 1 timesteps, then computes the stages of mj_step1. With the integrator Euler, the first timestep
+ * continues from what was computed last (mj_step2), even if qpos was written since. */
 static inline int32_t mjenv_start_advance(mjenv_start *start, int64_t count) {
   return start->api->advance(start, count);
 }
-/* Begins again: mj_resetData, which the row's own arrays survive, then mjenv_start_forward. */
+/* Begins again: calls mj_resetData, which does not change the row's own arrays, then mjenv_start_forward. */
 static inline int32_t mjenv_start_restart(mjenv_start *start) { return start->api->restart(start); }
-/* The number of contacts that the last of these calls has found. */
+/* Returns how many contacts the last of these calls has found. */
 static inline int64_t mjenv_start_contact_count(mjenv_start *start) { return start->api->contact_count(start); }
 
 /* ---- The entry of a plug-in ---- */

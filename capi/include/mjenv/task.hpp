@@ -4,11 +4,12 @@
  * Definition
  *   MJENV_TASK("Cartpole-v0", r) { ... } defines a task; r is a mjenv::Robot &. The body runs once when the task is
  *   registered, without a model, to list the options: r's methods then return defaults and indices of 0. It runs again
- *   for each environment, on the thread that creates it. Then each lambda except reset is called once on the model's
- *   initial state, to learn the fields and their lengths (a trial call).
+ *   for each environment, on the thread that creates the environment. Then each lambda except reset is called once with
+ *   the model's initial state, to find out the fields and their lengths (a trial call).
  * Lambdas
- *   Each call is for one row, and calls run on several threads at the same time, as may definitions. So lambdas capture
- *   by value and change nothing but their non-const parameters. An exception is the error of its row (MJENV_E_TASK).
+ *   Each call is for one row, and calls run on several threads at the same time, as may definitions. So lambdas must
+ *   capture by value, and change nothing but their non-const parameters. If a lambda throws, the call's row fails with
+ *   MJENV_E_TASK.
  * Use
  *   A shared object of files with definitions is a plug-in (CMake: mjenv_add_tasks). A program registers the
  *   definitions that it contains with mjenv::register_tasks(). */
@@ -104,7 +105,7 @@ class Sim {
   using Vec4 = Eigen::Map<const Eigen::Vector4d>;
   using Mat3 = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
 
-  /* builder: not null in a trial call, which finds out the arrays that the task needs. */
+  /* builder: not null in a trial call, in which the library learns which arrays the task needs. */
   explicit Sim(const mjenv_sim *c, mjenv_builder *builder = nullptr)
       : timestep(c->timestep),
         dt(c->dt),
@@ -167,7 +168,7 @@ class Sim {
     return {first, first + c_->contact_count};
   }
 
-  /* The numbers of a Robot::carry, and the elements of a Robot::array. */
+  /* These return the numbers of a Robot::carry, and the elements of a Robot::array. */
   Vec operator[](const Carry &carry) const { return {c_->carried + carry.first, carry.count}; }
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
@@ -177,7 +178,7 @@ class Sim {
   double operator[](const Live &live) const { return c_->parameters[live.index]; }
   Vec operator[](const LiveVector &live) const { return {c_->parameters + live.first, live.count}; }
 
-  /* The x and y of the model's centre of mass, m. */
+  /* The x and y of the whole model's centre of mass, m. */
   Eigen::Vector2d mass_center_xy() const {
     Eigen::Vector2d moment(0, 0);
     for (int body = 0; body < c_->nbody; ++body) moment += c_->body_mass[body] * Vec2(c_->xipos + 3 * body);
@@ -198,7 +199,7 @@ class Sim {
   Vec bodies(const double *array, int width, int first) const {
     return {array + static_cast<std::ptrdiff_t>(width) * first, static_cast<Eigen::Index>(width) * (c_->nbody - first)};
   }
-  /* A trial call asks for the arrays that the task uses. */
+  /* In a trial call, asks the library for the array, because the task uses it. */
   template <typename T>
   const T *on_demand(const char *name, const T *mjenv_sim::*array) const {
     if (builder_) mjenv_build_need(builder_, name);
@@ -296,7 +297,7 @@ struct Start {
   /* For tasks with Robot::current. sim() is up to date after forward, advance and restart, and at the beginning; qpos,
    * qvel and act are its state. */
   Sim sim() const { return Sim(c_->sim); }
-  /* A Robot::own, which reset writes. What one reset has written stays for the next. */
+  /* A Robot::own, which reset writes. The next reset finds what this one has written. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
     if (!c_->own || !c_->own[own.index])
       throw std::logic_error("a reset writes own arrays of the model, and with current()");
@@ -304,7 +305,7 @@ struct Start {
   }
   /* mj_forward with actuation disabled. */
   void forward() { check(mjenv_start_forward(c_)); }
-  /* Simulates count timesteps, of which the first goes on from what was last computed (mjenv_start_advance). */
+  /* Simulates count timesteps. The first one continues from what was computed last (mjenv_start_advance). */
   void advance(std::int64_t count) { check(mjenv_start_advance(c_, count)); }
   /* Begins again: mj_resetData, then forward. */
   void restart() { check(mjenv_start_restart(c_)); }
@@ -347,7 +348,7 @@ class Row {
 
   Rng rng;
   Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
-  /* A Robot::own, in a step. What the step writes holds from the next one on. */
+  /* A Robot::own that the step writes. The new values take effect in the next step. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
     if (!own_ || !own_[own.index]) throw std::logic_error("only a step writes own arrays with its row");
     return {own_[own.index], own.count};
@@ -395,7 +396,8 @@ inline void describe(mjenv_builder *builder, mjenv_role role, const char *name, 
 
 }  // namespace detail
 
-/* Receives the info: info(name, value, doc). Each call of a lambda writes the same names and lengths in this order. */
+/* Receives the info: info(name, value, doc). In each call, a lambda must write the same names and lengths in the same
+ * order. */
 class Info {
  public:
   struct Entry {
@@ -491,7 +493,8 @@ struct Camera {
 
 /* ---- The definition of a task ---- */
 
-/* A definition throws it if the task cannot use the model: "it has no leg". mjenv_create then returns MJENV_E_MODEL. */
+/* A definition throws this if the task cannot use the model; the text says why, such as "it has no leg". mjenv_create
+ * then returns MJENV_E_MODEL. */
 struct UnfitModel : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -500,7 +503,8 @@ namespace detail {
 
 /* The lambdas of a definition in one environment, and the fields that their trial calls found. */
 struct Functions {
-  /* Returns how many numbers the term has. Writes them if there is room for exactly that many; `to` may be null. */
+  /* Returns how many numbers the term has. Writes them to `to` if `room` is exactly this number; `to` may be null
+   * otherwise. */
   using Write = std::function<Eigen::Index(const Sim &, double *to, Eigen::Index room)>;
   struct Term {
     std::string name, doc, group;
@@ -517,7 +521,7 @@ struct Functions {
   std::vector<Info::Entry> info, reset_infos;
 };
 
-/* What a definition says about its task without a model. */
+/* What a definition tells of its task before there is a model. */
 struct Outline {
   struct Option {
     mjenv_kind kind;
@@ -579,7 +583,8 @@ class Robot {
   Robot &needs(int nq, int nv) { return require(this->nq() >= nq && this->nv() >= nv, "at least ", nq, nv); }
   /* Refuses models whose qpos or qvel has another length. */
   Robot &needs_exactly(int nq, int nv) { return require(this->nq() == nq && this->nv() == nv, "", nq, nv); }
-  /* Makes an array available that is computed on demand (mjenv_build_need), if no trial call uses it. */
+  /* Makes an array available that is computed on demand (mjenv_build_need). Only necessary if no trial call uses the
+   * array. */
   Robot &needs(const char *array) {
     if (builder_) mjenv_build_need(builder_, array);
     return *this;
@@ -591,7 +596,7 @@ class Robot {
   int nu() const { return builder_ ? builder_->sim->nu : 0; }
   int nbody() const { return builder_ ? builder_->sim->nbody : 0; }
 
-  /* Callbacks see what belongs to the new state, and reset can simulate (mjenv_build_current). */
+  /* Makes lambdas see what belongs to the new state, and lets reset simulate (mjenv_build_current). */
   Robot &current() {
     if (builder_) mjenv_build_current(builder_);
     return *this;
@@ -606,9 +611,9 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* An array of mjModel that reset writes for its row with start[own] and step with row[own] (mjenv_build_own), which needs
-   * current(). Or "qfrc_applied" or "xfrc_applied", which before_step and before_substep write with control[own], and step
-   * with row[own]. */
+  /* Gives each row its own copy of an array (mjenv_build_own). One of mjModel needs current(), and is written in reset
+   * with start[own] and in step with row[own]. "qfrc_applied" and "xfrc_applied" are written in before_step and
+   * before_substep with control[own], and in step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
     const auto shared = array(name);
@@ -746,9 +751,10 @@ class Robot {
     skipped_qpos_ = skipped_qpos;
   }
 
-  /* Makes the row carry count numbers from step to step, which are 0 at the start of an episode. reset changes them
-   * with start[carry], step with row[carry], and lambdas read them with s[carry]. low and high are closed bounds, which
-   * contain 0: lambdas that write, and images that have other numbers are refused. Indices and sizes need bounds. */
+  /* Makes the row carry count numbers from step to step. They are 0 at the start of an episode. reset changes them with
+   * start[carry], step with row[carry], and lambdas read them with s[carry]. low and high are closed bounds, between
+   * which 0 must be. A lambda that writes a number outside of them fails, and an image with such a number is refused.
+   * Numbers that are used as indices or sizes need bounds. */
   Carry carry(int count, double low = -kInfinity, double high = kInfinity) {
     const Carry added{carry_count_, count};
     carry_count_ += count;
@@ -756,8 +762,8 @@ class Robot {
     return added;
   }
 
-  /* As carry, but the numbers stay after resets, in which start[carry] has them: a terrain's level, for instance. They
-   * are 0 until the row's first reset. */
+  /* As carry, but resets do not set the numbers to 0, and find them in start[carry]: a terrain's level, for instance.
+   * They are 0 until the row's first reset. */
   Carry keep(int count, double low = -kInfinity, double high = kInfinity) {
     kept_.push_back(carry(count, low, high));
     return kept_.back();
@@ -779,9 +785,10 @@ class Robot {
       };
     }
   }
-  /* Sets the lambda that turns the action into ctrl, before the first mj_step of a step, and one that is called before each
-   * mj_step. Their parameters are (sim, control), or (sim, row, control). Of sim they read the action, the state and the
-   * arrays of mjModel, but not what MuJoCo computes from the state (mjenv_task.before_step). */
+  /* before_step sets the lambda that turns the action into ctrl before the first mj_step of a step; before_substep sets
+   * one that is called before each mj_step. Their parameters are (sim, control) or (sim, row, control). In sim they may
+   * read the action, the state and the arrays of mjModel, but not what MuJoCo computes from the state
+   * (mjenv_task.before_step). */
   template <typename F>
   void before_step(const F &map) {
     functions_.before_step = control_of(map);
@@ -1095,8 +1102,9 @@ struct Made {
 };
 MJENV_HIDDEN inline Made made;
 
-/* Several threads may call it at the same time: each makes a Plugin, and the first that is done wins. There is no lock,
- * because a child that is forked meanwhile would find it held by a thread that it does not have. */
+/* Several threads may call this at the same time: each makes a Plugin, and the first one that is finished is kept.
+ * There is no lock, because a child that is forked meanwhile could find it held by a thread that the child does not
+ * have. */
 MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *api) {
   const Plugin *found = made.plugin.load();
   if (found) return &found->plugin;
@@ -1131,7 +1139,7 @@ MJENV_HIDDEN inline void register_tasks() {
   static const ::mjenv::detail::Registrar name##registrar_##number(name##definition_##number); \
   static void name##number(::mjenv::Robot &robot)
 
-/* Makes a shared object with definitions a plug-in. A program that defines MJENV_NO_PLUGIN leaves it out. */
+/* Makes a shared object with definitions a plug-in. Not compiled into a program that defines MJENV_NO_PLUGIN. */
 #ifndef MJENV_NO_PLUGIN
 extern "C" MJENV_EXPORT inline const mjenv_plugin *mjenv_tasks(const mjenv_task_api *api) {
   return mjenv::detail::plugin_of_tasks(api);

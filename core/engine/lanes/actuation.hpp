@@ -1,4 +1,5 @@
-// Tendons and actuators of several rows at once. What functions.hpp says of bits holds here, too.
+// Tendons and actuators of several rows at once. The results have MuJoCo's bits for the reasons that functions.hpp
+// gives.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -10,7 +11,7 @@ namespace {
 
 // ---- engine_core_smooth.c ----
 
-// mj_tendon, of tendons along sites and over pulleys. MuJoCo adds to zeros.
+// mj_tendon for a tendon along sites and over pulleys. Sums begin at +0, as in MuJoCo.
 void spatial_tendon(Lanes& d, int tendon) {
   const mjModel& m = *d.model;
   V* const J = vectors(d.ten_J) + tendon * m.nv;
@@ -49,7 +50,8 @@ void tendon(Lanes& d) {
   }
 }
 
-// mj_transmission of an actuator on a ball or a free joint. Its gear turns with the joint, or stays as it is in the parent.
+// mj_transmission for an actuator on a ball or free joint. Its gear is a vector in the frame of the joint, or of the
+// joint's parent.
 void transmit_rotation(Lanes& d, int i) {
   const mjModel& m = *d.model;
   const Actuator& actuator = d.actuators[i];
@@ -70,7 +72,7 @@ void transmit_rotation(Lanes& d, int i) {
   vectors(d.actuator_length)[i] = is_free ? V{} : dot3(axis, moment);
 }
 
-// mj_transmission of an actuator on a site: its gear is a force and a torque in the site's frame.
+// mj_transmission for an actuator on a site. Its gear is a force and a torque in the site's frame.
 void transmit_site(Lanes& d, int i) {
   const mjModel& m = *d.model;
   const Actuator& actuator = d.actuators[i];
@@ -116,8 +118,9 @@ void transmission(Lanes& d) {
 
 // ---- engine_forward.c ----
 
-// The velocities of tendons and actuators, as mj_fwdVelocity computes them. The moment of an actuator on a slide or a hinge
-// is 0 but at one dof. So the other products of its mju_dot matter only where the sum is zero: they decide on its sign.
+// The velocities of tendons and actuators, as mj_fwdVelocity computes them. The moment of an actuator on a slide or a
+// hinge is 0 except at one dof. So the products with the other dofs are zeros, which can only change the sign of a sum
+// that is zero.
 void fwdVelocity(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const qvel = vectors(d.qvel);
@@ -170,7 +173,7 @@ class Actuation {
       case mjDYN_INTEGRATOR: return ctrl_;
       case mjDYN_FILTER: return (ctrl_ - act_) / (prm[0] > mjMINVAL ? prm[0] : mjMINVAL);
       case mjDYN_MUSCLE: return each([&](int lane) { return mju_muscleDynamics(ctrl_[lane], act_[lane], prm); });
-      default: return V{};  // a callback's, which the process lacks
+      default: return V{};  // would call mjcb_act_dyn, which is not set: see `callbacks` in stages.cpp
     }
   }
 
@@ -207,7 +210,7 @@ class Actuation {
     }
   }
 
-  // MuJoCo's functions of muscles, lane by lane
+  // Calls a function of MuJoCo for muscles, lane by lane.
   template <typename Function>
   static V each(const Function& function) {
     V result{};
@@ -242,7 +245,7 @@ void fwdActuation(Lanes& d) {
   }
 }
 
-// mj_RungeKutta adds to zeros, and only its last stage clips.
+// Advances the states of actuators. mj_RungeKutta's sums begin at +0, and only its last stage clips the states.
 void advanceActivations(Lanes& d, int stage) {
   const mjModel& m = *d.model;
   const int na = m.na;

@@ -1,4 +1,4 @@
-// AVX2: four lanes.
+// The lane code for AVX2: four lanes.
 #define MJENV_LANES_WIDTH 4
 #include "engine/lanes/code.hpp"
 

@@ -1,4 +1,4 @@
-// AVX-512: eight lanes.
+// The lane code for AVX-512: eight lanes.
 #define MJENV_LANES_WIDTH 8
 #include "engine/lanes/code.hpp"
 

@@ -1,4 +1,4 @@
-// The functions of one instruction set as a table.
+// Defines the table (Code) of one instruction set's functions.
 #pragma once
 
 #include "engine/lanes/actuation.hpp"

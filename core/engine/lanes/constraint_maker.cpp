@@ -8,7 +8,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// getsolparam, and what mj_makeImpedance computes of it alone. Returns false if MuJoCo would warn.
+// MuJoCo's getsolparam, and what mj_makeImpedance computes from its result alone. Returns false if MuJoCo would warn.
 bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, const mjtNum* solimp) {
   if ((solref[0] > 0) != (solref[1] > 0)) return false;
   const bool is_safe = solref[0] > 0 && !(m.opt.disableflags & mjDSBL_REFSAFE);
@@ -32,7 +32,7 @@ bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, 
   return true;
 }
 
-// Whether MuJoCo's search for pairs surely has enough of mjData's stack. Else it may fail.
+// Whether mjData's stack certainly suffices for MuJoCo's search for pairs. If not, the search may fail.
 bool has_room_to_search(const mjModel& m, const mjData& d) {
   const std::int64_t bodies = m.nbody;
   return d.nstack - d.pstack >= bodies * bodies + 16 * bodies;
@@ -62,7 +62,7 @@ bool set_friction(ConstraintNumbers& n, const mjModel& m, Object object, int id)
   return true;
 }
 
-// MuJoCo takes the weight of a translation for all rows of a weld.
+// MuJoCo uses the translational weight (body_invweight0) for all constraints of a weld, also for those of rotation.
 bool set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
   const int type = m.eq_type[id];
   n.diagApprox = 0;
@@ -164,7 +164,7 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   contacts_.collide = [](void* maker, int pair, unsigned rows) {
     return static_cast<ConstraintMaker*>(maker)->collide(pair, rows);
   };
-  if (!tables.contact_pairs.empty())  // makes room
+  if (!tables.contact_pairs.empty())  // so that later calls allocate no memory
     mix_one(tables.contact_pairs[0].geom1, tables.contact_pairs[0].geom2, m, mixed_);
   contacts_.frictions = frictions_.data();
   contacts_.equalities = tables.equalities.data();
@@ -177,7 +177,8 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   contacts_.pairs = tables.contact_pairs.data();
 }
 
-// The lanes that have no such limit or contact take another lane's numbers.
+// Sets the numbers of an entry (a limit, contact, equality or friction). Lanes that do not have it get the numbers of
+// another lane.
 template <typename Entry, typename Get>
 bool ConstraintMaker::set_numbers(Entry& entry, const Get& get) {
   const ConstraintNumbers* some = nullptr;
@@ -211,10 +212,10 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   }
   const bool are_shared =
       std::all_of(models.begin(), models.begin() + count, [&](const mjModel* m) { return m == &m_; });
-  // The model of a row whose own values may change what MuJoCo finds lists no pairs.
+  // If a row's own values may change which contacts MuJoCo finds, its model lists no pairs, so MuJoCo searches.
   contacts_.are_searched = lists_no_pairs_ || std::any_of(models.begin(), models.begin() + count,
                                                           [](const mjModel* m) { return m->npair == 0; });
-  if (are_shared && shared_rows_ == count) return true;  // as in the last step
+  if (are_shared && shared_rows_ == count) return true;  // nothing has changed since the last step
   shared_rows_ = 0;
   contacts_.friction_count = 0;
   std::fill_n(contacts_.bounded, kMaxWidth, 0);
@@ -233,7 +234,8 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   return true;
 }
 
-// As in mj_collideGeoms: of contacts of two boxes at the same place, the last counts.
+// Computes one lane's contacts. As in mj_collideGeoms, only the last one counts of several contacts of two boxes at the
+// same position.
 int ConstraintMaker::collide(int pair, int lane) {
   const ContactPair& geoms = contacts_.pairs[pair];
   const mjModel& m = *(*models_)[lane];

@@ -17,24 +17,25 @@ namespace mjenv::core::lanes {
 
 class ConstraintMaker {
  public:
-  // Null if lanes cannot make the constraints of this model. The tables must outlive the maker.
+  // Returns null if lanes cannot make the constraints of this model. The tables must outlive the maker.
   static std::unique_ptr<ConstraintMaker> make(const Code& code, const mjModel& m, const ModelTables& tables);
 
-  // Call this when rows begin a step: these are their models. Returns whether lanes can make their constraints.
+  // Call this at the beginning of a step, with the models of its rows. Returns whether lanes can make their
+  // constraints.
   bool follow(const RowModels& models, int count);
 
-  // Finds the limits and contacts of these rows, as bits. Code::reject must have run. Returns false if MuJoCo's functions
-  // must find them.
+  // Finds the reached limits and the contacts of `rows` (bits). Call Code::reject first. Returns false if MuJoCo's
+  // functions must find them instead.
   bool find(const Lanes& lanes, std::uint32_t rows, const Solver& solver, const RowModels& models, const RowData& data);
   const Contacts& found() const { return contacts_; }
 
  private:
-  // What MuJoCo computes of a row's mjModel, computed when it is first used.
+  // The ConstraintNumbers of one mjModel, each of which is computed when it is first used.
   class Numbers {
    public:
     Numbers(const mjModel& m, std::size_t pairs);
     void forget() { are_known_.assign(are_known_.size(), 0); }
-    // Null if MuJoCo would warn of the numbers.
+    // These return null if MuJoCo would warn of the numbers.
     const ConstraintNumbers* of_equality(const mjModel& m, int id);
     const ConstraintNumbers* of_friction(const mjModel& m, Object object, int id);
     const ConstraintNumbers* of_limit(const mjModel& m, Object object, int id);
@@ -43,7 +44,7 @@ class ConstraintMaker {
    private:
     enum : unsigned char { unknown, usual, mixed };
     std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_,
-        equalities_;  // where they begin, after those of joints
+        equalities_;  // where each kind begins in numbers_; those of joints are first
     std::vector<ConstraintNumbers> numbers_;
     std::vector<unsigned char> are_known_;
     template <typename Compute>
@@ -54,17 +55,17 @@ class ConstraintMaker {
   const mjModel& m_;
   Contacts contacts_{};
   Memory<Contacts> memory_;
-  Numbers shared_;            // of the model that rows share
-  std::vector<Numbers> own_;  // for each lane, of its row's own model
+  Numbers shared_;            // of the model that rows without own values share
+  std::vector<Numbers> own_;  // for each lane, those of its row's own model
   std::array<Numbers*, kMaxWidth> used_{};
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;        // how many rows have the equalities and frictions, if all share the model
-  const bool lists_no_pairs_;  // the parameters of the pairs are in no model
+  int shared_rows_ = 0;        // for how many rows equals_ and frictions_ hold, if all rows share the model
+  const bool lists_no_pairs_;  // MuJoCo searches for pairs, so no model holds their parameters
   const bool has_friction_;
-  const std::vector<unsigned char>& is_still_;  // ModelTables'
+  const std::vector<unsigned char>& is_still_;  // that of ModelTables
   Pairs mixed_;                                 // room for the parameters of one pair
-  // Of the call of `find`:
+  // The arguments of the current call of `find`:
   const Lanes* lanes_ = nullptr;
   const RowModels* models_ = nullptr;
   const RowData* data_ = nullptr;

@@ -1,5 +1,5 @@
-// What both solvers of constraints need. Bits are kept as functions.hpp says: what MuJoCo's sums skip adds zeros here,
-// as do places without a constraint.
+// What both constraint solvers need. The results have MuJoCo's bits for the reasons that functions.hpp gives: a term
+// that MuJoCo skips adds a zero here, and so does a place without a constraint.
 #pragma once
 
 #include "engine/lanes/functions.hpp"
@@ -13,12 +13,13 @@ inline Mask mask_of(unsigned rows) {
   return mask;
 }
 
-// Where constraints are that are made one after the other, each in the lanes that have it.
+// Finds the places of constraints that are made one after the other, each in the lanes that have it.
 class Places {
  public:
   Places(const Contacts& contacts, const Constraints& c) : contacts_(contacts), c_(c) {}
 
-  // Goes to the next constraint, or to those of the next contact or equality: `size` rows of the Jacobian in these lanes.
+  // Goes to the next limit, contact or equality, which makes `size` constraints (rows of the Jacobian) in the lanes
+  // `rows`.
   void next(unsigned rows, int size) {
     for (int lane = 0; lane < kWidth; ++lane) {
       if (!(rows >> lane & 1) && !c_.is_aligned) continue;
@@ -28,14 +29,14 @@ class Places {
       }
     }
   }
-  // Goes behind equalities and friction.
+  // Skips all equality and friction constraints.
   void skip_bounded() {
     for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equalities[i].size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
-  // The next place of the first lane
+  // The place of the first lane's next constraint.
   int first() const { return numbers_[0]; }
-  // For each lane the place of row i
+  // For each lane, the place of constraint i of the present limit, contact or equality.
   const int* of(int i) const { return places_[i]; }
   int at(int i, int lane) const { return places_[i][lane]; }
 
@@ -43,11 +44,11 @@ class Places {
   static constexpr int kMostRows = 10;
   const Contacts& contacts_;
   const Constraints& c_;
-  int numbers_[kWidth] = {};  // of each lane's next constraint
+  int numbers_[kWidth] = {};  // the number of each lane's next constraint
   int places_[kMostRows][kWidth]{};
 };
 
-// Functions are named after those of MuJoCo that they follow.
+// The base class of both solvers. Its functions have the names of the MuJoCo functions whose computations they repeat.
 class Constrained {
  protected:
   Constrained(Lanes& d, Constraints& c) : d_(d), c_(c), m_(*d.model), nv_(m_.nv), size_(c.size), active_(c.rows) {}
@@ -64,8 +65,8 @@ class Constrained {
     d_.left |= rows;
     active_ &= ~rows;
   }
-  // Products with zeros, which the solvers leave out, are zeros only for finite numbers. The bound keeps products of
-  // four numbers finite.
+  // Leaves the lanes with a huge number to MuJoCo. The solvers leave out products with 0, which are 0 only if the other
+  // factor is finite. The bound keeps products of four numbers finite.
   void leave_huge(const double* numbers, int count) {
     constexpr double kMost = 1e75;
     const V* const x = vectors(numbers);
@@ -110,10 +111,11 @@ class Constrained {
     for (int i = 0; i < size_; ++i) res[i] -= vectors(c_.aref)[i];
   }
 
-  // In which lanes the constraint at a place before c_.bounded is quadratic.
+  // The lanes in which the cost of the constraint at place i is quadratic. i is less than c_.bounded.
   Mask is_quadratic(int i, V jar) const { return ~((jar <= vectors(c_.low)[i]) | (jar >= vectors(c_.high)[i])); }
 
-  // The forces that mj_constraintUpdate computes. 0 - frictionloss is +0 for an inequality.
+  // Computes the forces as mj_constraintUpdate does. For an inequality, whose frictionloss is 0, 0 - frictionloss is
+  // +0, not -0.
   void force_of(const V* jar) {
     V* const force = vectors(c_.force);
     for (int i = 0; i < c_.bounded; ++i) {
@@ -129,8 +131,8 @@ class Constrained {
         cone_force(i, jar);
   }
 
-  // A contact with an elliptic cone, as mj_constraintUpdate divides it into zones. Where a lane lacks it, all is 0,
-  // which is in the top zone.
+  // A contact with an elliptic cone, and the zone of the cone in which mj_constraintUpdate finds it. In a lane without
+  // this contact all numbers are 0, which is in the top zone, so the force is 0.
   struct Cone {
     V U[6], T, mu;  // U[0] is N
     Mask is_top, is_bottom;

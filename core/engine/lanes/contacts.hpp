@@ -1,4 +1,5 @@
-// The contacts of pairs of geoms, for several rows at once. What functions.hpp says of bits holds here, too.
+// The contacts of pairs of geoms, for several rows at once. The results have MuJoCo's bits for the reasons that
+// functions.hpp gives.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"
@@ -7,7 +8,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mju_makeFrame. Returns in which lanes it fails.
+// mju_makeFrame. Returns the lanes in which MuJoCo's function would fail.
 inline Mask makeFrame(V* frame) {
   V* const y = frame + 3;
   const Mask fails = normalize3(frame) < splat(0.5);
@@ -35,7 +36,7 @@ unsigned uncertain(const ContactPair& pair, const V* pos1, const V* pos2) {
   return bits(~(sqrt(dot3(dif, dif)) < pair.reach - 1e-6 * size));
 }
 
-// Contact i that MuJoCo's function found
+// Takes contact i of those that MuJoCo's function found (Contacts::collide).
 void take(Contact& con, const Contacts& c, int i) {
   con.dist = vectors(c.single_dist)[i];
   copy(con.pos, vectors(c.single_pos) + 3 * i, 3);
@@ -43,7 +44,7 @@ void take(Contact& con, const Contacts& c, int i) {
   con.is_there = mask_of(c.single_rows[i]);
 }
 
-// mj_collision, of the pairs that `reject` has not excluded
+// mj_collision for the pairs that `reject` has not excluded
 bool collision(const Lanes& d, Contacts& c) {
   const mjModel& m = *d.model;
   c.contact_count = 0;

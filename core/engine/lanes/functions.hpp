@@ -1,12 +1,14 @@
-// MuJoCo 2.2.2's smooth dynamics for several rows at once: lane l of each vector belongs to row l. In every lane the same
-// operations happen on the same numbers and in the same order as in the named function of MuJoCo, so the bits are equal.
-// Each instruction set includes this file once, in a source file that is compiled with flags of its own, so everything
-// here has internal linkage, and nothing is used whose code the linker could share with other files.
+// MuJoCo 2.2.2's smooth dynamics for several rows at once: lane l of each vector belongs to row l. Each function
+// repeats, in every lane, the operations of the MuJoCo function that its comment or name gives, on the same numbers and
+// in the same order, so the bits are equal. Each instruction set includes this file once, in a source file with
+// compiler flags of its own. So everything here has internal linkage, and nothing is called that the linker could merge
+// with the copy of another file, which was compiled with other flags.
 //
 // Where MuJoCo branches on a number, a lane does what gives the same bits:
-// - Sums that skip zeros begin at +0 and so never become -0. Adding a product that is zero changes nothing.
-// - Other branches are computed in both ways, and the lane takes its own.
-// These hold for finite numbers. Lanes that meet others are left to MuJoCo's own code.
+// - Where MuJoCo skips a zero in a sum, a lane adds it. The sum begins at +0 and so never becomes -0, and adding a zero
+//   does not change it.
+// - At other branches both results are computed, and each lane takes the one of its own branch.
+// This is right only for finite numbers. A lane that meets other numbers is left to MuJoCo's own code.
 #pragma once
 
 #if defined(__aarch64__)
@@ -47,7 +49,7 @@ inline unsigned bits(Mask mask) {
 #endif
 
 inline bool any(Mask mask) { return bits(mask) != 0; }
-// The same number in each lane. Subtracting +0 keeps -0, which adding to +0 would not.
+// Returns a vector with x in each lane. Written as x - V{}, because V{} + x would turn -0 into +0.
 inline V splat(double x) { return x - V{}; }
 inline V* vectors(double* numbers) { return reinterpret_cast<V*>(numbers); }
 inline const V* vectors(const double* numbers) { return reinterpret_cast<const V*>(numbers); }
@@ -68,7 +70,7 @@ inline void add_to(V* res, const V* vec, int n) {
 }
 
 // ---- engine_util_blas.c and engine_util_spatial.c ----
-// Vectors of type T are a row's (V) or the model's (double).
+// A type parameter T is V for numbers that each row has, and double for numbers of the model, which all rows share.
 
 inline V dot3(const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -78,7 +80,8 @@ inline V dot6(const V* a, const V* b) {
   return sum + (a[4] * b[4] + a[5] * b[5]);
 }
 
-// mju_dot. Its four sums begin with products, so they can be -0; the sum of fewer than four products begins at +0.
+// mju_dot. Its four partial sums begin with a product, so they can be -0. With fewer than four products there is one
+// sum, which begins at +0.
 template <typename T>
 inline V dot(const T* a, const V* b, int n) {
   V res{};
@@ -158,7 +161,7 @@ inline void mulQuatAxis(V* res, const V* quat, const V* axis) {
   res[3] = quat[0] * axis[2] + quat[1] * axis[1] - quat[2] * axis[0];
 }
 
-// mju_quat2Vel in one unit of time. The angles come from the C library, number by number.
+// mju_quat2Vel with dt = 1. The C library computes the angle of each lane.
 inline void quat2Vel(V* res, const V* quat) {
   V axis[3];
   copy(axis, quat + 1, 3);
@@ -173,8 +176,8 @@ inline Mask is_null(const V* quat) {
   return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
 }
 
-// mju_rotVecQuat of one of the model's vectors. A null quaternion copies the vector. The general formula does the same
-// except to -0.
+// mju_rotVecQuat for a vector of the model. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). So does
+// the general formula here, except that it turns -0 into +0.
 inline void rotVecQuat(V* res, const double* vec, const V* quat, bool has_negative_zeros) {
   const V tmp0 = quat[0] * vec[0] + quat[2] * vec[2] - quat[3] * vec[1];
   const V tmp1 = quat[0] * vec[1] + quat[3] * vec[0] - quat[1] * vec[2];
@@ -204,14 +207,15 @@ inline void mulQuat(V* res, const V* qa, const T* qb) {
   res[3] = z;
 }
 
-// mju_subQuat of one of the model's quaternions
+// mju_subQuat, with a quaternion of the model as the second one.
 inline void subQuat(V* res, const V* qa, const double* qb) {
   V negative[4] = {splat(qb[0]), splat(-qb[1]), splat(-qb[2]), splat(-qb[3])}, dif[4];
   mulQuat(dif, negative, qa);
   quat2Vel(res, dif);
 }
 
-// mju_quat2Mat. Of a null quaternion it gives the identity. The general formula differs only in signs of zeros.
+// mju_quat2Mat. MuJoCo returns the identity for a null quaternion (1, 0, 0, 0). The general formula gives the same
+// except for signs of zeros.
 inline void quat2Mat(V* res, const V* quat) {
   const V q00 = quat[0] * quat[0], q01 = quat[0] * quat[1], q02 = quat[0] * quat[2], q03 = quat[0] * quat[3];
   const V q11 = quat[1] * quat[1], q12 = quat[1] * quat[2], q13 = quat[1] * quat[3];
@@ -230,7 +234,7 @@ inline void quat2Mat(V* res, const V* quat) {
     for (int i = 0; i < 9; ++i) res[i] = null ? splat(i % 4 == 0) : res[i];
 }
 
-// mju_axisAngle2Quat, with the sine and cosine of half the angle
+// mju_axisAngle2Quat, given the sine and cosine of half the angle.
 template <typename T>
 inline void axisAngle2Quat(V* res, const T* axis, V angle, V sine, V cosine) {
   const Mask is_zero = angle == V{};
@@ -238,7 +242,7 @@ inline void axisAngle2Quat(V* res, const T* axis, V angle, V sine, V cosine) {
   for (int i = 0; i < 3; ++i) res[i + 1] = is_zero ? V{} : axis[i] * sine;
 }
 
-// The sines and cosines of half the angles, by the C library as in MuJoCo.
+// Computes the sines and cosines of half the angles by the C library, as MuJoCo does.
 inline void half_sines(double* sine, double* cosine, const double* angle, int count) {
   for (int i = 0; i < count * kWidth; ++i) {
     const double half = angle[i] * 0.5;
@@ -311,7 +315,7 @@ inline void mulInertVec(V* res, const V* i, const V* v) {
   res[5] = i[7] * v[0] - i[6] * v[1] + i[9] * v[5];
 }
 
-// mju_mulDofVec; from two columns on it is mju_mulMatTVec, whose sums begin at 0
+// mju_mulDofVec. For two or more columns MuJoCo calls mju_mulMatTVec, whose sums begin at +0.
 inline void mulDofVec(V* res, const V* dof, const V* vec, int n) {
   if (n == 1) {
     for (int k = 0; k < 6; ++k) res[k] = dof[k] * vec[0];
@@ -371,7 +375,8 @@ void integratePos(const mjModel& m, V* qpos, const V* qvel, double dt) {
   }
 }
 
-// mj_jac of a dof that moves the body: what it moves a point, whose offset from the centre of mass of the body's tree this is
+// The column of mj_jac for a dof that moves the body: the velocity that the dof gives to a point. offset: from the
+// centre of mass of the body's tree to the point.
 inline void jac(const Lanes& d, V* res, int dof, const V* offset) {
   V shift[3];
   const V* const cdof = vectors(d.cdof) + 6 * dof;
@@ -385,7 +390,7 @@ inline void offset_of(const Lanes& d, V* res, int body, const V* point) {
   for (int k = 0; k < 3; ++k) res[k] = point[k] - com[k];
 }
 
-// The translations of mj_jacDifPair. Calls use(dof, column) for each column that may differ from 0.
+// The translational part of mj_jacDifPair. Calls use(dof, column) for each column that may differ from 0.
 template <typename Use>
 inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, const V* point2, const Use& use) {
   const int *const columns = d.columns + pair.first_column, second = pair.count1, both = second + pair.count2;
@@ -401,7 +406,7 @@ inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, co
   }
 }
 
-// mj_applyFT: the force and the torque on a point of a body, as forces on the dofs
+// mj_applyFT: adds to qfrc what a force and a torque on a point of a body do to the dofs.
 void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body, V* qfrc) {
   const mjModel& m = *d.model;
   const V* const cdof = vectors(d.cdof);
@@ -409,7 +414,7 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   offset_of(d, offset, body, point);
   while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
   if (!body) return;
-  // mj_jac, and mju_mulMatTVec for each of its columns
+  // mj_jac, then mju_mulMatTVec, column by column
   const int last = m.body_dofadr[body] + m.body_dofnum[body] - 1;
   for (int i = last; i >= 0; i = m.dof_parentid[i]) {
     V column[3];
@@ -424,11 +429,12 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
 
 inline V fourth_power(V x) { return x * x * x * x; }
 
-// The edge of the box in mj_inertiaBoxFluidModel. sum: of the inertias about the other axes, minus that about its own.
+// One edge of the box in mj_inertiaBoxFluidModel. sum: the moments of inertia about the two other axes minus the one
+// about the axis of the edge.
 inline V edge_of_box(V sum, V mass) { return sqrt((splat(mjMINVAL) > sum ? splat(mjMINVAL) : sum) / mass * 6.0); }
 
-// What mj_inertiaBoxFluidModel computes of the masses and inertias. Lanes in which the fluid acts on other bodies than in
-// the model itself are left.
+// Computes what mj_inertiaBoxFluidModel computes from the masses and inertias alone. Lanes in which the fluid acts on
+// other bodies than in the shared model are left to MuJoCo.
 void adopt_in_fluid(Lanes& d) {
   const double density = d.model->opt.density, viscosity = d.model->opt.viscosity;
   const V* const body_mass = vectors(d.body_mass);
@@ -458,8 +464,9 @@ void adopt_in_fluid(Lanes& d) {
   }
 }
 
-// What mj_tendon and mj_transmission compute of the coefficients of tendons along joints. Lanes with other pulleys than the
-// model, or in which a tendon moves that does not move in the model, are left.
+// Computes what mj_tendon and mj_transmission compute from the coefficients of tendons along joints alone. Left to
+// MuJoCo are lanes whose pulleys differ from those of the shared model, or in which a tendon moves that is still in the
+// shared model.
 void adopt_tendons(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const wrap_prm = vectors(d.wrap_prm);
@@ -477,8 +484,9 @@ void adopt_tendons(Lanes& d) {
   }
 }
 
-// What mj_comPos computes of the masses. The lanes in which MuJoCo would compute other forces than in the model's own
-// case are left: damping in some rows alone, and geoms whose attitude is no rotation, which may touch beyond their bounds.
+// Computes what mj_comPos computes from the masses alone. Left to MuJoCo are lanes that have damping if the shared
+// model has none, or the reverse, and lanes with a geom whose quaternion is not of length 1, because such a geom may
+// touch others beyond its bounding sphere.
 void adopt(Lanes& d) {
   const mjModel& m = *d.model;
   V* const scale = vectors(d.com_scale);
@@ -504,7 +512,7 @@ void adopt(Lanes& d) {
 
 // ---- engine_core_smooth.c: positions ----
 
-// Where rows have places and attitudes of their own, those of the lanes; else those of the model
+// The positions and orientations of the lanes if rows have their own, otherwise those of the model.
 template <bool kAreOwn>
 auto frames_of(const double* own, const double* shared) {
   if constexpr (kAreOwn)
@@ -669,12 +677,12 @@ void crb(Lanes& d) {
     V tmp[6];
     mulInertVec(tmp, inertia + 10 * m.dof_bodyid[i], cdof + 6 * i);
     qM[adr] = vectors(d.dof_armature)[i] + dot6(cdof + 6 * i, tmp);
-    // MuJoCo adds to 0, so no sum is -0.
+    // MuJoCo adds the product to a 0 in qM, so no sum is -0.
     for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) qM[++adr] = V{} + dot6(cdof + 6 * j, tmp);
   }
 }
 
-// mj_factorI. x - y * z has the bits of x + y * (-z).
+// mj_factorI. x - y * z has the same bits as MuJoCo's x + y * (-z).
 void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
   const mjModel& m = *d.model;
   const int *const dof_Madr = m.dof_Madr, *const dof_parentid = m.dof_parentid, nv = m.nv;
@@ -683,7 +691,8 @@ void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
   for (int k = nv - 1; k >= 0; --k) {
     const int Madr_kk = dof_Madr[k];
     const V diagonal = qLD[Madr_kk];
-    // MuJoCo warns of numbers below mjMINVAL. The other comparison finds those that are not finite.
+    // Lanes with a number below mjMINVAL are left, because MuJoCo warns of it. The second comparison finds numbers that
+    // are not finite.
     d.left |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
     if (m.dof_simplenum[k]) continue;
     int Madr_ki = Madr_kk + 1;
@@ -705,7 +714,8 @@ void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
 // mj_factorM
 void factorM(Lanes& d) { factorI(d, vectors(d.qM), vectors(d.qLD), vectors(d.qLDiagInv), vectors(d.qLDiagSqrtInv)); }
 
-// mj_solveLD of one vector, in place. Where x is 0, MuJoCo skips a subtraction, which could turn -0 into +0.
+// mj_solveLD for one vector, in place. Where an element of x is 0, MuJoCo skips the subtraction. This code subtracts +0
+// there, because subtracting a -0 could turn -0 into +0.
 void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
   const int *const dof_Madr = m.dof_Madr, *const dof_parentid = m.dof_parentid, nv = m.nv;
   for (int i = nv - 1; i >= 0; --i) {
@@ -766,7 +776,7 @@ void comVel(Lanes& d) {
   }
 }
 
-// mj_inertiaBoxFluidModel for one of fluid_bodies
+// mj_inertiaBoxFluidModel for the body fluid_bodies[index].
 void inertiaBoxFluidModel(Lanes& d, int index) {
   const mjModel& m = *d.model;
   const int body = d.fluid_bodies[index];
@@ -810,7 +820,7 @@ void passive(Lanes& d) {
     const V stiffness = vectors(d.jnt_stiffness)[i];
     int adr = m.jnt_qposadr[i], dof = m.jnt_dofadr[i];
     const bool is_free = m.jnt_type[i] == mjJNT_FREE, is_rotation = is_free || m.jnt_type[i] == mjJNT_BALL;
-    if (is_rotation && !any(stiffness != V{})) continue;  // MuJoCo subtracts zeros
+    if (is_rotation && !any(stiffness != V{})) continue;  // MuJoCo subtracts zeros, which changes nothing
     for (int end = dof + (is_free ? 3 : is_rotation ? 0 : 1); dof < end; ++adr, ++dof)
       qfrc[dof] -= stiffness * (qpos[adr] - m.qpos_spring[adr]);
     if (!is_rotation) continue;
@@ -828,7 +838,7 @@ void passive(Lanes& d) {
   for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, i);
 }
 
-// mj_rne without accelerations
+// mj_rne with flg_acc = 0, that is without accelerations
 void rne(Lanes& d) {
   const mjModel& m = *d.model;
   V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);
@@ -856,8 +866,8 @@ void rne(Lanes& d) {
 
 // ---- engine_forward.c: accelerations and integrators ----
 
-// mj_xfrcAccumulate. MuJoCo passes over bodies without forces. Adding their zeros gives the same bits, because no sum
-// in qfrc is -0.
+// mj_xfrcAccumulate. MuJoCo skips bodies without forces. Here their zeros are added, which gives the same bits, because
+// no sum in qfrc is -0.
 void xfrcAccumulate(Lanes& d, V* qfrc) {
   const mjModel& m = *d.model;
   for (int i = 1; i < m.nbody; ++i) {
@@ -899,7 +909,8 @@ void Euler(Lanes& d) {
   integratePos(m, vectors(d.qpos), qvel, timestep);
 }
 
-// mj_RungeKutta with four stages. In each row of its matrix A one number is not 0, so the others add zeros to 0.
+// mj_RungeKutta with four stages. Each row of its matrix A has only one number that is not 0. The others would add
+// zeros to +0, so they are left out.
 void RungeKutta(Lanes& d, int stage) {
   const mjModel& m = *d.model;
   const int nv = m.nv;
@@ -945,7 +956,7 @@ unsigned bad(const double* numbers, int count) {
 }
 
 #if MJENV_LANES_WIDTH >= 4
-// Four vectors of four numbers, transposed.
+// Transposes four vectors of four numbers.
 struct Square {
   __m256d rows[4];
 

@@ -9,31 +9,33 @@ namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
 
-// Two geoms of which MuJoCo first compares the distance of their bounding spheres, or of a plane and a bounding sphere.
-// They are apart if the square of the distance, or the distance from the plane, is greater than the limit.
+// Two geoms that can collide. Before MuJoCo looks for contacts, it compares their bounding spheres, or a plane and a
+// bounding sphere. The geoms do not touch if the square of the distance between their centres, or the distance from the
+// plane to the centre, is greater than the limit.
 struct GeomPair {
   int geom1, geom2;
   bool has_plane;
-  int boxes;  // the number of their BoxPair, -1 if their bounding boxes are not compared
+  int boxes;  // the index of their BoxPair; -1 if their bounding boxes are not compared
   double limit;
 };
 
-// A box with rounded edges that contains a geom, in the geom's frame: its middle, its half sizes without the radius of the
-// edges, and this radius.
+// A box with rounded edges that contains a geom, in the geom's frame. half: its half sizes without the radius of the
+// edges. round: this radius.
 struct GeomBox {
   double middle[3], half[3], round;
 };
 
-// Geoms are apart if their boxes without the radii are farther from each other than the limit, the part of it that grows
-// with the coordinates (kRounding), and kCollinear / (distance of the geoms' centres). For MuJoCo's search for contacts of
-// convex shapes takes a product of two lengths for zero if it is less than 1.5e-8.
+// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes, without the radii, is greater
+// than the sum of: limit; kRounding times the sizes of the coordinates; and kCollinear / (the distance between the
+// geoms' centres), because MuJoCo's search for contacts of convex shapes treats a product of two lengths below 1.5e-8
+// as zero.
 struct BoxPair {
   static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
   double limit;
   bool is_ground;  // the first geom is a height field
 };
 
-// Two geoms whose contacts lanes compute.
+// The shapes of two geoms whose contacts lanes compute.
 enum class Shapes {
   others,
   plane_sphere,
@@ -52,18 +54,19 @@ struct ContactPair {
   Shapes shapes;  // others: MuJoCo's function computes these contacts row by row
   int dim;        // condim: 1, 3, 4 or 6
   int root1, root2;
-  // In Lanes::columns: the dofs that move only the first body, then those that move only the second. Dofs that move
-  // both have a Jacobian of 0.
+  // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
+  // second. For dofs that move both, the Jacobian is 0.
   int first_column, count1, count2;
   double margin, includemargin;
-  // Whether neither body is the world. Then MuJoCo's search may miss a contact of the pair: it excludes bodies by float32
-  // computations, which can be wrong only where the bounding spheres overlap by less than about 1e-7 of the size of the
-  // numbers. reach: the distance at which the spheres, with their margin, touch.
+  // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
+  // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
+  // times the coordinates. reach: the distance of the centres at which the spheres, with their margin, touch.
   bool is_between_bodies;
   double reach;
 };
 
-// Two bodies. In Lanes::columns: the dofs that move only body 1, those that move only body 2, and those that move both.
+// Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
+// and those that move both.
 struct BodyPair {
   int body1, body2;
   int first_column, count1, count2, count_both;
@@ -77,18 +80,18 @@ struct Equality {
   BodyPair bodies;       // object2 and object1, in the order in which MuJoCo subtracts their Jacobians
 };
 
-// A part of a tendon, between two sites. divisor: of the last pulley before it.
+// A part of a tendon between two sites. divisor: that of the last pulley before this part.
 struct Segment {
   int site1, site2;
   double divisor;
   BodyPair bodies;
 };
 
-// What an actuator acts on, and which of its moments may differ from 0.
+// What an actuator acts on. From first_column on, Lanes::columns lists the dofs at which its moment may differ from 0.
 struct Actuator {
   enum class Transmission { dof, ball, free, tendon, site } transmission;
   int object;  // joint, tendon or site
-  int dof;     // the first of a joint
+  int dof;     // the first dof of the joint
   int first_column, count;
 };
 
@@ -97,17 +100,19 @@ inline int constraints_of(const ContactPair& pair, int cone) {
   return pair.dim == 1 || cone == mjCONE_ELLIPTIC ? pair.dim : 2 * (pair.dim - 1);
 }
 
-// What mj_makeConstraint takes from a row's mjModel for the limit of a joint or the contacts of a pair: efc_KBIP's K and B,
-// solimp, and 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1) of getimpedance.
+// What mj_makeConstraint takes from a row's mjModel for one limit, pair, equality or friction. stiffness and damping
+// are K and B of efc_KBIP. dmin to power are solimp. below and above are 1 / pow(midpoint, power - 1) and 1 / pow(1 -
+// midpoint, power - 1), which getimpedance computes.
 struct ConstraintNumbers {
   double stiffness, damping;
   double dmin, dmax, width, midpoint, power, below, above;
-  double diagApprox;  // of the first constraint
+  double diagApprox;  // that of the first constraint
   double frictionloss;
   double impratio, friction[5];
 };
 
-// The arrays have MuJoCo's names (mjData). Number i of lane l is at [i * width + l]. One block of memory holds them all.
+// The numbers of several rows side by side. The arrays have their names in mjData. Number i of lane l is at [i * width
+// + l]. One block of memory holds all arrays.
 struct Lanes {
   const mjModel* model;
 
@@ -118,57 +123,58 @@ struct Lanes {
   double *ten_J, *actuator_moment, *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
   double *actuator_force, *qfrc_actuator, *qfrc_smooth, *qacc_smooth, *qH, *qHDiagInv;
 
-  // What MuJoCo keeps on its stack: angles of hinges and their sines and cosines, cacc and cfrc_body of mj_rne, MhB and
-  // qacc of mj_Euler, X, F and dX of mj_RungeKutta.
+  // Intermediate results, which MuJoCo keeps on its stack: angles of hinges with their sines and cosines, cacc and
+  // cfrc_body of mj_rne, MhB and qacc of mj_Euler, X, F and dX of mj_RungeKutta.
   double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
 
-  // What mj_rnePostConstraint writes, cacc being another array than mj_rne's; and of sensors, also mj_subtreeVel's body_vel.
+  // What mj_rnePostConstraint writes (cacc_ext is mjData's cacc, not that of mj_rne), and what sensors need and write,
+  // with body_vel of mj_subtreeVel.
   double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *cam_xpos, *cam_xmat, *subtree_linvel, *subtree_angmom,
       *body_vel;
 
-  // Numbers of mjModel of which rows may have their own.
+  // Arrays of mjModel of which rows may have their own values.
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
       *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
       *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
   double *wrap_prm, *cam_quat;
-  // These are held only if has_own_frames.
+  // Filled only if has_own_frames.
   double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
-  // For each of fluid_bodies, mj_inertiaBoxFluidModel's factors of the velocities: those of the fluid's viscosity for the
-  // torque and for the force, and those of the drag for each axis.
+  // For each of fluid_bodies, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity one of
+  // the torque and one of the force, and for drag one of each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
 
-  // Of the model alone. Number i of these is at [i]. The dofs of tendon t, whose numbers in ten_J may differ from 0, are at
-  // tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
+  // The following depend on the model alone, so they have one number for all lanes. The dofs at which the Jacobian of
+  // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
   const int *tendon_dof_adr, *tendon_dofs;
-  const int* columns;       // dofs
+  const int* columns;       // lists of dofs, to which first_column leads
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
-  bool has_negative_zeros;  // in the vectors that quaternions rotate
+  bool has_negative_zeros;  // some vector of the model that quaternions rotate has a -0
   bool has_damping;
   bool has_single_passive;               // MuJoCo computes the passive forces row by row
   bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
-  const unsigned char* is_still_tendon;  // those whose Jacobian is 0 in each state
-  const int* fluid_bodies;               // those on which a fluid acts
+  const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
+  const int* fluid_bodies;               // the bodies on which a fluid acts
   int fluid_body_count;
   const GeomPair* pairs;
   int pair_count;
   const BoxPair* box_pairs;
   const GeomBox* boxes;  // for each geom, if there are box_pairs
 
-  bool has_forces;      // in a lane, a number of qfrc_applied or xfrc_applied is not 0
-  unsigned char* hits;  // for each pair the lanes in which the geoms may touch, as bits
-  unsigned left;        // lanes, as bits, that met a number or a case which is left to MuJoCo's own code
-  unsigned unlike;      // lanes, as bits, whose numbers of mjModel are left to MuJoCo's own code
+  bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits
+  unsigned left;        // lanes, as bits, whose rows MuJoCo's own code must step, because of a number or case
+  unsigned unlike;      // the same, because of the rows' own numbers of mjModel
 };
 
-// What has limits or friction.
+// What a limit or friction constrains.
 enum class Object { dof, joint, ball, tendon };
 
-// The equality constraints and the friction of several rows, the limits that they have reached, and their contacts, in the
-// order of their constraints.
+// The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
+// constraints.
 struct Contacts {
   static constexpr int kMost = 96;
 
@@ -207,8 +213,9 @@ struct Contacts {
     unsigned rows;
     const ConstraintNumbers* numbers[kMaxWidth];
   };
-  // Computes a pair's contacts in these lanes, as bits, with MuJoCo's function. Writes contact i of each lane to the numbers i
-  // of the arrays `single`, and the lanes that have it to single_rows. Returns how many a lane has at most, -1 if it fails.
+  // Computes a pair's contacts in the lanes `rows` (bits) with MuJoCo's function. Writes contact i of each lane to
+  // element i of the arrays single_..., and the lanes that have it to single_rows[i]. Returns the largest number of
+  // contacts in a lane; -1 if MuJoCo fails.
   int (*collide)(void* maker, int pair, unsigned rows);
   void* maker;
   static constexpr int kMostSingle = 50;  // mjMAXCONPAIR
@@ -218,17 +225,19 @@ struct Contacts {
   Limit limits[kMost];
   Contact contacts[kMost];
   int limit_count, contact_count;
-  int found[kMaxWidth];        // each lane's contacts, also those that make no constraints
-  int constraints[kMaxWidth];  // how many each lane has
+  int found[kMaxWidth];        // how many contacts each lane has, also such as make no constraints
+  int constraints[kMaxWidth];  // how many constraints each lane has
 
-  // For each limit its distance, and [3] axis of the rotation of a ball; for each contact dist, [3] pos and [9] frame.
+  // For each limit: its distance, and for a ball the axis [3] of its rotation. For each contact: dist, pos [3] and
+  // frame [9].
   double *limit_dist, *limit_axis, *dist, *pos, *frame;
 };
 
-// The constraints of several rows, for a solver. Each is at a place. At places without a constraint all numbers are 0.
-// Newton's method has a lane's constraints at the first places. For PGS, row i of a lane's constraints is at place i as
-// long as it is in a whole block of four, as mju_dot divides them; the up to three others are at the last three places.
-// So the sums of all lanes have the same order.
+// The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
+// place without a constraint all numbers are 0. For Newton's method, constraint i of a lane is at place i. For PGS,
+// mju_dot adds whole blocks of four constraints, then the up to three that remain. So a lane's whole blocks are at the
+// first places and the remaining constraints at the last three places, which gives the sums of all lanes the same
+// order.
 struct Constraints {
   static constexpr int kRest = 3;
   int size;                 // how many places there are
@@ -242,35 +251,38 @@ struct Constraints {
   double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
   int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0
-  int iterations[kMaxWidth];        // how many there were
+  int iterations[kMaxWidth];        // how many iterations each lane took
 
-  // Places from this on hold neither equality constraints nor friction. For each before it: the numbers between which
-  // J * qacc - aref has a quadratic cost, NaN where there is no bound; frictionloss; and -R * frictionloss^2 / 2. Beyond the
-  // bounds the force is frictionloss or its negative, so inequalities have a frictionloss of 0.
+  // Equality and friction constraints are at places before `bounded`. For each of these places: low and high, between
+  // which the cost is quadratic in J * qacc - aref (NaN: no bound); frictionloss; and bend, which is -R *
+  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or its negative, so an inequality that is there
+  // has a frictionloss of 0.
   int bounded;
   double *low, *high, *frictionloss, *bend;
 
-  // If cones are elliptic: a place belongs to the same friction, limit or contact in all lanes, also in those that lack it.
-  // Contacts begin at the place `cones`, which else is `size`. dims: for the first place of a contact, how many it has.
-  // scale: mjContact's mu at its first place, and its friction at the others. middle: for its first place the lanes, as
-  // bits, in which it is in the middle zone. H with the cones is Hcone, and LTJ is HessianCone's.
+  // If cones are elliptic (is_aligned), a place belongs to the same friction, limit or contact in all lanes, also in
+  // lanes that lack it. Contacts begin at the place `cones`; if cones are not elliptic, it equals `size`. dims: at a
+  // contact's first place, how many places it has. scale: mjContact's mu at its first place, and its friction at the
+  // others. middle: at its first place, the lanes, as bits, in which it is in the middle zone. Hcone: H with the part
+  // of the cones. LTJ: that of MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;
   double *scale, *Hcone, *LTJ;
 
-  // Of Newton's method. quad is [size][3], H is [nv][nv], and vec is what a rank-one update of H consumes.
+  // Only for Newton's method. quad is [size][3], H is [nv][nv], and vec is the vector of a rank-one update of H, which
+  // overwrites it.
   double *Jv, *quad, *Ma, *Mv, *grad, *search, *vec, *H;
   unsigned char *quadratic,
-      *old;  // for each place the lanes, as bits, that are quadratic; and that were before the last move
+      *old;  // for each place, the lanes, as bits, whose cost is quadratic now, and was before the last move
 
-  // Of PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / its diagonal, and A is 1 / ARinv. For each place before
-  // `bounded`, the least and the greatest force.
+  // Only for PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and
+  // greatest bound the force at each place before `bounded`.
   double *R, *JM2, *AR, *ARinv, *A, *least, *greatest;
 };
 
-// The functions of an instruction set, named after those of MuJoCo 2.2.2 that they follow: their result, name and
-// parameters. None needs more than what `Lanes` holds.
+// Lists the functions of an instruction set: result, name and parameters. Each is named after the function of MuJoCo
+// 2.2.2 that it repeats.
 #define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                                     \
   /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                                \
   FUNCTION(void, adopt, (Lanes&))                                                                                           \
@@ -319,7 +331,8 @@ struct Code {
 
 extern const Code sse2, avx2, avx512, neon;
 
-// The instruction sets of this CPU, in ascending order of their lanes. The function is in a file that every CPU can run.
+// The instruction sets that this CPU has, in ascending order of their lanes. Defined in a file that is compiled for
+// every CPU.
 std::vector<const Code*> codes();
 
 }  // namespace mjenv::core::lanes

@@ -1,5 +1,6 @@
-// The constraints of equalities, friction, limits and contacts, for several rows at once, as engine_core_constraint.c makes
-// them. What functions.hpp says of bits holds here, too. Zeros of a Jacobian have MuJoCo's signs.
+// The constraints of equalities, friction, limits and contacts, for several rows at once, as engine_core_constraint.c
+// makes them. The results have MuJoCo's bits for the reasons that functions.hpp gives, also the signs of zeros in the
+// Jacobians.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"
@@ -7,7 +8,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// The first half of mj_instantiateLimit: which limits are reached
+// The first half of mj_instantiateLimit, which finds the reached limits.
 class Limits {
  public:
   Limits(const Lanes& d, Contacts& c) : d_(d), c_(c), m_(*d.model) {}
@@ -35,7 +36,7 @@ class Limits {
   Contacts& c_;
   const mjModel& m_;
 
-  // Returns false if there is no room.
+  // Adds a limit that some lane has reached. Returns false if there is no room for it.
   bool add(Object object, int id, int side, V dist, V margin, const V* axis = nullptr) {
     const unsigned rows = bits(dist < margin) & c_.rows;
     if (rows == 0) return true;
@@ -129,7 +130,7 @@ class Making {
     for (int i = 0; i < size; ++i) set_one(array, i, value);
   }
 
-  // Until something else is made there, each place is that of an inequality.
+  // Sets the bounds of each place to those of an inequality, until an equality or friction is made there.
   void clear_bounds() {
     for (int i = 0; i < c_.bounded; ++i) {
       vectors(c_.low)[i] = splat(kNoBound);
@@ -140,7 +141,7 @@ class Making {
     }
   }
 
-  // The impedance that getimpedance computes. The powers are the C library's, as in MuJoCo.
+  // The impedance that getimpedance computes. As in MuJoCo, the C library computes the powers.
   V getimpedance(V dif) const {
     using N = ConstraintNumbers;
     const V dmin = number(&N::dmin), dmax = number(&N::dmax), width = number(&N::width);
@@ -161,7 +162,7 @@ class Making {
     return is_flat ? 0.5 * (dmin + dmax) : imp;
   }
 
-  // efc_R of mj_makeImpedance, before it considers friction
+  // The efc_R with which mj_makeImpedance begins, before it considers the friction of contacts
   V regularization(V imp) const {
     const V R = (1.0 - imp) * number(&ConstraintNumbers::diagApprox) / imp;
     return splat(mjMINVAL) >= R ? splat(mjMINVAL) : R;
@@ -173,7 +174,7 @@ class Making {
     set(c_.damping, size, number(&ConstraintNumbers::damping));
   }
 
-  // mj_diagApprox and mj_makeImpedance. pos and margin are those of all `size` constraints. Returns efc_R.
+  // mj_diagApprox and mj_makeImpedance for `size` constraints, which have the same pos and margin. Returns efc_R.
   V makeImpedance(int size, V pos, V margin) {
     const V dif = pos - margin, imp = getimpedance(dif);
     V R = regularization(imp);
@@ -186,7 +187,7 @@ class Making {
     return R;
   }
 
-  // The same for a contact with an elliptic cone
+  // makeImpedance for a contact with an elliptic cone
   void makeConeImpedance(int dim, V pos, V margin) {
     using N = ConstraintNumbers;
     const V dif = pos - margin, imp = getimpedance(dif), normal = regularization(imp);
@@ -201,14 +202,15 @@ class Making {
     }
   }
 
-  // A row of ten_J times a factor
+  // Sets the Jacobian to a tendon's row of ten_J times a factor.
   void set_tendon(int tendon, double factor) {
     const V* const J = vectors(d_.ten_J) + tendon * nv_;
     for (int k = 0; k < nv_; ++k) set_J(0, k, J[k] * factor);
     leave_empty(1);
   }
 
-  // MuJoCo makes no constraint whose Jacobian is 0, contacts excepted. Such lanes are left.
+  // Except for contacts, MuJoCo makes no constraint whose Jacobian is 0. Lanes with such a constraint are left to
+  // MuJoCo.
   void leave_empty(int size) {
     for (int lane = 0; lane < kWidth; ++lane) {
       if (!(rows_ >> lane & 1)) continue;
@@ -247,7 +249,7 @@ class Making {
     }
   }
 
-  // What mj_instantiateEquality does with points of two bodies: the difference of the points, and of their Jacobians.
+  // The part of mj_instantiateEquality for points on two bodies: the difference of the points, and of their Jacobians.
   void connect(const Equality& equality, const V* anchor1, const V* anchor2, V* pos) {
     const int bodies[2] = {equality.object1, equality.object2};
     V points[2][3];
@@ -261,7 +263,8 @@ class Making {
     });
   }
 
-  // A weld's orientation. MuJoCo corrects all columns, of which those of other dofs become zeros of either sign.
+  // The part for the orientation of a weld. MuJoCo corrects all columns of the Jacobian, so the columns of dofs that
+  // move neither body become +0 or -0; so they do here.
   void weld(const Equality& equality, const V* data, V* pos) {
     connect(equality, data + 3, data, pos);
     V quat[4], negative[4], error[4];
@@ -285,7 +288,7 @@ class Making {
     }
   }
 
-  // A joint's angle or place, or a tendon's length, that depends on another's.
+  // The part for a joint's position or a tendon's length that depends on that of another one.
   void couple(const Equality& equality, const V* data, V* pos) {
     const bool is_joint = equality.type == mjEQ_JOINT;
     const auto offset = [&](int id) {
@@ -346,7 +349,7 @@ class Making {
     makeImpedance(1, dist, vectors(d_.jnt_margin)[limit.id]);
   }
 
-  // A column of mju_mulMatMat: the first rows of a contact's frame times a vector
+  // One column of mju_mulMatMat: the first `rows` rows of a contact's frame times a vector
   static inline __attribute__((always_inline)) void rotate(V* res, const V* frame, const V* vec, int rows) {
     for (int k = 0; k < rows; ++k)
       res[k] = V{} + frame[3 * k] * vec[0] + frame[3 * k + 1] * vec[1] + frame[3 * k + 2] * vec[2];

@@ -1,4 +1,4 @@
-// The memory of arrays that lie side by side.
+// One block of memory for all arrays of a struct.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 
 namespace mjenv::core::lanes {
 
-// How many numbers each array of a struct has in a lane.
+// For each array of a struct, how many numbers it has in each lane.
 template <typename Struct>
 using Counts = std::vector<std::pair<double * Struct::*, std::size_t>>;
 
-// The memory of the arrays of Lanes, Contacts or Constraints. They begin as zeros.
+// The memory of the arrays of a Lanes, Contacts or Constraints, which are 0 at first.
 template <typename Struct>
 class Memory {
  public:
   Memory(Struct& arrays, int width, const Counts<Struct>& counts) {
     std::size_t room = bytes(width, counts);
-    // Most rows have far fewer constraints than there is room for. The system gives calloc's pages when they are
-    // written to.
+    // Most rows have far fewer constraints than there is room for. calloc's pages take no memory until they are written
+    // to.
     block_.reset(std::calloc(1, room));
     if (!block_) throw std::bad_alloc();
     void* start = block_.get();

@@ -23,13 +23,13 @@ bool has_ellipsoids(const mjModel& m) {
   return false;
 }
 
-// MuJoCo does not export the function that wraps them.
+// Whether a tendon wraps around a geom. There is no lane code for this, and MuJoCo does not export its function.
 bool has_wrapped_tendons(const mjModel& m) {
   return std::any_of(m.wrap_type, m.wrap_type + m.nwrap,
                      [](int type) { return type == mjWRAP_SPHERE || type == mjWRAP_CYLINDER; });
 }
 
-// Sliders with cranks, and sites that refer to another
+// Whether there are slider-crank actuators, or actuators whose site has a reference site.
 bool has_other_actuators(const mjModel& m) {
   for (int i = 0; i < m.nu; ++i) {
     const int type = m.actuator_trntype[i];
@@ -39,7 +39,7 @@ bool has_other_actuators(const mjModel& m) {
   return false;
 }
 
-// As in mj_tendon.
+// The Jacobian of the tendons along joints, as mj_tendon computes it.
 std::vector<double> tendon_jacobian(const mjModel& m) {
   std::vector<double> jacobian(static_cast<std::size_t>(m.ntendon) * static_cast<std::size_t>(m.nv));
   for (int i = 0; i < m.ntendon; ++i)
@@ -81,7 +81,7 @@ bool acts_on_dof(const mjModel& m, int actuator) {
   return joint == mjJNT_SLIDE || joint == mjJNT_HINGE;
 }
 
-// As in mj_transmission.
+// The moments that do not depend on the state, as mj_transmission computes them.
 std::vector<double> moments(const mjModel& m, const std::vector<double>& ten_J) {
   std::vector<double> moment(static_cast<std::size_t>(m.nu) * static_cast<std::size_t>(m.nv));
   for (int i = 0; i < m.nu; ++i) {
@@ -95,7 +95,7 @@ std::vector<double> moments(const mjModel& m, const std::vector<double>& ten_J) 
   return moment;
 }
 
-// As in mj_passive.
+// The bodies on which a fluid acts, as mj_passive selects them.
 std::vector<int> bodies_in_fluid(const mjModel& m) {
   std::vector<int> bodies;
   if (!(m.opt.viscosity > 0 || m.opt.density > 0)) return bodies;
@@ -104,7 +104,7 @@ std::vector<int> bodies_in_fluid(const mjModel& m) {
   return bodies;
 }
 
-// As in mj_collideGeoms.
+// The pairs with the limits of the test of bounding spheres in mj_collideGeoms.
 std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
   std::vector<GeomPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
@@ -135,7 +135,7 @@ Shapes shapes_of(const mjModel& m, int geom1, int geom2) {
   return Shapes::others;
 }
 
-// The box between two corners
+// Returns the box with these two opposite corners.
 GeomBox box_between(const double* low, const double* high) {
   GeomBox box{};
   for (int k = 0; k < 3; ++k) {
@@ -178,15 +178,16 @@ GeomBox box_of(const mjModel& m, int geom) {
   }
 }
 
-// By how much more than their margin geoms are apart for which MuJoCo's function is not asked. A hundred-thousandth of their
-// sizes is far more than rounding can change.
+// Returns the gap between the boxes beyond which MuJoCo's function is not called: the margin and the radii, plus a
+// hundred-thousandth of the geoms' sizes, which is far more than rounding errors.
 BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
   constexpr double kShare = 1e-5, kGround = 2e-4;
   const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];
   double size = box1.round + box2.round;
   for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
   const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
-  // A height field's prisms are higher by the margin, and their centres can be nearer to the geom than that of the field.
+  // MuJoCo makes the prisms of a height field higher by the margin. Also, their centres can be nearer to the geom than
+  // the field's centre is.
   const double most = is_ground ? 2 * margin + kGround : margin;
   return {most + box1.round + box2.round + kShare * size, is_ground};
 }
@@ -203,7 +204,7 @@ void append(std::vector<int>& columns, const std::vector<int>& dofs) {
   columns.insert(columns.end(), dofs.begin(), dofs.end());
 }
 
-// Appends the dofs that are in the first list alone. Returns how many.
+// Appends the elements of `dofs` that `others` lacks to the columns. Returns how many there are.
 int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
   int count = 0;
   for (const int dof : dofs) {
@@ -214,7 +215,7 @@ int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, c
   return count;
 }
 
-// Appends the dofs that are in both lists. Returns how many.
+// Appends the elements that both lists have to the columns. Returns how many there are.
 int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
   const auto is_shared = [&](int dof) { return std::count(others.begin(), others.end(), dof) > 0; };
   std::copy_if(dofs.begin(), dofs.end(), std::back_inserter(columns), is_shared);
@@ -230,7 +231,8 @@ BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& colum
   return pair;
 }
 
-// Without those of which MuJoCo makes no constraint in any state, because no dof changes what they constrain.
+// The model's equality constraints, without those for which MuJoCo never makes a constraint, because no dof moves what
+// they constrain.
 std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
                                         std::vector<int>& columns) {
   std::vector<Equality> equalities;
@@ -250,7 +252,7 @@ std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsi
   return equalities;
 }
 
-// As mj_tendon goes along a tendon without wrapped geoms.
+// Appends the parts of a tendon that wraps around no geom, in the order of mj_tendon.
 void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments, std::vector<int>& columns) {
   double divisor = 1;
   for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon] - 1; ++j) {
@@ -387,7 +389,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   has_damping = any_positive(m.dof_damping, m.nv);
 }
 
-// Compares the bounding boxes of the geoms whose contacts MuJoCo's functions compute.
+// Chooses the pairs whose bounding boxes are compared: those whose contacts MuJoCo's functions compute.
 void ModelTables::compare_boxes(const mjModel& m) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (contact_pairs[i].shapes != Shapes::others) continue;

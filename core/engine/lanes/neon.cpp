@@ -1,4 +1,4 @@
-// NEON, which every aarch64 has: two lanes.
+// The lane code for NEON, which every aarch64 CPU has: two lanes.
 #define MJENV_LANES_WIDTH 2
 #include "engine/lanes/code.hpp"
 

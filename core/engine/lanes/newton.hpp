@@ -1,6 +1,6 @@
-// MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has ended keeps its acceleration
-// while the others iterate. What MuJoCo computes after the last iteration and then forgets is left out: the Hessian and
-// its solution.
+// MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has converged keeps its
+// acceleration while the others iterate. After the last iteration, MuJoCo computes a Hessian and a search direction
+// that nothing reads; the lanes do not.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"
@@ -56,8 +56,8 @@ void cholSolve(V* res, const V* mat, const V* vec, int n) {
   }
 }
 
-// mju_cholUpdate of the lanes in which x is not 0. Returns those, as bits, in which it loses rank. x + (-y) * z has the
-// bits of x - y * z.
+// mju_cholUpdate in the lanes in which x is not 0. Returns the lanes, as bits, in which the matrix loses rank. x + (-y)
+// * z has the same bits as x - y * z.
 unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   unsigned lost = 0;
   for (int k = 0; k < n; ++k) {
@@ -80,7 +80,8 @@ unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   return lost;
 }
 
-// CGsearch of one lane, from one evaluation (CGeval) to the next.
+// MuJoCo's line search (CGsearch) for one lane, divided at its evaluations (CGeval), so that all lanes are evaluated
+// together.
 class LineSearch {
  public:
   void begin(double gtol) {
@@ -94,10 +95,11 @@ class LineSearch {
     stage_ = Stage::ended;
   }
   bool has_ended() const { return stage_ == Stage::ended; }
-  // Where to evaluate; the result, if the search has ended.
+  // Where to evaluate next. After the search has ended: the step that it found.
   double alpha() const { return alpha_; }
 
-  // What the evaluation at alpha() gave: the cost and its derivatives.
+  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Goes on to the next
+  // evaluation.
   void take(double cost, double slope, double curvature) {
     ++evaluations_;
     const Point point{alpha_, cost, slope, curvature};
@@ -136,7 +138,7 @@ class LineSearch {
     stage_ = stage;
   }
 
-  // The one-sided search, until the least cost is between p1 and p2.
+  // The one-sided search, which ends when the least cost is between p1 and p2.
   void go_on() {
     if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMost) {
       p2_ = p1_;
@@ -201,7 +203,7 @@ class Newton : Constrained {
 
  private:
   V cost_{}, gauss_[3]{};
-  bool has_middle_ = false;  // cones in the middle zone
+  bool has_middle_ = false;  // whether a contact is in the middle zone of its cone
   LineSearch searches_[kWidth];
 
   V* of(double* numbers) const { return vectors(numbers); }
@@ -237,7 +239,8 @@ class Newton : Constrained {
     return sum;
   }
 
-  // warmstart of engine_forward.c. M and J times the acceleration that it chooses are what mj_solNewton begins with.
+  // warmstart of engine_forward.c. It chooses the first acceleration, and keeps the products of M and J with it, with
+  // which mj_solNewton begins.
   void warmstart() {
     V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);
     const V* const smooth = vectors(d_.qacc_smooth);
@@ -310,7 +313,8 @@ class Newton : Constrained {
     cholFactor(H, nv_);
   }
 
-  // What mj_constraintUpdate computes as mjContact's H, of which mju_cholFactor reads the lower triangle.
+  // The H of mjContact that mj_constraintUpdate computes. Only the lower triangle, because mju_cholFactor reads no
+  // more.
   void cone_Hessian(V* H, int i) const {
     const int dim = c_.dims[i];
     const Cone cone = cone_at(i, of(c_.jar));
@@ -324,7 +328,7 @@ class Newton : Constrained {
       }
   }
 
-  // H with the cones that are in the middle zone
+  // H plus the part of the contacts that are in the middle zone of their cones.
   void HessianCone() {
     V *const Hcone = of(c_.Hcone), *const LTJ = of(c_.LTJ);
     copy(Hcone, of(c_.H), nv_ * nv_);
@@ -348,7 +352,8 @@ class Newton : Constrained {
     }
   }
 
-  // Each lane's changes one after the other, as many lanes at once as have one. old: what c_.quadratic was.
+  // Updates H for the constraints whose state has changed. Each lane makes its changes one after the other; all lanes
+  // that still have one make it together. old: c_.quadratic before the move.
   void HessianIncremental(const unsigned char* old) {
     int next[kWidth] = {};
     V* const vec = of(c_.vec);
@@ -409,8 +414,8 @@ class Newton : Constrained {
     copy(quad, results, 9);
   }
 
-  // What CGeval adds to the cost and its derivatives in the middle zone. Returns in which lanes the contact is in the
-  // bottom zone.
+  // Adds what CGeval adds to the cost and its derivatives for a contact in the middle zone. Returns the lanes in which
+  // the contact is in the bottom zone.
   Mask evaluate_cone(int i, V alpha, V* sums) const {
     const V *const quad = of(c_.quad) + 3 * i, mu = of(c_.scale)[i], U0 = quad[3], V0 = quad[4], UU = quad[5],
                    UV = quad[6], VV = quad[7], Dm = quad[8];
@@ -429,7 +434,8 @@ class Newton : Constrained {
     return is_frictionless ? N < V{} : is_bottom;
   }
 
-  // CGeval at each lane's alpha. MuJoCo warns of a second derivative that is not positive.
+  // CGeval at each lane's alpha. Lanes in which the second derivative is not positive are left to MuJoCo, which warns
+  // of it.
   void evaluate() {
     V alpha{};
     for (int lane = 0; lane < kWidth; ++lane) alpha[lane] = searches_[lane].alpha();
@@ -494,7 +500,7 @@ class Newton : Constrained {
     return alpha;
   }
 
-  // CGupdateGradient and the new direction, from the gradient
+  // CGupdateGradient, and the new search direction, which follows from the gradient.
   void updateSearch() {
     V* const vec = of(c_.search);
     if (has_middle_) HessianCone();
@@ -507,7 +513,7 @@ class Newton : Constrained {
       of(c_.grad)[i] = of(c_.Ma)[i] - vectors(d_.qfrc_smooth)[i] - vectors(d_.qfrc_constraint)[i];
   }
 
-  // Moves the lanes that have found a step.
+  // Moves by alpha in the lanes that have found a step.
   void move(V alpha) {
     const Mask is_moving = mask_of(active_);
     const auto add = [&](V* res, const V* vec, int n) {

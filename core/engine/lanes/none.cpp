@@ -1,4 +1,5 @@
-// Compiled where there is no lane code: it follows MuJoCo 2.2.2, for x86-64 and aarch64. MJENV_NO_LANES says why.
+// Compiled instead of the lane code where there is none: lane code exists only for MuJoCo 2.2.2 on x86-64 and aarch64.
+// MJENV_NO_LANES is the reason as a text.
 #include "engine/lanes/stepper.hpp"
 
 namespace mjenv::core::lanes {

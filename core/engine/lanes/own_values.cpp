@@ -1,4 +1,4 @@
-// Of which arrays rows in lanes may have their own values.
+// Lists the arrays of which rows may have their own values and still be stepped in lanes.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -10,15 +10,15 @@ namespace {
 
 using Names = std::vector<const char*>;
 
-// Of these, Lanes holds each row's numbers.
+// The struct Lanes holds each row's own values of these arrays.
 const Names kInLanes{"body_pos",         "body_quat",      "geom_pos",     "geom_quat",           "site_pos",
                      "site_quat",        "wrap_prm",       "jnt_range",    "jnt_margin",          "tendon_range",
                      "tendon_margin",    "tendon_length0", "eq_data",      "sensor_cutoff",       "body_subtreemass",
                      "actuator_acc0",    "body_mass",      "body_inertia", "body_ipos",           "jnt_stiffness",
                      "dof_armature",     "dof_damping",    "dof_M0",       "tendon_lengthspring", "actuator_gainprm",
                      "actuator_biasprm", "opt.gravity",    "qfrc_applied", "xfrc_applied"};
-// These are used by what is computed row by row: the making of constraints, and the numbers of a solver for each row; or
-// by no step.
+// These arrays are read only by what is computed for each row alone (collisions and the parameters of constraints and
+// solvers), or by no step at all.
 const Names kRowByRow{"geom_friction",
                       "geom_solref",
                       "geom_solimp",

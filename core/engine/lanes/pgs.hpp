@@ -6,7 +6,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mj_projectConstraint, mj_referenceConstraint and mj_fwdConstraint with mj_solPGS
+// Repeats mj_projectConstraint, mj_referenceConstraint and mj_fwdConstraint with mj_solPGS.
 class Pgs : Constrained {
  public:
   Pgs(Lanes& d, Constraints& c) : Constrained(d, c), blocks_(c.size - Constraints::kRest) {}
@@ -28,11 +28,12 @@ class Pgs : Constrained {
   }
 
  private:
-  const int blocks_;  // places in whole blocks of four
+  const int blocks_;  // how many places are in whole blocks of four
 
-  // mju_dot of two vectors with a number for each place. A sum of zero is +0 here, where MuJoCo's may be -0. That
-  // changes no force of an inequality: none is -0, and subtracting either zero from another number gives the same.
-  // Others may be -0, so leave_negative_zeros leaves the lanes in which the sign of such a sum counts.
+  // mju_dot of two vectors with a number for each place. A sum that is zero is +0 here, while MuJoCo's may be -0. For
+  // inequalities this makes no difference: their forces are never -0, and subtracting +0 or -0 from another number
+  // gives the same. Forces of equalities and friction can be -0, so leave_negative_zeros leaves the lanes in which the
+  // sign of such a sum matters.
   V dot_places(const V* a, const V* b) const {
     V res0{}, res1{}, res2{}, res3{};
     int j = 0;
@@ -52,7 +53,8 @@ class Pgs : Constrained {
         leave(bits(is_zero & (1.0 / b[i] < V{})) & c_.rows);
   }
 
-  // Where x is 0, MuJoCo skips a subtraction, which could turn -0 into +0.
+  // Where an element of x is 0, MuJoCo skips the subtraction, which could turn -0 into +0. This code subtracts +0
+  // there.
   void solveM2() {
     const V *const qLD = vectors(d_.qLD), *const scale = vectors(d_.qLDiagSqrtInv);
     const int *const dof_Madr = m_.dof_Madr, *const dof_parentid = m_.dof_parentid;
@@ -73,14 +75,16 @@ class Pgs : Constrained {
     }
   }
 
-  // mju_sqrMatTD without a diagonal; four numbers of AR at a time, because each is a sum in order.
+  // mju_sqrMatTD without a diagonal. Computes four numbers of AR at a time, because each is a sum whose terms must be
+  // added one after the other.
   void projectConstraint() {
     const V* const JM2 = vectors(c_.JM2);
     V* const AR = vectors(c_.AR);
     for (int i = 0; i < size_; ++i) {
       const V* const row = JM2 + i * nv_;
       for (int k = 0; k <= i; k += 4) {
-        // The last block may go beyond i, and computes the last row again instead of going beyond the matrix.
+        // The last block of four may go beyond i. At the end of the matrix it computes the last row again, so that it
+        // reads nothing beyond the matrix.
         const V* others[4];
         V sums[4]{};
         for (int n = 0; n < 4; ++n) others[n] = JM2 + (k + n < size_ ? k + n : size_ - 1) * nv_;
@@ -115,7 +119,7 @@ class Pgs : Constrained {
     for (int i = 0; i < size_; ++i) force[i] = is_worse ? V{} : force[i];
   }
 
-  // mj_solPGS. Lanes that have ended keep their forces.
+  // mj_solPGS. Lanes that have converged keep their forces.
   template <bool kIsBounded>
   void solve() {
     V* const force = vectors(c_.force);

@@ -1,5 +1,5 @@
-// The contacts of planes, spheres, capsules, ellipsoids, cylinders and boxes, for several rows at once. What functions.hpp says
-// of bits holds here, too.
+// The contacts of planes, spheres, capsules, ellipsoids, cylinders and boxes, for several rows at once. The results
+// have MuJoCo's bits for the reasons that functions.hpp gives.
 #pragma once
 
 #include "engine/lanes/functions.hpp"
@@ -27,7 +27,7 @@ struct Geom {
   }
 };
 
-// _PlaneSphere, with the sphere's place and radius
+// _PlaneSphere. pos, radius: the sphere's.
 inline void PlaneSphere(Contact& con, double margin, const Geom& plane, const V* pos, double radius) {
   V tmp[3];
   plane.axis(con.frame, 1);
@@ -54,7 +54,7 @@ inline void PlaneCapsule(Contact* con, double margin, const Geom& plane, const G
   }
 }
 
-// _SphereSphere, with the spheres' places
+// _SphereSphere. pos1, pos2: the spheres' positions.
 inline void SphereSphere(Contact& con, double margin, const Geom& g1, const V* pos1, const Geom& g2, const V* pos2) {
   V dif[3];
   for (int k = 0; k < 3; ++k) dif[k] = pos1[k] - pos2[k];
@@ -88,7 +88,7 @@ inline void SphereCapsule(Contact& con, double margin, const Geom& sphere, const
   SphereSphere(con, margin, sphere, sphere.pos, capsule, vec);
 }
 
-// mjc_CapsuleCapsule, of axes that are not parallel. Returns in which lanes they are.
+// mjc_CapsuleCapsule for axes that are not parallel. Returns the lanes in which they are parallel.
 inline Mask CapsuleCapsule(Contact& con, double margin, const Geom& g1, const Geom& g2) {
   V axis1[3], axis2[3], dif[3], vec1[3], vec2[3];
   g1.axis(axis1, g1.size[1]);
@@ -138,7 +138,8 @@ inline void PlaneCylinder(Contact* con, double margin, const Geom& plane, const 
   const double side = cylinder.size[0] * std::sqrt(3.0) / 2;
   for (int k = 0; k < 3; ++k) vec1[k] *= side;
 
-  // The ends of the line that is nearest to the plane, and two more points on the circle that is nearer to it
+  // The two ends of the line on the cylinder that is nearest to the plane, and two more points on the circle that is
+  // nearer to the plane.
   con[0].dist = dist0 + prjaxis + prjvec;
   con[1].dist = dist0 - prjaxis + prjvec;
   con[2].dist = con[3].dist = dist0 + prjaxis + prjvec1;
@@ -157,7 +158,7 @@ inline void PlaneCylinder(Contact* con, double margin, const Geom& plane, const 
   }
 }
 
-// mjc_PlaneConvex of an ellipsoid
+// mjc_PlaneConvex for an ellipsoid
 inline void PlaneEllipsoid(Contact& con, double margin, const Geom& plane, const Geom& ellipsoid) {
   V normal[3], away[3], dir[3], res[3], vec[3];
   plane.axis(normal, 1);
@@ -165,7 +166,7 @@ inline void PlaneEllipsoid(Contact& con, double margin, const Geom& plane, const
   rotVecMatT(dir, away, ellipsoid.mat);
   for (int k = 0; k < 3; ++k) res[k] = dir[k] * ellipsoid.size[k];
   normalize3(res);
-  for (int k = 0; k < 3; ++k) res[k] = res[k] * ellipsoid.size[k] + dir[k] * 0.0 / 2;  // a margin of 0
+  for (int k = 0; k < 3; ++k) res[k] = res[k] * ellipsoid.size[k] + dir[k] * 0.0 / 2;  // the margin is 0
   rotVecMat(vec, res, ellipsoid.mat);
   add_to(vec, ellipsoid.pos, 3);
   for (int k = 0; k < 3; ++k) res[k] = vec[k] - plane.pos[k];
@@ -176,7 +177,7 @@ inline void PlaneEllipsoid(Contact& con, double margin, const Geom& plane, const
   zero(con.frame + 3, 3);
 }
 
-// mjc_PlaneBox. In each lane the contacts come in the order of the corners, of which at most four count.
+// mjc_PlaneBox. In each lane the contacts are those of the first four corners that touch, in the order of the corners.
 inline void PlaneBox(Contact* con, double margin, const Geom& plane, const Geom& box) {
   V norm[3], dif[3], corner[3];
   plane.axis(norm, 1);

@@ -1,4 +1,5 @@
-// Which pairs of geoms are surely apart, for several rows at once. What functions.hpp says of bits holds here, too.
+// Finds the pairs of geoms that certainly do not touch, for several rows at once. The results have MuJoCo's bits for
+// the reasons that functions.hpp gives.
 #pragma once
 
 #include "engine/lanes/functions.hpp"
@@ -21,13 +22,15 @@ struct PlacedBox {
 
 V greatest(V a, V b) { return a > b ? a : b; }
 
-// Half of what a box takes up along an axis. share: of its axes, how much each goes along with that axis.
+// Half the length of a box's projection on an axis. share: the absolute cosine between that axis and each axis of the
+// box.
 V half_width(const GeomBox& box, const V* share, int stride) {
   return box.half[0] * share[0] + box.half[1] * share[stride] + box.half[2] * share[2 * stride];
 }
 
-// How far two boxes are apart along the axis, of those of the separating axis theorem, on which they are farthest. Of axes
-// that are products of two others it is less than that by the sine between those.
+// The greatest gap between the projections of two boxes on the axes of the separating axis theorem. Axes that are cross
+// products are not normalised, so the gap along them is too small by the factor of the sine between the two crossed
+// axes.
 V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   V dif1[3], dif2[3], rot[9], rotabs[9];
   for (int i = 0; i < 3; ++i) {
@@ -56,13 +59,14 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether a height field has no point as high as the lowest point of a box, in the cells that the box is above or below.
+// Whether all points of the height field are lower than the box, in the cells above or below which the box is.
 bool is_above_ground(const mjModel& m, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
   const double* const size = m.hfield_size + 4 * id;
   const float* const data = m.hfield_data + m.hfield_adr[id];
   const auto cell = [](double x, double extent, int count) { return (x + extent) / (2 * extent) * (count - 1); };
-  // Also for numbers that are not finite, because the lanes that are left take part.
+  // Written so that numbers that are not finite give a valid index, too: lanes that are left to MuJoCo are still
+  // computed.
   const auto within = [](double at, int count) {
     return static_cast<int>(at > 0 ? (at < count - 1 ? at : count - 1) : 0);
   };
@@ -76,7 +80,7 @@ bool is_above_ground(const mjModel& m, int geom, const double* low, const double
   return true;
 }
 
-// The lanes of a mask, as bits, in which a geom is above a height field, by more than `limit`.
+// Returns those of the lanes `rows` (bits) in which a geom is above a height field by more than `limit`.
 unsigned above_ground(const Lanes& d, const GeomPair& pair, const PlacedBox& box, double limit, unsigned rows) {
   const V* const mat = vectors(d.geom_xmat) + 9 * pair.geom1;
   V dif[3], low[3], high[3];
@@ -99,8 +103,8 @@ unsigned above_ground(const Lanes& d, const GeomPair& pair, const PlacedBox& box
   return above;
 }
 
-// The lanes of a mask, as bits, in which the bounding boxes of a pair are so far apart that MuJoCo's function finds no
-// contact.
+// Returns those of the lanes `rows` (bits) in which the bounding boxes of a pair are so far apart that MuJoCo's
+// function would find no contact.
 unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
   const BoxPair& limits = d.box_pairs[pair.boxes];
   const PlacedBox box2(d, pair.geom2);
@@ -133,8 +137,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 
 // ---- engine_collision_driver.c ----
 
-// The tests of bounding spheres with which mj_collideGeoms begins. Instead of a root it compares squares. Then the bounding
-// boxes of geoms for which that takes less time than MuJoCo's function.
+// First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
+// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;

@@ -73,7 +73,8 @@ void sense_state(const mjModel& m, mjData& d) {
   mj_sensorVel(&m, &d);
 }
 
-// The other sensors read only accelerations of mj_rnePostConstraint, which are right also without constraints.
+// If mjData holds no constraints, no sensor reads forces. The others read only the accelerations of
+// mj_rnePostConstraint, which are right without constraints, too. So this hides the old constraints.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
   const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;

@@ -1,11 +1,11 @@
-// The stage of sensors: which of them lanes compute, and MuJoCo's own functions for the others.
+// The stage of sensors: tells which sensors lanes compute, and calls MuJoCo's own functions for the others.
 #pragma once
 
 #include "engine/mujoco.hpp"
 
 namespace mjenv::core::lanes {
 
-// What mjData must hold for the sensors of a model, besides the pose: nothing because there are none; velocities and
+// What the sensors of a model read besides positions: nothing, because there are no sensors; velocities and
 // accelerations; or also contacts and constraints with their forces.
 enum class SensorNeeds { nothing, motion, constraints };
 
@@ -14,10 +14,11 @@ SensorNeeds sensor_needs(const mjModel& m);
 // Whether the sensors that mj_step1 computes read constraints.
 bool reads_constraints_before_forces(const mjModel& m);
 
-// Writes what mj_step1 writes of sensordata.
+// Writes those elements of sensordata that mj_step1 writes.
 void sense_state(const mjModel& m, mjData& d);
 
-// Whether lanes compute the sensors of a model: all but those of users. Of these, sense_singly computes rangefinders and clocks.
+// Whether lanes compute the sensors of a model: yes, unless it has a user sensor. Rangefinders and clocks are then
+// computed by sense_singly, row by row.
 bool senses_in_lanes(const mjModel& m);
 bool sees_from_cameras(const mjModel& m);
 bool has_rangefinders(const mjModel& m);

@@ -1,5 +1,5 @@
-// The forces between bodies and the sensors of several rows at once, as mj_rnePostConstraint and engine_sensor.c compute them.
-// What functions.hpp says of bits holds here, too.
+// The forces between bodies and the sensors of several rows at once, as mj_rnePostConstraint and engine_sensor.c
+// compute them. The results have MuJoCo's bits for the reasons that functions.hpp gives.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -9,7 +9,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mju_transformSpatial of a motion without rotation
+// mju_transformSpatial for a motion, without a rotation
 inline void shiftMotion(V* res, const V* vec, const V* newpos, const V* oldpos) {
   V shift[3], turned[3];
   for (int k = 0; k < 3; ++k) shift[k] = newpos[k] - oldpos[k];
@@ -18,7 +18,7 @@ inline void shiftMotion(V* res, const V* vec, const V* newpos, const V* oldpos) 
   for (int k = 0; k < 3; ++k) res[k + 3] = vec[k + 3] - turned[k];
 }
 
-// The same of a force, with a rotation if there is one
+// mju_transformSpatial for a force, with a rotation unless it is null
 inline void transformForce(V* res, const V* vec, const V* newpos, const V* oldpos, const V* rotation = nullptr) {
   V shift[3], turned[3], moved[3];
   for (int k = 0; k < 3; ++k) shift[k] = newpos[k] - oldpos[k];
@@ -33,13 +33,14 @@ inline void transformForce(V* res, const V* vec, const V* newpos, const V* oldpo
   }
 }
 
-// What follows from the constraints that a solver has solved: the forces between bodies.
+// Computes the forces between bodies from the constraints that a solver has solved.
 class Forces {
  public:
   Forces(Lanes& d, const Contacts& contacts, const Constraints& c)
       : d_(d), contacts_(contacts), c_(c), m_(*d.model), com_(vectors(d.subtree_com)) {}
 
-  // mj_rnePostConstraint, without its forces if nobody reads them. Where a lane has no force on a body, it adds zeros to 0.
+  // mj_rnePostConstraint. has_forces: whether somebody reads the forces; if not, only accelerations are computed. In a
+  // lane without a force on a body, zeros are added to +0, which changes nothing.
   void rnePostConstraint(bool has_forces) {
     V *const cacc = vectors(d_.cacc_ext), *const cfrc_int = vectors(d_.cfrc_int),
              *const cfrc_ext = vectors(d_.cfrc_ext);
@@ -81,14 +82,14 @@ class Forces {
 
   const V* root(int body) const { return com_ + 3 * m_.body_rootid[body]; }
 
-  // A number of the constraint at a place, lane by lane
+  // Returns for each lane the element of `array` at this lane's place.
   V at(const double* array, const int* places) const {
     V result{};
     for (int lane = 0; lane < kWidth; ++lane) result[lane] = array[places[lane] * kWidth + lane];
     return result;
   }
 
-  // mj_contactForce, from the places of a contact
+  // mj_contactForce for the contact whose constraints are at these places
   void contactForce(V* res, const Contacts::Contact& contact, const Places& places) const {
     const int dim = contacts_.pairs[contact.pair].dim;
     zero(res, 6);
@@ -104,7 +105,7 @@ class Forces {
     }
   }
 
-  // Calls use(index, contact, its places) for each contact.
+  // Calls use(index, contact, places of its constraints) for each contact.
   template <typename Use>
   void for_contacts(const Use& use) const {
     Places places(contacts_, c_);
@@ -118,7 +119,7 @@ class Forces {
   }
 
  private:
-  // Adds a torque and a force that act on a point of a body in these lanes, or subtracts them.
+  // Adds a torque and a force on a point of a body to cfrc_ext in these lanes, or subtracts them.
   void add_force(const V* cfrc, const V* pos, int body, Mask rows, bool is_subtracted) {
     if (body == 0) return;
     V spatial[6], *const sum = vectors(d_.cfrc_ext) + 6 * body;
@@ -240,7 +241,7 @@ class Sensors : Forces {
   void objectVelocity(V* res, const Frame& f) const {
     transformMotion(res, vectors(d_.cvel) + 6 * f.body, f.pos, root(f.body), f.mat);
   }
-  // The same in the world's frame
+  // mj_objectVelocity, in the world's frame
   void globalVelocity(V* res, const Frame& f) const {
     shiftMotion(res, vectors(d_.cvel) + 6 * f.body, f.pos, root(f.body));
   }
@@ -296,7 +297,7 @@ class Sensors : Forces {
       case mjSENS_ACTUATORFRC: return copy(data, vectors(d_.actuator_force) + id, 1);
       case mjSENS_FRAMELINACC: return acceleration(frame_of(i), false, 3, data);
       case mjSENS_FRAMEANGACC: return acceleration(frame_of(i), false, 0, data);
-      default: return;  // computed row by row
+      default: return;  // sense_singly computes these
     }
   }
 
@@ -306,7 +307,7 @@ class Sensors : Forces {
     mulMatTVec3(data, vectors(d_.site_xmat) + 9 * site, field);
   }
 
-  // mju_mulMatTVec of three rows, which passes over zeros and adds to 0
+  // mju_mulMatTVec for three rows. MuJoCo skips zeros; here they are added to a sum that begins at +0.
   static void mulMatTVec3(V* res, const V* mat, const V* vec) {
     for (int k = 0; k < 3; ++k) res[k] = V{} + mat[k] * vec[0] + mat[3 + k] * vec[1] + mat[6 + k] * vec[2];
   }
@@ -338,7 +339,7 @@ class Sensors : Forces {
     mulQuat(data, reference, quat);
   }
 
-  // The angular part of a velocity begins at 0, the linear one at 3.
+  // part: 0 for the angular velocity, 3 for the linear one.
   void velocity(int site, int part, V* data) const {
     V vel[6];
     objectVelocity(vel, frame(mjOBJ_SITE, site));
@@ -376,7 +377,7 @@ class Sensors : Forces {
     copy(data, spatial + part, 3);
   }
 
-  // Of a limit that is reached on both sides, the first counts.
+  // If a limit is reached on both sides, MuJoCo shows the first of the two constraints.
   void limit(int id, int type, V* data) const {
     const bool is_tendon =
         type == mjSENS_TENDONLIMITPOS || type == mjSENS_TENDONLIMITVEL || type == mjSENS_TENDONLIMITFRC;
@@ -415,7 +416,7 @@ class Sensors : Forces {
     *data = result;
   }
 
-  // Whether the ray from a contact along its force meets the sensor's site. These are MuJoCo's functions, for one lane.
+  // Whether the ray from a contact along its force meets the sensor's site, in one lane, by MuJoCo's own functions.
   bool is_in_zone(int site, int contact, int lane, double force, bool is_flipped) const {
     mjtNum pos[3], mat[9], point[3], ray[3];
     for (int k = 0; k < 3; ++k) {

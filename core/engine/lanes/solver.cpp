@@ -29,7 +29,7 @@ Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual, boo
   return result;
 }
 
-// As dualState says it, of the forces of PGS.
+// MuJoCo's dualState for constraint i: whether the force that PGS has found is in the quadratic zone.
 bool is_quadratic_of(const mjData& d, int i) {
   if (i < d.ne) return true;
   const double force = d.efc_force[i];
@@ -76,14 +76,14 @@ Solver::Solver(const Code& code, const mjModel& m)
   constraints_.columns = columns_.data() + places_;
 }
 
-// Rows in which MuJoCo's stack may be too small for the making of constraints or the solver, which then fail, are left
-// to MuJoCo. They take less than this.
+// MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
+// MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
   const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
   return constraints <= kMost && d.nstack - d.pstack >= needed;
 }
 
-// How many places with elliptic cones are not those of contacts.
+// With elliptic cones: how many places belong to equalities, friction and limits.
 int Solver::places_without_contacts(const Contacts& contacts) {
   int places = contacts.friction_count + contacts.limit_count;
   for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equalities[i].size;
@@ -99,21 +99,21 @@ int Solver::shared_places(const Contacts& contacts) {
 
 bool Solver::has_room(const Contacts& contacts) const { return !is_elliptic_ || shared_places(contacts) <= places_; }
 
-// Where the constraint of a row with so many is in the lanes.
+// The place of a constraint in a row that has `count` constraints.
 int Solver::place(int constraint, int count) const {
   const int beyond = constraint - in_blocks(count);
   return beyond < 0 ? constraint : constraints_.size - Constraints::kRest + beyond;
 }
 
-// The constraint at a place; -1 if there is none.
+// The constraint at a place in a row that has `count` constraints; -1 if there is none.
 int Solver::constraint_at(int place, int count) const {
   if (place < in_blocks(count)) return place;
   const int in_rest = place - (constraints_.size - Constraints::kRest);
   return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
 }
 
-// rows: as bits, those that have constraints. most: how many they have at most. bounded: how many of them are equality
-// constraints and friction, at most. cones: Constraints::cones, -1 if there are none.
+// rows: the rows that have constraints, as bits. most: the largest number of constraints in a row. bounded: the largest
+// number of equality and friction constraints in a row. cones: Constraints::cones; -1 if cones are not elliptic.
 void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.rows = rows;
   constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
@@ -131,7 +131,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
     }
   set_size(rows, most, bounded);
 
-  // Lanes that take no part compute the first row's constraints, too.
+  // Lanes that take no part compute the constraints of the first row that does.
   RowData from{};
   std::array<const double*, kMaxWidth> warmstart{};
   for (int lane = 0; lane < code_.width; ++lane) {
@@ -177,7 +177,7 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     code_.makeConstraint(lanes, contacts, constraints_);
     (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
   }
-  // mj_fwdConstraint without constraints
+  // What mj_fwdConstraint does for a row without constraints.
   for (int lane = 0; lane < width; ++lane) {
     if (rows >> lane & 1) continue;
     for (int i = 0; i < nv_; ++i) {

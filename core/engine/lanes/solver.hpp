@@ -1,4 +1,5 @@
-// MuJoCo's solvers of constraints in lanes: constraints of several rows are copied to lanes, solved, and copied back.
+// MuJoCo's constraint solvers in lanes. Copies the constraints of several rows to lanes, solves them, and copies the
+// results back.
 #pragma once
 
 #include <array>
@@ -18,45 +19,46 @@ using RowData = std::array<mjData*, kMaxWidth>;
 
 class Solver {
  public:
-  // What the model has because of which lanes cannot solve its constraints, "" if nothing.
+  // The feature of the model for which lanes have no solver; "" if there is none.
   static std::string why_none(const mjModel& m);
-  // Null if there is something.
+  // Returns null if why_none names a feature.
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
-  // How much memory its arrays take.
+  // How much memory a solver's arrays take.
   static std::size_t bytes(int width, const mjModel& m);
 
   // Whether lanes can solve the constraints of this row.
   bool solves(const mjData& d) const { return d.nefc > 0 && !is_elliptic_ && can_solve(d, d.nefc); }
-  // Whether they can solve so many constraints of it.
+  // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;
 
-  // What was solved last
+  // The constraints that were solved last.
   const Constraints& constraints() const { return constraints_; }
 
-  // Whether there are places enough for the constraints of all rows.
+  // Whether there are enough places for the constraints of all rows.
   bool has_room(const Contacts& contacts) const;
 
-  // The rows, as bits, in which mj_makeConstraint has run. Does the rest of what mj_forward does with constraints.
-  // is_last: also writes what only readers of mjData need.
+  // Does what mj_forward does with constraints after mj_makeConstraint, which must have run for these rows (bits).
+  // is_last: also writes to mjData what only its readers need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
-  // Makes the constraints of these limits and contacts, and does the same. Writes to the rows' mjData only what the
-  // next frame needs, and the number of constraints.
+  // Makes the constraints of these limits and contacts, then solves them in the same way. Writes to the rows' mjData
+  // only what the next mj_step needs, and the number of constraints.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
 
  private:
-  static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // constraints of a row
-  // Rows with elliptic cones share places. Each has few constraints, but they differ.
+  static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // of one row: constraints, places
+  // With elliptic cones, a place belongs to the same contact in all rows. Each row has few contacts, but rows have
+  // different ones, so more places are needed.
   static constexpr int kSharedPlaces = 2 * kMost;
   const Code& code_;
   const int nv_;
-  const bool is_dual_;  // PGS; else Newton's method
+  const bool is_dual_;  // the solver is PGS; otherwise Newton's method
   const bool is_elliptic_;
   const int places_;
   Constraints constraints_{};
   Memory<Constraints> memory_;
   std::vector<unsigned char> bits_;
   std::vector<int> columns_;
-  std::vector<double> zeros_;  // a row of J at a place without a constraint
+  std::vector<double> zeros_;  // the row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
   static int places_without_contacts(const Contacts& contacts);

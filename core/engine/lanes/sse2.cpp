@@ -1,4 +1,4 @@
-// SSE2, which every x86-64 has: two lanes.
+// The lane code for SSE2, which every x86-64 CPU has: two lanes.
 #define MJENV_LANES_WIDTH 2
 #include "engine/lanes/code.hpp"
 

@@ -19,15 +19,16 @@ std::string text_if(bool is, const char* text) { return is ? text : ""; }
 
 // ---- Obstacles ----
 
-// Numbers that are not greater than those that MuJoCo allows in states cannot make finite states overflow. Where one
-// did, the lanes' results would still be checked.
+// Whether all numbers are at most mjMAXVAL, which MuJoCo allows in states. Such numbers do not make computations with
+// finite states overflow. If they did, the checks of the lanes' results would find it.
 bool is_moderate(const mjtNum* numbers, int count) {
   for (int i = 0; i < count; ++i)
     if (!(std::fabs(numbers[i]) <= mjMAXVAL)) return false;
   return true;
 }
 
-// The name of an array with a number that is not moderate, "" if there is none. Only arrays that lanes compute with.
+// Searches the arrays that lanes compute with. Returns the name of one with a number that is not moderate; "" if there
+// is none.
 std::string excessive_array(const mjModel& m) {
   const struct {
     const char* name;
@@ -85,7 +86,7 @@ std::string sparse_tendons(const Model& model) {
   return text_if(model.get()->ntendon > 0 && mj_isSparse(model.get()), "sparse Jacobians of tendons");
 }
 
-// Their moments depend on contacts, which are found after all else.
+// The moments of adhesion actuators depend on contacts, which lanes find after they have computed the actuators.
 std::string adhesion(const Model& model) {
   const mjModel& m = *model.get();
   return text_if(
@@ -125,7 +126,7 @@ bool has_contacts(const Model& model) {
   return !tables.lists_pairs || !tables.pairs.empty();
 }
 
-// MuJoCo searches for pairs of geoms row by row if lanes have no list of them.
+// If lanes have no list of pairs of geoms, MuJoCo searches for them row by row.
 std::string contacts(const Model& model) {
   return text_if(!ModelTables(model).lists_pairs, "the search for pairs of geoms");
 }
@@ -136,7 +137,7 @@ const char* shape(const mjModel& m, int geom) {
   return names[m.geom_type[geom]];
 }
 
-// The pairs of shapes whose contacts MuJoCo's functions find.
+// The pairs of shapes in the model for which MuJoCo's functions find the contacts.
 std::string other_shapes(const Model& model) {
   std::set<std::string> found;
   for (const ContactPair& pair : ModelTables(model).contact_pairs)

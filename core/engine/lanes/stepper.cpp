@@ -20,17 +20,17 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// Eight lanes are about a tenth faster than four, but each lane takes an mjData.
+// Eight lanes are only about a tenth faster than four, and each lane takes the memory of an mjData.
 constexpr int kBestWidth = 4;
 
-// An array of the lanes, and mjData's array of the same name.
+// An array of Lanes, and mjData's array of the same name.
 struct LaneArray {
   double* Lanes::*numbers;
   mjtNum* mjData::*data;
   int count;
 };
 
-// Numbers of mjModel of which rows may have their own.
+// An array of mjModel of which rows may have their own values.
 struct OwnNumbers {
   double* Lanes::*numbers;
   int count;
@@ -38,17 +38,17 @@ struct OwnNumbers {
   bool are_shared = false;  // the lanes hold the numbers that all rows share
 };
 
-// A row's model without the pairs of geoms that are far from each other.
+// Makes a view of a row's model that lists only the pairs of geoms that are near each other.
 class RowModel {
  public:
-  // pairs: those that the model lists; null if MuJoCo searches for pairs.
+  // pairs: the model's list of pairs; null if MuJoCo searches for pairs.
   explicit RowModel(const Pairs* pairs) {
     if (pairs) near_ = *pairs;
   }
   RowModel(const RowModel&) = delete;
   RowModel& operator=(const RowModel&) = delete;
 
-  // can_change: the model may be that of the last call, with other numbers.
+  // Sets the row's model. can_change: its numbers may have changed since the last call with the same model.
   void follow(const mjModel& model, bool can_change) {
     if (!can_change && all_ == &model) return;
     all_ = &model;
@@ -56,8 +56,8 @@ class RowModel {
     if (near_) set_pairs(view_, *near_);
   }
 
-  // Only with the pairs that the row's bounding spheres do not exclude. It gives the same contacts, because MuJoCo
-  // begins with the same tests. hits: for each pair the rows, as bits.
+  // Returns a view with only those pairs that Code::reject has not excluded for the row. The contacts are the same,
+  // because MuJoCo would exclude the other pairs, too. hits: Lanes::hits.
   const mjModel& with_near_pairs(int row, const unsigned char* hits) {
     view_.npair = 0;
     for (int i = 0; i < all_->npair; ++i)
@@ -83,7 +83,7 @@ class RowModel {
   }
 };
 
-// The arrays of the lanes, and those of mjData and mjModel that belong to them.
+// Lists the arrays of Lanes, and the array of mjData or mjModel to which each belongs.
 class LaneArrays {
  public:
   explicit LaneArrays(const mjModel& model);
@@ -96,12 +96,12 @@ class LaneArrays {
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
       speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
   std::vector<OwnNumbers> own_;
-  std::vector<OwnNumbers> frames_;  // those that are held only if rows have their own
+  std::vector<OwnNumbers> frames_;  // those that the lanes hold only if rows have their own
   Counts<Lanes> counts_;
-  int longest_ = 1;  // of the arrays of mjData
+  int longest_ = 1;  // the greatest count of these arrays
 };
 
-// The order of the lists is that of mj_forward. shown_ has what mjenv_sim shows.
+// The lists are in the order of mj_forward. shown_ lists what mjenv_sim shows to callbacks.
 LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;
@@ -282,23 +282,23 @@ class LaneStepper final : public Stepper, private LaneArrays {
   Lanes lanes_{};
   Memory<Lanes> memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
-  const bool searches_;                     // MuJoCo searches for pairs of geoms
+  const bool searches_;                     // MuJoCo searches for pairs of geoms: the model has no list
   std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
   std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
-  bool makes_ = false;                      // whether the maker makes those of the rows of this step
+  bool makes_ = false;                      // whether maker_ can make the constraints of this step's rows
   const SensorNeeds sensors_;
   const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> hits_;
-  std::vector<double> spare_;  // lanes without a row write here
+  std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<mjData*, kMaxWidth> data_{};
   int count_ = 0;
-  std::uint32_t all_ = 0;  // the rows, as bits
+  std::uint32_t all_ = 0;  // the lanes that have a row, as bits
 
   void set_world();
-  bool has_changed_ = false;  // numbers of mjModel, since the last step
+  bool has_changed_ = false;  // a row's own numbers of mjModel differ from those of the last step
   bool gather_own(OwnNumbers& own, bool must_hold);
   void gather_own();
   void gather_forces(Work* const* works);
@@ -309,10 +309,10 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void for_live_rows(const Body& body);
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
-  // Who reads what an evaluation of the dynamics computes.
+  // Who reads the results of one evaluation of the dynamics.
   struct Use {
-    bool is_left;    // the step leaves it in mjData
-    bool is_sensed;  // sensors show it
+    bool is_left;    // readers of mjData after the step
+    bool is_sensed;  // sensors
   };
   void forward(Use use);
   bool constrain_in_lanes();
@@ -329,7 +329,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void integrate(bool is_last);
 };
 
-// The world's frame, which mj_kinematics sets and nothing changes.
+// Sets the world's frame once. mj_kinematics would set the same in each step.
 void LaneStepper::set_world() {
   std::fill_n(lanes_.xquat, code_.width, 1.0);
   for (double* matrix : {lanes_.xmat, lanes_.ximat})
@@ -379,7 +379,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.hits = hits_.data();
 }
 
-// Returns whether all rows share the numbers of mjModel. Else they are gathered, if they are not held already.
+// Returns whether all rows have the shared model's numbers. must_hold: the lanes must hold the rows' numbers
+// afterwards, so they are gathered, unless the lanes hold the shared ones already.
 bool LaneStepper::gather_own(OwnNumbers& own, bool must_hold) {
   std::array<const double*, kMaxWidth> from{};
   bool are_shared = true;
@@ -394,7 +395,7 @@ bool LaneStepper::gather_own(OwnNumbers& own, bool must_hold) {
   return are_shared;
 }
 
-// Numbers that all rows share stay in the lanes from step to step.
+// Gathers the rows' numbers of mjModel. Those that all rows share stay in the lanes from step to step.
 void LaneStepper::gather_own() {
   const bool had_own_frames = lanes_.has_own_frames;
   has_changed_ = lanes_.has_own_frames = false;
@@ -403,7 +404,7 @@ void LaneStepper::gather_own() {
   for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
   if (has_changed_ || had_own_frames != lanes_.has_own_frames) {
     code_.adopt(lanes_);
-    // As in obstacle(): numbers that are not moderate are left to MuJoCo.
+    // As obstacle() does for the shared model, leaves rows with numbers that are not moderate to MuJoCo.
     for (const OwnNumbers& own : own_)
       if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
     for (const OwnNumbers& own : frames_)
@@ -412,7 +413,7 @@ void LaneStepper::gather_own() {
   for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
 }
 
-// Lanes without a row compute the first row, too.
+// Copies the rows' arrays to lanes. Lanes without a row get a copy of the first row.
 void LaneStepper::gather(const std::vector<LaneArray>& arrays) {
   std::array<const double*, kMaxWidth> from{};
   for (const LaneArray& array : arrays) {
@@ -429,7 +430,7 @@ void LaneStepper::scatter(const std::vector<LaneArray>& arrays) {
   }
 }
 
-// Most environments have none, and their rows no such arrays of their own.
+// Copies qfrc_applied and xfrc_applied to lanes, unless they are 0 in all rows, as in most environments.
 void LaneStepper::gather_forces(Work* const* works) {
   lanes_.has_forces = false;
   for (int row = 0; row < count_; ++row) lanes_.has_forces |= works[row]->has_forces();
@@ -438,7 +439,8 @@ void LaneStepper::gather_forces(Work* const* works) {
   for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
 }
 
-// Calls body(row, its model, its mjData). A row for which MuJoCo fails is left: computed again, it fails again.
+// Calls body(row, its model, its mjData) for the rows that are not left. If MuJoCo fails, the row is left to be stepped
+// alone, where MuJoCo fails again and the error is reported.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
   const std::uint32_t rows = live();
@@ -460,7 +462,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     row_models_[row] = &works[row]->stepped();
     data_[row] = works[row]->data();
   }
-  // MuJoCo computes sensors before the other stages of RK4, and the forces after them, in the same arrays.
+  // With RK4, MuJoCo computes sensors before the other stages and the forces after them, in the same arrays. Lanes do
+  // not compute both, so if both are read, the step leaves all of mjData as MuJoCo does.
   reads_forces_ = works[0]->reads_forces();
   is_whole_ =
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
@@ -508,13 +511,13 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   return live();
 }
 
-// Whether lanes can compute what callbacks see of the new state. Else MuJoCo calls mj_step1 row by row.
+// Whether lanes can compute what callbacks see of the new state. If not, Work::note_step calls mj_step1 row by row.
 bool LaneStepper::shows_current() const {
   return !is_whole_ && !single_.actuation && !single_.passive &&
          (sensors_ == SensorNeeds::nothing || !reads_constraints_before_forces(m_));
 }
 
-// The stages of mj_step1 for the new state, without constraints, which nobody reads.
+// Computes the stages of mj_step1 for the new state, except constraints, which nobody reads.
 void LaneStepper::show_current(Work* const* works) {
   for (int row = 0; row < count_; ++row) works[row]->keep_raw_qpos();
   code_.kinematics(lanes_);
@@ -532,8 +535,8 @@ void LaneStepper::show_current(Work* const* works) {
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_state(m, d); });
 }
 
-// mj_forward, in another order where that makes no difference: what concerns constraints comes last, then sensors and
-// energies.
+// mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come last, before
+// sensors and energies.
 void LaneStepper::forward(Use use) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
@@ -569,7 +572,7 @@ void LaneStepper::forward(Use use) {
   } else if (use.is_left || use.is_sensed) {
     scatter(from_solver_);
   }
-  leave_bad(lanes_.qacc, m_.nv);  // mj_checkAcc
+  leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
   if (use.is_sensed && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
     sense_in_lanes();
   else if (use.is_sensed)
@@ -577,7 +580,7 @@ void LaneStepper::forward(Use use) {
   if (use.is_left) show();
 }
 
-// Tendons and actuators, row by row.
+// MuJoCo's functions compute tendons and actuators row by row.
 void LaneStepper::actuate_singly() {
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     mj_tendon(&m, &d);
@@ -590,7 +593,7 @@ void LaneStepper::actuate_singly() {
   gather(tendons_);
 }
 
-// Passive forces, row by row.
+// MuJoCo's functions compute the passive forces row by row.
 void LaneStepper::resist_singly() {
   if (!single_.actuation) {
     scatter(lengths_);
@@ -625,7 +628,7 @@ void LaneStepper::sense_row_by_row(bool holds_constraints) {
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { sense(m, d, holds_constraints); });
 }
 
-// Writes to mjData what callbacks can read, and the rest if somebody reads it.
+// Writes to mjData what callbacks can read, and everything else if somebody reads it (is_whole_).
 void LaneStepper::show() {
   scatter(shown_);
   if (!is_whole_) return;
@@ -638,15 +641,15 @@ void LaneStepper::show() {
   if (!has_paths && !has_energy) return;
   scatter(state_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
-    if (has_paths) mj_tendon(&m, &d);  // writes the paths of the tendons, which nothing but readers of mjData needs
+    if (has_paths) mj_tendon(&m, &d);  // for the tendons' paths, which lanes do not compute
     if (!has_energy) return;
     mj_energyPos(&m, &d);
     mj_energyVel(&m, &d);
   });
 }
 
-// Contacts and constraints of which mjData needs to hold nothing, because nobody reads them. Returns false if MuJoCo's
-// functions must compute them row by row.
+// Finds contacts, and makes and solves constraints in lanes, without writing them to mjData, where nobody reads them.
+// Returns false if MuJoCo's functions must do this row by row.
 bool LaneStepper::constrain_in_lanes() {
   code_.reject(lanes_);
   if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;
@@ -655,7 +658,7 @@ bool LaneStepper::constrain_in_lanes() {
   return true;
 }
 
-// mj_collision, row by row, for the geoms that are near each other.
+// Calls mj_collision row by row, with the pairs of geoms that are near each other.
 void LaneStepper::collide() {
   const bool lists_all = std::all_of(row_models_.begin(), row_models_.begin() + count_,
                                      [&](const mjModel* m) { return !searches_ && m->npair == m_.npair; });
@@ -672,8 +675,8 @@ void LaneStepper::collide() {
   });
 }
 
-// mj_collision, row by row, with MuJoCo's own search. If the model lists its pairs, it leaves out the frames of geoms that
-// only the search reads.
+// Calls mj_collision row by row, with MuJoCo's own search for pairs. A model with a list of pairs does not compute the
+// frames of geoms that only the search reads, so this computes them.
 void LaneStepper::search() {
   scatter(searches_ ? for_geoms_ : poses_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
@@ -682,7 +685,8 @@ void LaneStepper::search() {
   });
 }
 
-// MuJoCo makes the constraints row by row, and lanes solve them. is_held: mjData must hold them and their forces.
+// MuJoCo makes the constraints row by row, and lanes solve them if they can. is_held: mjData must hold the constraints
+// and their forces afterwards.
 void LaneStepper::constrain(bool is_held) {
   int contacts = 0;
   std::uint32_t constrained = 0, solvable = 0;
@@ -695,7 +699,7 @@ void LaneStepper::constrain(bool is_held) {
     if (d.nefc > 0) constrained |= 1u << row;
     if (solver_ && solver_->solves(d)) solvable |= 1u << row;
   });
-  if ((solvable & (solvable - 1)) == 0) solvable = 0;  // one row is faster without lanes
+  if ((solvable & (solvable - 1)) == 0) solvable = 0;  // for a single row, MuJoCo's solver is faster
   if ((constrained & ~solvable) != 0) scatter(for_solver_);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (solvable >> row & 1) return;
@@ -725,8 +729,9 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
-    // mj_RungeKutta keeps four X, four F and dX on the stack of mjData, which may leave too little for constraints. The
-    // stack has room for these, or an environment's trial step would have failed.
+    // mj_RungeKutta keeps four X, four F and dX on mjData's stack, so less is left for constraints, and MuJoCo may
+    // fail. So that the same happens here, as much of the stack is marked as used. There is room for these arrays, or
+    // the environment's trial step would have failed.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});

@@ -14,14 +14,14 @@
 
 namespace mjenv::core::lanes {
 
-// How many lanes a stepper can have on some CPU.
+// The numbers of lanes that instruction sets have, on any CPU.
 inline const std::vector<int> kWidths{2, 4, 8};
-// The same on this CPU, in ascending order; none if the library has no lane code.
+// The numbers of lanes that this CPU can use, in ascending order; empty if the library has no lane code.
 std::vector<int> widths();
 // Why the library has no lane code, "" if it has.
 std::string absence();
 
-// What in the model has no lane code, "" if nothing.
+// The feature because of which lanes cannot step the model; "" if they can.
 std::string obstacle(const Model& model);
 // A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.
 std::string stage_lines(const Model& model);
@@ -29,19 +29,19 @@ std::string stage_lines(const Model& model);
 // Whether rows of a model without obstacles can have their own values of this array of mjModel, or input of mjData.
 bool computes_own(const std::string& array);
 
-// With how many lanes a thread should step its rows; 0: one by one.
+// How many lanes a thread should use to step its rows; 0: it should step them one by one.
 int best_width(const Model& model, std::int64_t rows);
 
 class Stepper {
  public:
   virtual ~Stepper() = default;
 
-  // Advances up to `width` work spaces by `frames` calls of mj_step. Each has its action (Work::act), and its
-  // own arrays are among those for which computes_own is true. Writes the states before the last call to `before`.
-  // before_substep: may be null. Called for each work space, by its index, before each mj_step; it may write ctrl and
-  // forces.
-  // Returns, as bits, the work spaces that are now as Work::step leaves them. The others met numbers or cases that
-  // are left to MuJoCo's own code: load them again and step them one by one.
+  // Advances `count` work spaces, at most as many as there are lanes, by `frames` calls of mj_step. Call Work::act for
+  // each of them first. Their own arrays must be among those for which computes_own is true. Writes the state of each
+  // before the last mj_step to `before`. before_substep: may be null; called before each mj_step with the index of each
+  // work space and the number of the mj_step, and may write ctrl and forces. Returns, as bits, the work spaces that are
+  // now as Work::step leaves them. The others met numbers or cases that are left to MuJoCo's own code: load them again
+  // and step them one by one.
   using BeforeSubstep = std::function<void(int, std::int64_t)>;
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before,
                              const BeforeSubstep* before_substep = nullptr) = 0;
@@ -50,7 +50,7 @@ class Stepper {
 // How much memory the large arrays of a stepper take.
 std::size_t stepper_bytes(const Model& model, int width);
 
-// The functions of an instruction set, by its number of lanes, which must be one of widths().
+// The functions of the instruction set with this number of lanes, which must be one of widths().
 struct Code;
 const Code* code_of(int width);
 

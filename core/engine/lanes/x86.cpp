@@ -1,4 +1,4 @@
-// The instruction sets of x86-64. This file is compiled for every such CPU, because it asks what this one can run.
+// Tells which instruction sets this CPU has. So this file is compiled for every x86-64 CPU, without further flags.
 #include "engine/lanes/lanes.hpp"
 
 namespace mjenv::core::lanes {

@@ -37,7 +37,7 @@ void* open_named(const char* path) {
   refuse_engine(std::string(kVariable) + ": " + reason);
 }
 
-// Prefers a library that the process has already loaded, because then both use the same one.
+// Prefers a library that the process has already loaded, so that the process and mjenv use the same one.
 void* find() {
   const std::string path = platform::environment(kVariable).value_or("");
   if (!path.empty()) return open_named(path.c_str());
@@ -73,7 +73,8 @@ void open_library() {
 
 }  // namespace
 
-// Does not use std::call_once, which throws exceptions through a C function: Julia's unwinder cannot do that.
+// std::call_once is not used, because its exceptions pass through a C function, which Julia's unwinder does not
+// support.
 const char* open_mujoco() {
   static std::mutex opening;
   if (!is_open) {

@@ -15,13 +15,14 @@
 namespace mjenv::core {
 namespace {
 
-// MuJoCo holds its own lock while it loads a model. If the process forked then, the child could never take that lock.
-// So this lock is taken first, and fork() waits for it.
+// MuJoCo holds a lock of its own while it loads a model. If another thread forked meanwhile, the child could never take
+// that lock. So each load first takes this lock, and fork() waits until it is free.
 std::mutex one_at_a_time;
 [[maybe_unused]] const int registered =
     pthread_atfork([] { one_at_a_time.lock(); }, [] { one_at_a_time.unlock(); }, [] { one_at_a_time.unlock(); });
 
-// Gives the C library's rand() another state while MuJoCo, which seeds it, loads a model. Then restores the host's.
+// MuJoCo seeds the C library's rand() when it loads a model. While this object lives, rand() has another state, so that
+// the host's random numbers do not change.
 class OtherRandom {
  public:
   OtherRandom() : before_(initstate(1, state_.data(), state_.size())) {}
@@ -39,13 +40,13 @@ using OwnedModel = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 OwnedModel load_in_any_locale(const char* path, const mjVFS& files, std::string& reason) {
   std::array<char, 1000> text{};
   OwnedModel model(mj_loadXML(path, &files, text.data(), static_cast<int>(text.size())), mj_deleteModel);
-  mj_freeLastXML();  // MuJoCo keeps the parsed XML for mj_saveLastXML
+  mj_freeLastXML();  // MuJoCo would keep the parsed XML for mj_saveLastXML, which nobody calls
   reason = text.data();
   return model;
 }
 
-// MuJoCo reads numbers by streams in the global locale of C++, if it uses the same C++ library as the host. Only
-// the host can set that locale, so all models are refused while it changes numbers.
+// MuJoCo reads numbers from C++ streams. If it shares the host's C++ library, these use the host's global locale, which
+// this library must not change. So it refuses all models while that locale writes numbers in another way.
 void check_global_locale() {
   if (std::locale() == std::locale::classic()) return;
   const MemoryFile file("", "<mujoco><option timestep='1234.5'/></mujoco>");
@@ -68,7 +69,7 @@ mjModel* load(const std::string& path, const mjVFS& files, std::int64_t, std::st
   const OtherRandom random;
   check_global_locale();
   OwnedModel model = load_in_any_locale(path.c_str(), files, reason);
-  check_global_locale();  // the host may have set it meanwhile
+  check_global_locale();  // again, because the host may have set another locale during the load
   return model.release();
 }
 

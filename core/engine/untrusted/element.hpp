@@ -15,7 +15,7 @@
 
 namespace mjenv::core {
 
-// Parses values from the front of a text, up to the first that is no T.
+// Parses values of type T from the front of a text, up to the first word that is no such value.
 template <typename T>
 std::vector<T> values_of(const std::string& text) {
   std::istringstream from(text);

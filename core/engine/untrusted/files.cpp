@@ -67,7 +67,7 @@ MeshSize check_stl(const std::string& content, const Limits& limits) {
   const std::int64_t faces = Words(content, 80).next<std::uint32_t>();
   check_limit(limits, "triangles", faces, kFaces);
   // MuJoCo merges equal corners of triangles to one vertex.
-  using Vertex = std::array<std::uint32_t, 3>;  // the bits of floats, which may be NaN
+  using Vertex = std::array<std::uint32_t, 3>;  // compared as bits, because floats may be NaN
   std::vector<Vertex> corners;
   for (std::size_t at = 84; at + kStlFace <= content.size(); at += kStlFace)
     for (std::size_t corner = 1; corner < 4; ++corner)
@@ -107,9 +107,9 @@ class Obj {
       line(std::string_view(content).substr(at, end - at));
       at = end + 1;
     }
-    // Without faces MuJoCo uses the arrays directly, so their lengths must match. Faces with more than four corners do
-    // not count, because tinyobjloader may find no triangle in them. If lines come first, MuJoCo may see no face, as it
-    // reads the first shape alone.
+    // If MuJoCo sees no faces, it uses the arrays directly, so their lengths must match. Faces with more than four
+    // corners do not count, because tinyobjloader may find no triangle in them. If lines come first, MuJoCo may see no
+    // face, because it reads only the first shape.
     if ((faces_ == 0 && lines_ == 0 && positions_ < 4) ||
         ((faces_ == 0 || begins_with_lines_) &&
          ((normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_))))
@@ -218,7 +218,7 @@ class Obj {
     check_limit(limits_, "triangles", triangles_, kFaces);
   }
 
-  // A polyline: MuJoCo 4.0 makes the edges of a flex of it, and other meshes ignore it.
+  // Reads a polyline. MuJoCo 4.0 turns it into edges of a flex; other meshes ignore it.
   void segments(std::string_view text) {
     begins_with_lines_ = begins_with_lines_ || faces_ == 0;
     check_limit(limits_, "lines", ++lines_, kFaces);
@@ -236,7 +236,8 @@ class Obj {
     line_ends_ += ends;
   }
 
-  // tinyobjloader reads the files of materials, which MuJoCo ignores. It takes the mesh's folder for a list of paths.
+  // tinyobjloader reads the files of materials, although MuJoCo ignores materials. It treats the name of the mesh's
+  // folder as a list of paths.
   void materials(std::string_view names) {
     const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
     for (std::string_view name = word(names); !name.empty(); name = word(names)) {
@@ -347,7 +348,7 @@ void check_skin(const std::string& content, const Limits& limits) {
 
 namespace {
 
-// MuJoCo's own format: two integers, followed by three bytes or a float for each pixel.
+// Checks a file of MuJoCo's own format: two integers, followed by three bytes or one float for each pixel.
 std::int64_t check_raw(const std::string& content, const Limits& limits, std::int64_t bytes_per_pixel) {
   Words words(content);
   const std::int64_t first = words.next<std::int32_t>(), second = words.next<std::int32_t>();

@@ -1,4 +1,4 @@
-// The files that a model may read: all if it is trusted, else only those in its folder and below.
+// Reads the files of a model. A trusted model may read any file, an untrusted one only files in its folder and below.
 #pragma once
 
 #include <cerrno>

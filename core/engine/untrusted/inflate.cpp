@@ -8,7 +8,7 @@
 namespace mjenv::core {
 namespace {
 
-// Thrown at the end of the stream and at damaged data.
+// Thrown at the end of the stream, and where the data are damaged.
 struct End {};
 
 class Bits {

@@ -1,5 +1,6 @@
-// The limits of models (docs/reliability.md). With those of untrusted models ("stranger") a model loads in seconds, and
-// a work space takes about a gigabyte. With those of trusted models, MuJoCo's size computations do not overflow.
+// The limits of models (docs/reliability.md). Each has a value for untrusted models ("stranger"), with which a model
+// loads in seconds and a work space takes at most about a gigabyte, and a value for trusted ones, with which MuJoCo's
+// computations of sizes do not overflow.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,7 @@ struct Limit {
   std::int64_t stranger, trusted;
 };
 
-// The end of a message that refuses an untrusted model but would not refuse a trusted one.
+// The end of a message if the model would not be refused were it trusted.
 inline constexpr const char* kUnlessTrusted =
     ", unless you trust the model and set the option \"trust_xml\" to \"yes\"";
 
@@ -34,12 +35,14 @@ inline constexpr Limit kVertices{600'000, 1 << 24};
 inline constexpr Limit kFaces{200'000, 1 << 24};
 inline constexpr Limit kAllVertices{2'000'000, kNoLimit};
 inline constexpr Limit kAllTriangles{4'000'000, kNoLimit};
-// The square of the number of vertices of each hull, and more (cmake/engine/guards.c). This much work takes seconds.
+// The work on convex hulls: for each hull, the square of its number of vertices, and more (cmake/engine/guards.c). So
+// much work takes seconds.
 inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
-// With a shared library of MuJoCo: the sum of the cubes of the numbers of vertices of a stranger's hulls. It computes
-// the slowest hulls of this size, those of cones, in 4.4 s, and computes each twice (benchmarks/meshes.py).
+// If MuJoCo is a shared library: the largest sum, over the hulls of an untrusted model, of the cubes of their numbers
+// of vertices. MuJoCo computes each hull twice; for the slowest hulls of this size, those of cones, that takes 4.4 s
+// (benchmarks/meshes.py).
 inline constexpr std::int64_t kHullCubes = 500'000'000'000;
-inline constexpr double kMaxCoordinate = 1 << 30;  // MuJoCo's own limit, which it only checks in STL files
+inline constexpr double kMaxCoordinate = 1 << 30;  // MuJoCo's own limit, which it checks only in STL files
 inline constexpr Limit kFaceCorners{256, 256};
 inline constexpr Limit kPixels{1 << 26, 1 << 28};
 inline constexpr Limit kAllPixels{1 << 27, 1 << 29};

@@ -56,7 +56,7 @@ struct Settings {
 struct File {
   enum class Kind { mesh, flex, skin, heights, texture } kind;
   std::string name;
-  int factor;             // of an image: six for the sides of a cube; of a flex: the degrees of freedom of each point
+  int factor;             // of an image: 6 if it is one side of a cube; of a flex: the degrees of freedom of each point
   std::string including;  // the folder of the included file that refers to it; "" for the model's own file
 };
 
@@ -65,14 +65,14 @@ bool is_absolute(const std::string& path) {
                            path.find(":\\") != std::string::npos);
 }
 
-// The elements below this one have this level, and this parent.
+// A body or frame as the place of attached elements: the level and the parent that they get.
 struct Node {
   const XMLElement* xml;
   std::int64_t level;
   std::string parent;
 };
 
-// A model that is read: the one to load, or one that its <asset> section names.
+// A model that is being read: the one to load, or one that its <asset> section names.
 struct Source {
   explicit Source(const std::string& path) : folder(path.substr(0, path.find_last_of("/\\") + 1)), included{path} {}
 
@@ -123,12 +123,14 @@ class Check {
   Counts counts_;
   Sizes sizes_;
   bool has_muscles_ = false, has_meshes_ = false;
-  // How many copies the enclosing replicas make of an element, the most so far, the replicas in all, and how often a
-  // part is attached again. Each replica and attachment may also copy elements that refer to something in it.
+  // copies_: how many copies of an element the enclosing replicas make; max_copies_: the most so far. replicas_,
+  // attachments_: how many there are in all. Each replica and attachment may also copy elements that refer to something
+  // in it (references_).
   std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
-  // How many samples there are of sensors that have a number of values for each pixel or vertex.
+  // wide_samples_: how many samples there are of sensors that have several values for each pixel or vertex.
   std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0, triangles_ = 0;
-  // A joint without a type has that of its default class. Here it counts as the default class with the most dofs.
+  // A joint without a type has the type of its default class. Here it counts as the joint with the most dofs of any
+  // default class.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
   std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_cubes_ = 0;
 
@@ -140,7 +142,7 @@ class Check {
   };
   static const Rule kRules[];
 
-  // An attribute that holds one integer, which is -1 or more.
+  // An attribute that holds one integer of -1 or more.
   struct IntegerRule {
     const char *element, *attribute;
     Limit limit;
@@ -152,7 +154,7 @@ class Check {
 
   void parse(XMLDocument& document, const std::string& text) {
     check_limit("bytes of XML", text_bytes_ += static_cast<std::int64_t>(text.size()), kTextBytes);
-    // tinyxml2 needs a hundred bytes of memory for each "<".
+    // The number of "<" is limited, because tinyxml2 needs a hundred bytes of memory for each.
     check_limit("elements", std::count(text.begin(), text.end(), '<'), kTags);
     if (text.find('\0') != std::string::npos) refuse("the XML holds a NUL character");
     document.Parse(text.data(), text.size());
@@ -174,7 +176,7 @@ class Check {
     return *root;
   }
 
-  // Reads a model to its end, its files, and the models that it attaches.
+  // Reads a whole model with the files that it includes and the models that it attaches.
   void read(const XMLElement& root, std::int64_t level) {
     enter(root, level, "");
     check_files();
@@ -239,7 +241,7 @@ class Check {
     copies_ = outside;
   }
 
-  // Attaches a copy of another model, or of a body or a frame that this model has up to here.
+  // Attaches a copy of another model, or of a body or a frame that came earlier in this model.
   void attach(const Element& element, std::int64_t level) {
     if (const std::string model = element.text("model"); !model.empty()) {
       ++source_.attached[model];
@@ -262,7 +264,7 @@ class Check {
     }
   }
 
-  // Reads an <asset> that is a model.
+  // Reads an element <model> of the <asset> section.
   void add_child(const Element& element, std::int64_t level) {
     const std::string file = element.text("file"), path = is_absolute(file) ? file : source_.folder + file;
     if (file.empty()) refuse("required attribute missing: 'file'", &element.xml);
@@ -295,7 +297,7 @@ class Check {
   void user(const Element& element) { add_numbers(element, "dim"); }
   void numeric(const Element& element) { add_numbers(element, "size"); }
 
-  // Refuses NaN, because MuJoCo would only warn, and the results would be undefined.
+  // Checks every element. Refuses NaN, because MuJoCo would only warn, and the results would be undefined.
   void any(const Element& element) {
     for (const auto* a = element.xml.FirstAttribute(); a; a = a->Next()) {
       std::string_view text = a->Value();
@@ -322,12 +324,13 @@ class Check {
     if (const auto kept = element.text("passthrough"); !kept.empty() && kept != "none") refuse_late_files(element);
   }
 
-  // If a texture is read only when it is drawn, its file may have changed since it was checked.
+  // Refuses files that are read only when the model is drawn, because they could change after they were checked.
   void refuse_late_files(const Element& element) const {
     if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
   }
 
-  // How much memory the arrays of a step may take: a number of bytes, or of the unit that follows it.
+  // Checks the attribute memory, which says how much memory the arrays of a step may take: a number of bytes, or of the
+  // unit that follows the number.
   void size(const Element& element) {
     const std::string text = element.text("memory");
     if (text.empty()) return;
@@ -348,7 +351,7 @@ class Check {
     Settings& settings = source_.settings;
     settings.range_timestep = real(element, "timestep", settings.range_timestep);
     settings.range_total = real(element, "inttotal", settings.range_total);
-    // Stated ranges would not give the same model.
+    // The model cannot state its ranges if these settings make MuJoCo compute even stated ranges anew.
     const auto mode = element.text("mode");
     const bool computes_stated = mode == "all" || mode == "muscleuser" || element.text("useexisting") == "false" ||
                                  element.text("uselimit") == "true";
@@ -366,7 +369,7 @@ class Check {
     surface(element, File::Kind::mesh);
   }
 
-  // A mesh that MuJoCo makes of parameters, which begin with whole numbers.
+  // Counts the vertices of a mesh that MuJoCo makes from parameters, of which the first are whole numbers.
   void add_built_in(const Element& element) {
     const std::string type = element.text("builtin");
     std::vector<std::int64_t> counts;
@@ -403,7 +406,7 @@ class Check {
       add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
   }
 
-  // MuJoCo makes fewer than three objects of each kind for a part of the composite.
+  // Counts three objects of each kind for a part of the composite, because MuJoCo makes fewer.
   void composite(const Element& element) {
     std::int64_t parts = 1, subgrid = 0;
     for (const auto side : values_of<std::int64_t>(element.text("count"))) {
@@ -422,7 +425,7 @@ class Check {
       *made += 3 * parts;
   }
 
-  // MuJoCo makes a body with three joints of each point, or of each node of the cells around the points.
+  // MuJoCo makes a body with three joints from each point, or from each node of the grid around the points.
   void flexcomp(const Element& element) {
     const auto numbers = [&](const char* attribute, std::vector<std::int64_t> values) {
       const auto given = values_of<std::int64_t>(element.text(attribute));
@@ -477,7 +480,7 @@ class Check {
 
   void sensor(const Element& element) {
     reference(element);
-    constexpr std::int64_t kOfContact = 23;  // numbers that a sensor can have of one contact: more than of others
+    constexpr std::int64_t kOfContact = 23;  // the most numbers of a sensor for each contact
     const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
     check_limit("nsample", samples, kNumericSize, &element.xml);
     if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
@@ -531,7 +534,8 @@ class Check {
     check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
   }
 
-  // Counts the elements of a flex, and the body with joints that each of its points has, unless dofs_each is 0.
+  // Counts the elements of a flex. Also counts a body with dofs_each joints for each of its points; 0: the points have
+  // no joints.
   void add_points(std::int64_t points, std::int64_t dofs_each) {
     check_limit("points of a flexcomp", points, kCompositeParts);
     counts_.elements += points;
@@ -540,8 +544,9 @@ class Check {
     dofs_ += dofs_each * points;
   }
 
-  // A large mesh in a file is tried, until its hull has more vertices than the limit leaves to it. Of other meshes all
-  // vertices are taken to be on the hull. The engine that is compiled in counts the work itself.
+  // Limits the work on the mesh's convex hull, unless load() does. For a large mesh in a file, computes how many
+  // vertices the hull has, but stops when there are more than the limit still allows. For other meshes, assumes that
+  // all vertices are on the hull.
   void add_mesh(const MeshSize& size, const std::string& file, const XMLElement* element = nullptr) {
     check_limit("vertices in all meshes", vertices_ += size.vertices, kAllVertices, element);
     check_limit("triangles in all meshes", triangles_ += size.triangles, kAllTriangles, element);
@@ -565,7 +570,7 @@ class Check {
 
   // ---- Files ----
 
-  // Runs after all XML has been read, because the last setting of the folders applies.
+  // Call this after all XML has been read, because the last setting of the folders applies to all files.
   void check_files() {
     for (const auto& file : source_.files) {
       const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
@@ -588,7 +593,8 @@ class Check {
     }
   }
 
-  // Builds the path as MuJoCo does. MuJoCo 4.0 looks in the model's folder, then from the included file's folder on.
+  // Builds the path of a file as MuJoCo does. MuJoCo 4.0 looks in the model's folder, then in the folder of the
+  // included file.
   std::string path_of(const File& file) const {
     std::string path = path_of(file, file.name);
     if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
@@ -606,7 +612,7 @@ class Check {
     return is_absolute(below) ? below + name : source_.folder + below + name;
   }
 
-  // MuJoCo chooses a file's format by its content type, or if it has none by its extension.
+  // MuJoCo chooses a file's format by the content type, or by the extension if there is no content type.
   void check_content_type(const Element& element, const std::string& file) const {
     const std::string given = element.text("content_type");
     if (given.empty()) return;
@@ -622,7 +628,7 @@ class Check {
     refuse("the content type " + quoted(given) + " does not fit the extension of file " + quoted(file), &element.xml);
   }
 
-  // Sums over the whole model.
+  // Checks the sums over the whole model.
   void check_sums() {
     dofs_ += untyped_joints_ * max_default_dofs_;
     check_limit("degrees of freedom", dofs_, kDofs);
@@ -632,7 +638,7 @@ class Check {
     for (auto* referring : {&counts_.tendons, &counts_.actuators, &counts_.sensors, &counts_.equalities})
       *referring *= copies;
 
-    constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // numbers that a sensor can have of each
+    constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // the most numbers of a sensor for each pixel or vertex
     const std::int64_t wide = std::max(kOfPixel * max_camera_pixels_, kOfVertex * vertices_);
     check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
     std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;

@@ -21,8 +21,8 @@ std::int64_t max_text(bool trusted);
 // Fails with MJENV_E_MODEL if a muscle has no length range.
 void check_length_ranges(const mjModel_& model);
 
-// Checks a model's text and its files, and returns the text for MuJoCo. The path of the model tells the folder of its
-// files; it is "" for a model from memory. Fails with MJENV_E_MODEL.
+// Checks a model's text and its files, and returns the text that MuJoCo is to load. path: that of the model, whose
+// folder contains its files; "" for a model from memory. Fails with MJENV_E_MODEL.
 Mjcf checked(const std::string& path, const std::string& text, bool trusted);
 
 }  // namespace mjenv::core

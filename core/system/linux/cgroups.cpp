@@ -6,8 +6,8 @@
 namespace mjenv::core {
 namespace {
 
-// Calls limit_of(folder) for the control group of this process and for all groups above it. Returns the smallest
-// result. controller: the controller's folder in a version 1 hierarchy.
+// Calls limit_of(folder) for the control group of this process and for all groups above it, and returns the smallest
+// result. controller: the name of the controller's folder if the system has control groups of version 1.
 double smallest_limit(const std::string& root, const std::string& controller,
                       double (*limit_of)(const std::string& folder)) {
   const std::string unified = root + "/sys/fs/cgroup", own = unified + "/" + controller;
@@ -32,7 +32,8 @@ double quota_of(const std::string& folder) {
   return v1_quota >> quota && v1_period >> period ? ratio(quota, period) : kUnlimited;
 }
 
-// How many bytes a control group may still use. Inactive pages of files count as free: the kernel can drop them.
+// How many bytes a control group may still use. Inactive pages of files count as free, because the kernel can drop
+// them.
 double bytes_left(const std::string& folder) {
   double max = 0, used = 0;
   std::ifstream v2_max(folder + "/memory.max"), v2_used(folder + "/memory.current");

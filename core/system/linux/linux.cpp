@@ -24,7 +24,7 @@
 
 namespace mjenv::core {
 
-// On the monotonic clock, which is std::chrono::steady_clock.
+// Waits are measured by the monotonic clock, which is std::chrono::steady_clock.
 Condition::Condition() {
   pthread_condattr_t monotonic;
   pthread_condattr_init(&monotonic);
@@ -115,14 +115,14 @@ std::string file_of(const void* address) {
   Dl_info info{};
   link_map* object = nullptr;
   if (dladdr1(address, &info, reinterpret_cast<void**>(&object), RTLD_DL_LINKMAP) == 0) return "";
-  // For the program itself, dladdr returns only the name by which it was started.
+  // The program itself needs another way, because dladdr returns only the name by which it was started.
   const bool is_program = object && object->l_name && *object->l_name == '\0';
   return is_program ? "/proc/self/exe" : info.dli_fname ? info.dli_fname : "";
 }
 
 namespace {
 
-// Reads so many bytes; false if the file ends before.
+// Reads exactly this number of bytes. Returns false if the file ends before.
 bool read_whole(const InputFile& file, void* to, std::size_t bytes) {
   for (auto* at = static_cast<unsigned char*>(to); bytes > 0;) {
     const std::int64_t count = file.read(at, bytes);
@@ -145,8 +145,8 @@ bool skip(const InputFile& file, std::uint64_t bytes) {
 
 }  // namespace
 
-// dlopen maps the segments into memory, where reading what the file lacks raises SIGBUS. It does so after it has
-// checked that the file is an ELF file for this machine, so other files are left to it.
+// Whether the file is shorter than its segments. dlopen maps the segments into memory, and reading a part that the file
+// lacks raises SIGBUS. Files that are no ELF files for this machine are left to dlopen, which refuses them before that.
 bool is_cut_off(const InputFile& library) {
   constexpr unsigned char kClass = sizeof(void*) == 8 ? ELFCLASS64 : ELFCLASS32;
   const auto size = static_cast<std::uint64_t>(library.status().bytes);

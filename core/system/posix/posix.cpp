@@ -146,11 +146,12 @@ const char* const plugin_suffix = ".so";
 
 namespace {
 
-// Why dlopen must not open the file; "" if it may. dlopen would wait for a pipe until somebody writes to it.
+// Why dlopen must not open the file; "" if it may. For instance, dlopen would wait for ever for somebody to write to a
+// pipe.
 std::string refusal_of(const std::string& path) {
-  if (path.find('/') == std::string::npos) return "";  // dlopen looks for it
+  if (path.find('/') == std::string::npos) return "";  // a name without a folder, which dlopen searches
   const InputFile file(path);
-  if (!file.is_open()) return "";  // dlopen says why
+  if (!file.is_open()) return "";  // dlopen will give the reason
   if (!file.status().is_regular) return "it is not a regular file";
   return is_cut_off(file) ? "it is damaged: it ends before what its headers describe" : "";
 }

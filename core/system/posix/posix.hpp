@@ -1,11 +1,12 @@
-// What posix.cpp asks of linux.cpp and macos.cpp.
+// What linux.cpp and macos.cpp implement for posix.cpp.
 #pragma once
 
 #include "system/platform.hpp"
 
 namespace mjenv::core::platform {
 
-// Whether dlopen would read beyond the end of this file, which ends the process. The file is at its beginning.
+// Whether dlopen would read beyond the end of this file, which would end the process. Nothing may have been read from
+// `library` yet.
 bool is_cut_off(const InputFile& library);
 
 }  // namespace mjenv::core::platform

@@ -37,14 +37,14 @@
 extern "C" {
 #endif
 
-/* Changes when compiled clients have to be rebuilt. */
+/* This number changes when compiled clients have to be built again. */
 #define MJENV_LEARN_ABI_VERSION 1
 
 /* Handles */
 typedef struct mjenv_learner mjenv_learner; /* trains a policy in the rows of an environment */
 typedef struct mjenv_policy mjenv_policy;   /* a deterministic policy, as policy.txt contains it */
 
-/* The functions of libmjenv that this library calls, members of the same names. */
+/* Pointers to the functions of libmjenv that this library calls. The members have the names of the functions. */
 typedef struct mjenv_learn_calls {
   uint32_t struct_size;
   uint32_t reserved; /* 0 */
@@ -67,7 +67,7 @@ typedef struct mjenv_learn_calls {
    mjenv_space_of, mjenv_seed, mjenv_reset, mjenv_step, mjenv_snapshot, mjenv_restore}
 /* clang-format on */
 
-/* What follows each hidden layer. */
+/* The activation function of the hidden layers. */
 typedef int32_t mjenv_activation;
 enum mjenv_activation_value { MJENV_ACTIVATION_TANH = 1, MJENV_ACTIVATION_RELU = 2, MJENV_ACTIVATION_ELU = 3 };
 
@@ -100,7 +100,7 @@ typedef struct mjenv_learn_settings {
   uint32_t struct_size;
   mjenv_activation activation;
   const char *id;         /* the id of the environment; copied to policies and checkpoints */
-  int64_t rows;           /* of the environment */
+  int64_t rows;           /* how many rows the environment has */
   int64_t steps;          /* of all rows together, in the whole training; rounded up to whole rollouts */
   int64_t rollout_steps;  /* the steps of each row between two updates */
   int64_t epochs;         /* how often an update uses each step */
@@ -115,7 +115,7 @@ typedef struct mjenv_learn_settings {
   double value_coef;           /* the weight of the mean squared error of the value in the loss */
   double entropy_coef;         /* the weight of the entropy */
   double max_grad_norm;        /* longer gradients are shortened to this norm; 0: none is */
-  double target_kl;            /* no further epoch begins once the policy has changed more than this; 0: no limit */
+  double target_kl;            /* no further epoch begins once approx_kl is greater than this; 0: no limit */
   double initial_std;          /* the standard deviation of the actions at the beginning */
   double obs_clip;             /* normalised observations are clipped to -obs_clip .. obs_clip */
   double reward_clip;          /* the same for rewards */
@@ -131,7 +131,7 @@ typedef struct mjenv_learn_settings {
   uint64_t seed;               /* of the weights, of the exploration, and, increased by the row, of the rows */
   int32_t threads;             /* 1 to 64, of the networks; those of the environment are its own option */
   mjenv_instructions instructions;
-  int64_t window; /* of how many last episodes the curve has the mean return */
+  int64_t window; /* how many of the last episodes the mean return is computed of */
 } mjenv_learn_settings;
 
 /* clang-format off */
@@ -140,7 +140,8 @@ typedef struct mjenv_learn_settings {
    0, 1.3, 0, 3.5, 0, 0.4, 10, 10, 1, 1, 1, 0, NULL, 0, NULL, NULL, 0, 1, 1, MJENV_INSTRUCTIONS_AUTO, 20}
 /* clang-format on */
 
-/* A point of the learning curve: what one update did, and the episodes before it. Means over no episode are NaN. */
+/* A point of the learning curve: what one update did, and how the episodes before it went. A mean of no episodes is
+ * NaN. */
 typedef struct mjenv_learn_report {
   uint32_t struct_size;
   uint32_t reserved;         /* 0 */
@@ -170,7 +171,7 @@ typedef struct mjenv_learn_report {
 /* Returns the MJENV_LEARN_ABI_VERSION of the loaded library. */
 MJENV_LEARN_API uint32_t mjenv_learn_abi_version(void);
 
-/* Returns the reason of the last call of this library that failed on this thread; "" if none has. */
+/* Returns why the last failed call of this library on this thread failed; "" if none has failed. */
 MJENV_LEARN_API const char *mjenv_learn_last_error(void);
 
 /* Returns the instruction set that MJENV_INSTRUCTIONS_AUTO means on this CPU: "sse2", "avx2", "avx512" or "neon". */
@@ -182,12 +183,13 @@ MJENV_LEARN_API mjenv_status mjenv_learn_defaults(const char *id, mjenv_learn_se
 
 /* ---- Training ---- */
 
-/* Creates a learner, and seeds and resets the environment, which has to outlive it and belongs to it until then. The
- * option "autoreset_mode" must be same_step. Errors: VALUE (a setting, or infinite bounds), SIZE, those of mjenv_reset. */
+/* Creates a learner, and seeds and resets the environment. Until the learner is destroyed, the environment must not be
+ * destroyed or used by others. The option "autoreset_mode" must be same_step. Errors: VALUE (a setting, or infinite
+ * bounds), SIZE, those of mjenv_reset. */
 MJENV_LEARN_API mjenv_status mjenv_learner_create(const mjenv_learn_calls *calls, mjenv_env *env,
                                                   const mjenv_learn_settings *settings, mjenv_learner **learner);
 
-/* Creates a learner whose rows the caller steps (mjenv_learner_act), of spaces with these bounds and counts.
+/* Creates a learner whose rows the caller steps (mjenv_learner_act), for spaces with these bounds and counts.
  *   obs       [rows][observation->count] the first observations
  * Errors: VALUE, SIZE (obs_count). */
 MJENV_LEARN_API mjenv_status mjenv_learner_create_apart(const mjenv_space *observation, const mjenv_space *action,
@@ -196,19 +198,19 @@ MJENV_LEARN_API mjenv_status mjenv_learner_create_apart(const mjenv_space *obser
 
 MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
 
-/* Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If it
- * fails, the rollout under way is undone, and the learner and its environment are as after the update before. Errors:
- * VALUE (a reward or observation is not finite: the row and step are named; or the caller steps the rows), FORKED,
- * those of mjenv_step. */
+/* Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If this
+ * fails, the rollout under way is undone: the learner and its environment are as after the last update. Errors: VALUE
+ * (a reward or observation is not finite: the row and step are named; or the caller steps the rows), FORKED, those of
+ * mjenv_step. */
 MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner *learner, int64_t steps);
 
 /* Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators.
  * Errors: SIZE, VALUE (the library steps the rows, or the last actions have no outcome yet). */
 MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *action, int64_t count);
 
-/* Takes the outcome of these actions: obs, reward, terminated and truncated of out, and final_obs of rows whose episode
- * ended. After the last step of a rollout it updates the networks. Errors: SIZE, VALUE (not finite, or no actions were
- * drawn); then the rollout is given up, and the next begins with mjenv_learner_restart. */
+/* Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of
+ * rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (not finite, or
+ * no actions were drawn); then the rollout is given up, and the next begins with mjenv_learner_restart. */
 MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
 
 /* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE. */
@@ -243,7 +245,7 @@ MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const ch
 MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, mjenv_learned which, char *text,
                                                   int64_t capacity, int64_t *size);
 
-/* Writes the same text to a file, which is replaced at once. Errors: FILE, VALUE. */
+/* Writes a policy as text to a file, which is replaced at once when all of it is written. Errors: FILE, VALUE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learned which,
                                                        const char *path);
 

@@ -60,7 +60,7 @@ pub const MJENV_E_FILE: mjenv_status = -12;
 pub const MJENV_E_MODEL: mjenv_status = -13;
 #[doc = " MuJoCo reported an error"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged, or does not fit this environment"]
+#[doc = " the image is damaged, or is from another kind of environment"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
 #[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
@@ -70,8 +70,9 @@ pub const MJENV_E_MEMORY: mjenv_status = -17;
 pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
-#[doc = " The types of numbers. Arrays passed as void * are of FLOAT64 or FLOAT32. A field's dtype is the one that its values"]
-#[doc = " have in Gymnasium; the library passes them as doubles, which hold all of these values exactly."]
+#[doc = " The types of numbers. Arrays that are passed as void * have FLOAT64 or FLOAT32. The dtype of a field is the one that"]
+#[doc = " Gymnasium returns; the library returns all fields as doubles, which represent the values of all of these types"]
+#[doc = " exactly."]
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 1;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 2;
@@ -206,7 +207,7 @@ impl Default for mjenv_space {
         }
     }
 }
-#[doc = " What mjenv_info_of tells of an environment."]
+#[doc = " Describes an environment as it is at the moment. mjenv_info_of fills it."]
 #[repr(C)]
 pub struct mjenv_info {
     pub struct_size: u32,
@@ -215,9 +216,9 @@ pub struct mjenv_info {
     pub rows: i64,
     #[doc = " how many times one step calls mj_step"]
     pub frame_skip: i64,
-    #[doc = " how many rows each thread steps together, with the same results; 0: one by one"]
+    #[doc = " how many rows each thread steps together; 0: one by one. The results are the same"]
     pub lanes: i64,
-    #[doc = " why rows are stepped alone, \"\" if none is; lives until the next mjenv_info_of"]
+    #[doc = " why rows are stepped one by one; \"\" if none is. Valid until the next mjenv_info_of"]
     pub lanes_reason: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_info {
@@ -315,7 +316,7 @@ impl Default for mjenv_batch {
         }
     }
 }
-#[doc = " From what a value is drawn (mjenv_randomize), by methods of NumPy's Generator."]
+#[doc = " The distribution from which a value is drawn (mjenv_randomize), by methods of NumPy's Generator."]
 pub type mjenv_distribution = i32;
 #[doc = " parameters low, high: uniform(low, high)"]
 pub const MJENV_DISTRIBUTION_UNIFORM: mjenv_distribution = 1;
@@ -329,7 +330,7 @@ pub const MJENV_DISTRIBUTION_NORMAL: mjenv_distribution = 3;
 pub const MJENV_DISTRIBUTION_TRUNCATED_NORMAL: mjenv_distribution = 4;
 #[doc = " parameters: n values: values[integers(n)]"]
 pub const MJENV_DISTRIBUTION_CHOICE: mjenv_distribution = 5;
-#[doc = " What becomes of a value that is drawn. The model's own value is the one that was loaded with the model."]
+#[doc = " How a drawn value changes an element. The model's own value is the one that was loaded with the model."]
 pub type mjenv_effect = i32;
 #[doc = " the value that is drawn"]
 pub const MJENV_EFFECT_VALUE: mjenv_effect = 1;
@@ -491,7 +492,7 @@ pub const MJENV_LABEL_SKIN: mjenv_label = 10;
 pub const MJENV_LABEL_SELECTION: mjenv_label = 11;
 pub const MJENV_LABEL_SELPNT: mjenv_label = 12;
 pub const MJENV_LABEL_CONTACTFORCE: mjenv_label = 13;
-#[doc = " Of which objects the frames are drawn: MuJoCo's mjtFrame."]
+#[doc = " The objects whose coordinate frames are drawn: MuJoCo's mjtFrame."]
 pub type mjenv_frame = i32;
 pub const MJENV_FRAME_NONE: mjenv_frame = 0;
 pub const MJENV_FRAME_BODY: mjenv_frame = 1;
@@ -501,7 +502,7 @@ pub const MJENV_FRAME_CAMERA: mjenv_frame = 4;
 pub const MJENV_FRAME_LIGHT: mjenv_frame = 5;
 pub const MJENV_FRAME_CONTACT: mjenv_frame = 6;
 pub const MJENV_FRAME_WORLD: mjenv_frame = 7;
-#[doc = " How a renderer draws. The initialiser has MuJoCo's defaults, mjenv_render_defaults those of Gymnasium."]
+#[doc = " How a renderer draws. MJENV_RENDER_SETTINGS_INIT has MuJoCo's defaults, mjenv_render_defaults sets Gymnasium's."]
 #[repr(C)]
 pub struct mjenv_render_settings {
     pub struct_size: u32,
@@ -569,7 +570,8 @@ extern "C" {
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\", with \", portable math\" and \", x86-64-v3\" if it was built so."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". If the library was built with these, \", portable math\" and \", x86-64-v3\""]
+    #[doc = " follow."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -577,14 +579,14 @@ extern "C" {
     pub fn mjenv_status_name(status: mjenv_status) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the reason of the last call that failed on this thread; \"\" if none has. It stays until the next one fails."]
-    #[doc = " Use mjenv_error_of if your calls move between threads (Go, Node)."]
+    #[doc = " Returns why the last failed call on this thread failed; \"\" if none has failed. The text is valid until the next call"]
+    #[doc = " fails. Use mjenv_error_of if your calls move between threads (Go, Node)."]
     pub fn mjenv_last_error() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Copies the reason of the last call that failed with this handle, on any thread, into text[capacity], with a NUL."]
-    #[doc = " size receives the bytes that all of it needs, also with text NULL and capacity 0. If a function that creates a handle"]
-    #[doc = " fails, the reason is with the options or env that it was given."]
+    #[doc = " Copies why the last failed call with this handle failed, on whatever thread, into text[capacity], with a NUL. size"]
+    #[doc = " receives how many bytes the whole text needs, also if text is NULL and capacity 0. If a function that creates a"]
+    #[doc = " handle fails, pass the options or env that it was given."]
     pub fn mjenv_error_of(
         handle: *const ::std::os::raw::c_void,
         text: *mut ::std::os::raw::c_char,
@@ -598,7 +600,8 @@ extern "C" {
     pub fn mjenv_id_count() -> i64;
 }
 extern "C" {
-    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for others. Registering a task moves them."]
+    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for other indices. Registering a task changes"]
+    #[doc = " the indices of ids."]
     pub fn mjenv_id_at(index: i64) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -613,14 +616,14 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates a copy of options, which can be changed also if they are an environment's."]
+    #[doc = " Creates a copy of options. The copy can be changed even if `options` belong to an environment."]
     pub fn mjenv_options_copy(
         options: *const mjenv_options,
         copy: *mut *mut mjenv_options,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Destroys options, but not an environment's (mjenv_options_of)."]
+    #[doc = " Destroys options. Does nothing for those of an environment (mjenv_options_of), which are destroyed with it."]
     pub fn mjenv_options_destroy(options: *mut mjenv_options);
 }
 extern "C" {
@@ -636,8 +639,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number: an integer there gives"]
-    #[doc = " infos that follow from it another dtype than a real does, as in Gymnasium. Errors: NAME, TYPE, VALUE."]
+    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number. As in Gymnasium, infos that"]
+    #[doc = " are computed from such a REALS option have another dtype than if it was set to a real. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,
@@ -670,7 +673,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a REALS option into values[capacity]. count receives how many numbers there are, also with values NULL and"]
+    #[doc = " Reads a REALS option into values[capacity]. count receives how many numbers it has, also if values is NULL and"]
     #[doc = " capacity 0. Errors: NAME, TYPE, SIZE (capacity)."]
     pub fn mjenv_options_get_reals(
         options: *const mjenv_options,
@@ -689,8 +692,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Creates an environment of rows >= 1 with a copy of the options: reads the model and starts the threads. Errors:"]
-    #[doc = " NAME (in the option \"arrays\"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK."]
+    #[doc = " Creates an environment of rows >= 1 with a copy of the options. Reads the model and starts the threads. Errors: NAME"]
+    #[doc = " (in the option \"arrays\"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK."]
     pub fn mjenv_create(
         options: *const mjenv_options,
         rows: i64,
@@ -702,13 +705,13 @@ extern "C" {
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Describes an environment as it is now. The lanes can change when rows get values of their own."]
+    #[doc = " Describes an environment as it is at the moment: the lanes can change when rows get values of their own."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns how lanes compute each stage of a step of the environment's model, NULL if it fails. A line is \"STAGE: lanes\","]
-    #[doc = " \"STAGE: row by row: WHY\", \"STAGE: lanes; row by row: WHAT\" or \"STAGE: absent\"; there is none if the library has no lane"]
-    #[doc = " code. docs/lanes.md explains the stages. The text belongs to the environment."]
+    #[doc = " Returns how each stage of a step of the environment's model is computed, one line for each; NULL if it fails. A line"]
+    #[doc = " is \"STAGE: lanes\", \"STAGE: row by row: WHY\", \"STAGE: lanes; row by row: WHAT\" or \"STAGE: absent\". There are no lines"]
+    #[doc = " if the library has no lane code. docs/lanes.md explains the stages. The text belongs to the environment."]
     pub fn mjenv_lane_stages_of(env: *mut mjenv_env) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -716,7 +719,7 @@ extern "C" {
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;
 }
 extern "C" {
-    #[doc = " Describes the space of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION."]
+    #[doc = " Describes the observation space (MJENV_ROLE_OBSERVATION) or the action space (MJENV_ROLE_ACTION)."]
     pub fn mjenv_space_of(
         env: *const mjenv_env,
         role: mjenv_role,
@@ -737,8 +740,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Gives rows the streams of NumPy's default_rng(seed), as reset(seed=seed) does, without resetting them. A row that"]
-    #[doc = " was never seeded is seeded from the system's entropy."]
+    #[doc = " Sets the random streams of rows to NumPy's default_rng(seed), as reset(seed=seed) does, but without resetting the"]
+    #[doc = " rows. A row that is reset before it was seeded is seeded from the system's entropy."]
     #[doc = "   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first"]
     #[doc = "   words     >= 1; 1 for usual seeds"]
     #[doc = " Errors: SIZE (words)."]
@@ -750,10 +753,10 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of"]
-    #[doc = " inc, and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads"]
-    #[doc = " its get_state(): the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since it was seeded) and the"]
-    #[doc = " bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
+    #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,"]
+    #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads"]
+    #[doc = " what its get_state() returns: the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since the stream"]
+    #[doc = " was seeded) and the bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -806,8 +809,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Starts a step of some rows and returns. Until mjenv_recv has reported them, they are under way: others can be"]
-    #[doc = " sent, but functions that read or change rows return PENDING. With one thread, the rows are stepped in mjenv_recv."]
+    #[doc = " Starts a step of some rows and returns without waiting. The rows are \"under way\" until mjenv_recv has reported them."]
+    #[doc = " Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one"]
+    #[doc = " thread, mjenv_recv steps the rows."]
     #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows"]
     #[doc = "   action    [row_count][actuators] of dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
     #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED."]
@@ -821,7 +825,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Waits for rows that were sent, and reports those that are done, each once, in the order in which they finish."]
+    #[doc = " Waits for rows that were sent, and reports the rows that have been stepped, each once, in the order in which they"]
+    #[doc = " finish."]
     #[doc = "   least     how many rows to wait for; 0: none"]
     #[doc = "   timeout   how many seconds to wait at most; negative: no limit"]
     #[doc = "   rows      [capacity] receives the rows, count their number; capacity >= least and >= 1. More are reported later"]
@@ -839,9 +844,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends stays"]
-    #[doc = " there, its observation and flags repeat, and its rewards and infos are 0. A row that fails is not written from"]
-    #[doc = " then on."]
+    #[doc = " Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends keeps its"]
+    #[doc = " state; for its remaining steps, observation and flags are repeated, and rewards and infos are 0. If a row fails, its"]
+    #[doc = " status at that step has the reason, and nothing is written for its later steps."]
     #[doc = "   action    [rows][steps][actuators] of dtype; count = rows * steps * actuators"]
     #[doc = "   out       of rows * steps rows: step t of row r is element r * steps + t. May be NULL"]
     #[doc = " Errors: as mjenv_step, and VALUE (steps < 1)."]
@@ -913,9 +918,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a live"]
-    #[doc = " parameter of the task (\"parameters.speed\"), which stays after resets; or the parameters from which resets draw item 0"]
-    #[doc = " of mjenv_randomize (\"draws[0]\")."]
+    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a"]
+    #[doc = " live parameter of the task (\"parameters.speed\"), which stays after resets; or the parameters from which resets draw"]
+    #[doc = " item 0 of mjenv_randomize (\"draws[0]\")."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
     #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
     #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
@@ -928,8 +933,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Calls mj_setConst for rows, which computes anew what follows from masses, sizes and qpos0. It leaves a row in"]
-    #[doc = " qpos_spring: reset it or set its state afterwards. Errors: PHYSICS, MODEL (it would change what all rows share)."]
+    #[doc = " Calls mj_setConst for rows, which computes anew the numbers of the model that follow from masses, sizes and qpos0. It"]
+    #[doc = " leaves the row in the position qpos_spring, so reset the row or set its state afterwards. Errors: PHYSICS, MODEL"]
+    #[doc = " (mj_setConst would change an array that all rows share)."]
     pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
 }
 extern "C" {
@@ -944,11 +950,12 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Copies the row `from` to those of the mask: state, stream, step count, own arrays, inputs. Errors: VALUE (from)."]
+    #[doc = " Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors: VALUE"]
+    #[doc = " (from)."]
     pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes with what mjenv_copy_row copies."]
+    #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes that contain what mjenv_copy_row copies."]
     #[doc = "   size_bytes  receives the size, also with image NULL and capacity_bytes 0"]
     #[doc = " Errors: VALUE (row), SIZE (capacity_bytes)."]
     pub fn mjenv_snapshot(
@@ -960,8 +967,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets a row, or MJENV_ALL_ROWS, to an image, which continues bit for bit. An image of one row fits any row of an"]
-    #[doc = " environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE (row), SNAPSHOT."]
+    #[doc = " Sets a row, or MJENV_ALL_ROWS, to what an image contains. From there, the simulation continues bit for bit. An image"]
+    #[doc = " of one row fits any row of an environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE"]
+    #[doc = " (row), SNAPSHOT."]
     pub fn mjenv_restore(
         env: *mut mjenv_env,
         row: i64,
@@ -980,7 +988,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces noise, delays and pushes from each row's next reset on; NULL: none. Errors: VALUE, SIZE (a count)."]
+    #[doc = " Replaces noise, delays and pushes, for each row from its next reset on. NULL: there are none from then on. Errors:"]
+    #[doc = " VALUE, SIZE (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
@@ -1011,7 +1020,7 @@ extern "C" {
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Draws a row, its top line first, with the outputs that are not NULL."]
+    #[doc = " Draws a row, and writes the outputs that are not NULL. The first line of a picture is the top one."]
     #[doc = "   rgb       [height][width][3]; rgb_count >= height * width * 3"]
     #[doc = "   depth     [height][width] the depth buffer, 0 (near) to 1 (far); depth_count >= height * width"]
     #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: it is in use), VALUE (row), SIZE, NOT_RESET,"]
@@ -1027,7 +1036,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Draws which object each pixel shows."]
-    #[doc = "   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 where nothing is;"]
+    #[doc = "   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 for nothing;"]
     #[doc = "             count >= height * width * 2"]
     #[doc = " Errors: as mjenv_render."]
     pub fn mjenv_render_segmentation(
@@ -1058,7 +1067,8 @@ extern "C" {
     #[doc = " user pauses, and does nothing when the window is closed. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
-#[doc = " A constructor option of the task. docs/c.md lists the options that every task has, whose names it cannot use."]
+#[doc = " A constructor option of the task. Its name must differ from those of the options that every task has, which docs/c.md"]
+#[doc = " lists."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,
@@ -1129,7 +1139,7 @@ impl Default for mjenv_task_field {
         }
     }
 }
-#[doc = " Gymnasium's default_camera_config. NaN and MJENV_BODY_UNSET mean MuJoCo's default."]
+#[doc = " Gymnasium's default_camera_config. Where a value is NaN or MJENV_BODY_UNSET, MuJoCo's default applies."]
 #[repr(C)]
 pub struct mjenv_task_camera {
     pub struct_size: u32,
@@ -1176,9 +1186,9 @@ impl Default for mjenv_contact {
         }
     }
 }
-#[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. Rows share a few such"]
-#[doc = " structs, and all values can differ by row (mjenv_write, mjenv_randomize), so read the members anew in each call."]
-#[doc = " Arrays marked \"on demand\" may be NULL unless build asked for them with mjenv_build_need."]
+#[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. The library uses one"]
+#[doc = " such struct for many rows, and all values can differ between rows (mjenv_write, mjenv_randomize). So read the members"]
+#[doc = " anew in each call. Arrays marked \"on demand\" may be NULL unless build asked for them with mjenv_build_need."]
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
@@ -1294,7 +1304,7 @@ impl Default for mjenv_sim {
         }
     }
 }
-#[doc = " The initial state of an episode. The comments say what it holds before reset changes it."]
+#[doc = " The initial state of an episode. The comments say what the members hold before reset changes them."]
 #[repr(C)]
 pub struct mjenv_start {
     pub struct_size: u32,
@@ -1339,7 +1349,7 @@ impl Default for mjenv_start {
         }
     }
 }
-#[doc = " The result of a step. The comments say what it holds before step changes it."]
+#[doc = " The result of a step. The comments say what the members hold before step changes them."]
 #[repr(C)]
 pub struct mjenv_outcome {
     pub struct_size: u32,
@@ -1366,7 +1376,8 @@ impl Default for mjenv_outcome {
         }
     }
 }
-#[doc = " What drives the simulation in a step. The comments say what it holds before before_step and before_substep change it."]
+#[doc = " What drives the simulation in a step. The comments say what the members hold before before_step and before_substep"]
+#[doc = " change them."]
 #[repr(C)]
 pub struct mjenv_control {
     pub struct_size: u32,
@@ -1392,8 +1403,9 @@ impl Default for mjenv_control {
         }
     }
 }
-#[doc = " A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order; a reset"]
-#[doc = " calls reset, carry, observe and reset_info. observe and reset_info are left out when their output is not wanted."]
+#[doc = " A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order;"]
+#[doc = " a reset calls reset, carry, observe and reset_info. observe and reset_info are not called if nobody wants their"]
+#[doc = " output."]
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
@@ -1427,8 +1439,9 @@ pub struct mjenv_task {
     pub field_count: i64,
     #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
     pub user: *mut ::std::os::raw::c_void,
-    #[doc = " Prepares an environment when mjenv_create makes it, and stores in *self what the other callbacks need. If it fails,"]
-    #[doc = " it first frees what it allocated, because destroy is then not called. NULL: nothing to prepare."]
+    #[doc = " Prepares an environment, which mjenv_create creates, and stores in *self what the other callbacks need. If it"]
+    #[doc = " fails, it must free what it has allocated, because destroy is then not called. NULL: there is nothing to"]
+    #[doc = " prepare."]
     pub build: ::std::option::Option<
         unsafe extern "C" fn(
             builder: *mut mjenv_builder,
@@ -1436,7 +1449,8 @@ pub struct mjenv_task {
             self_: *mut *mut ::std::os::raw::c_void,
         ) -> i32,
     >,
-    #[doc = " Frees self when the environment is destroyed, or mjenv_create fails after build. NULL: nothing to free."]
+    #[doc = " Frees self when the environment is destroyed, or when mjenv_create fails after build. NULL: there is nothing to"]
+    #[doc = " free."]
     pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
     #[doc = " Draws the initial state of an episode. It fails if the state is not finite, unless the option \"strict\" is 0."]
     pub reset: ::std::option::Option<
@@ -1450,8 +1464,9 @@ pub struct mjenv_task {
             info: *mut f64,
         ) -> i32,
     >,
-    #[doc = " Writes into carried[carry_count], to which sim->carried also points, what the next step needs to know of the"]
-    #[doc = " present state. Also called after functions that change a row's state or own values. NULL: nothing to write."]
+    #[doc = " Writes what the next step needs to know of the present state into carried[carry_count], to which sim->carried"]
+    #[doc = " points, too. Also called after functions that change a row's state or own values. NULL: there is nothing to"]
+    #[doc = " write."]
     pub carry: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1478,19 +1493,19 @@ pub struct mjenv_task {
     >,
     #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
     pub caller_thread: i32,
-    #[doc = " 1: the program itself computes observations, rewards and infos, from the arrays of the option \"arrays\". All callbacks"]
-    #[doc = " but build, destroy and reset are then NULL, else reset, observe and step are required. Without reset, a reset gives the"]
-    #[doc = " model's initial state; observations and rewards are 0, and infos NaN."]
+    #[doc = " 1: the program itself computes observations, rewards and infos, from the arrays of the option \"arrays\". All"]
+    #[doc = " callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the"]
+    #[doc = " model's initial state. Observations and rewards are 0, and infos NaN. 0: reset, observe and step are required."]
     pub physics_only: i32,
     #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,
     #[doc = " 1: the task has no option frame_skip"]
     pub fixed_frame_skip: i32,
-    #[doc = " Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action."]
-    #[doc = " Of sim, only time, action, carried, parameters, the state and the arrays of mjModel are valid in before_step and"]
-    #[doc = " before_substep: what MuJoCo computes belongs to other rows or older states. Both fail if they write a number that is not"]
-    #[doc = " finite, unless \"strict\" is 0. If the row is stepped again because lanes have left it to MuJoCo, they are called again,"]
-    #[doc = " with the same numbers."]
+    #[doc = " Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step"]
+    #[doc = " and before_substep, only these members of sim are valid: time, action, carried, parameters, the state and the"]
+    #[doc = " arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a number"]
+    #[doc = " that is not finite, unless \"strict\" is 0. If lanes cannot finish the step of a row, the row is stepped again by"]
+    #[doc = " MuJoCo, and both are called again with the same numbers."]
     pub before_step: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1498,7 +1513,7 @@ pub struct mjenv_task {
             control: *mut mjenv_control,
         ) -> i32,
     >,
-    #[doc = " Changes ctrl or forces before each mj_step. NULL: they stay as they are during a step."]
+    #[doc = " Changes ctrl or forces before each mj_step. NULL: ctrl and forces stay the same during a step."]
     pub before_substep: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
@@ -1544,8 +1559,8 @@ impl Default for mjenv_plugin {
     }
 }
 extern "C" {
-    #[doc = " Loads a plug-in and registers its tasks: all, or none if one is refused. It is then never unloaded; loading it again"]
-    #[doc = " does nothing. Any thread may call this at any time."]
+    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;"]
+    #[doc = " loading it again does nothing. Any thread may call this at any time."]
     #[doc = " path  a shared object that exports \"mjenv_tasks\" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable"]
     #[doc = "       MJENV_TASKS lists, separated by \":\", which the first function that looks up an id also loads by itself"]
     #[doc = " Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of"]
@@ -1553,7 +1568,8 @@ extern "C" {
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
 }
 #[doc = " ---- Functions for callbacks ----"]
-#[doc = " The inline functions below call the library through these pointers, which every callback but destroy is given."]
+#[doc = " The inline functions below call the library through these pointers, which the library passes to every callback except"]
+#[doc = " destroy."]
 #[repr(C)]
 pub struct mjenv_task_api {
     pub struct_size: u32,
@@ -1696,13 +1712,14 @@ impl Default for mjenv_task_api {
     }
 }
 extern "C" {
-    #[doc = " Returns the library's functions for callbacks, for languages that look them up before a callback runs. Static."]
+    #[doc = " Returns the library's functions for callbacks, for languages that need them before a callback runs. The struct is"]
+    #[doc = " static."]
     pub fn mjenv_task_functions() -> *const mjenv_task_api;
 }
 #[repr(C)]
 pub struct mjenv_builder {
     pub struct_size: u32,
-    #[doc = " 1 after a function for build has failed. Then they all do nothing"]
+    #[doc = " 1 after a function for build has failed; all such functions then do nothing"]
     pub failed: i32,
     pub api: *const mjenv_task_api,
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
