@@ -95,7 +95,11 @@ def test_info(id: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["library"]["platform"].startswith(PLATFORM)
     assert found["library"]["instructions"] == platform.machine()
     assert found["library"]["lanes"] == lanes()
+    stages = found["lanes"].pop("stages")
     assert found["lanes"] == {"rows": 8, "together": 4 if 4 in lanes() else 2, "reason": ""}
+    assert stages["kinematics, centres of mass, inertia"] == "lanes"
+    singly = {stage for stage, how in stages.items() if how not in ("lanes", "absent")}
+    assert singly == ({"contacts"} if id.startswith("Pusher") else set())  # capsules beside cylinders
     names = [words[0] for words in SCHEMA[id].get("option", [])]
     assert [option["name"] for option in found["options"]][: len(names)] == names
     other = {option["name"] for option in found["options"] if option["default"] != option["vector_default"]}

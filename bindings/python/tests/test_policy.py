@@ -45,7 +45,7 @@ def test_every_bit_is_kept(tmp_path: Path) -> None:
     ("old", "new"),
     [
         ("mjenv-policy 1", "mjenv-policy 2"),
-        ("tanh", "relu"),
+        ("tanh", "sigmoid"),
         ("\nmean ", "\nmean 0.5 "),
         ("\nclip 3.0", ""),
         ("\nclip 3.0", "\nclip 3.0 4.0"),

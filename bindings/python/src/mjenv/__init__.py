@@ -58,8 +58,8 @@ from mjenv.viewer import view
 if TYPE_CHECKING:
     from mjenv._overloads import make, make_vec  # the same functions, with the keywords of each id
 else:
+    from mjenv._make_vec import make_vec
     from mjenv.registration import make
-    from mjenv.vector import make_vec
 
 __all__ = [
     "AlreadyPendingCallError",

@@ -24,11 +24,12 @@ from mjenv._arguments import AutoresetMode
 from mjenv._handle import Float64Array, Rows, encoded
 from mjenv._learn_abi import Activation, Learned, Precision
 from mjenv._learner import Learner, PolicyHandle, defaults_of
+from mjenv._make_vec import make_vec
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError
 from mjenv.policy import Policy
 from mjenv.registration import spec as spec_of
-from mjenv.vector import VectorEnv, make_vec
+from mjenv.vector import VectorEnv
 
 CHECKPOINT, CURVE, PICTURE, POLICY, DESCRIPTION = "checkpoint", "curve.csv", "curve.svg", "policy.txt", "training.json"
 SAVE_SECONDS = 10.0  # how often a training with a folder saves
