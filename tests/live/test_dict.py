@@ -108,7 +108,9 @@ def test_vector(id: str, mode: AutoresetMode, options: dict[str, Any]) -> None:
     ours = mjenv.make_vec(id, rows, autoreset_mode=mode, max_episode_steps=13, **options, **case)
 
     def one() -> Any:
-        return FrameStackObservation(Parts(gymnasium.make(id, max_episode_steps=13), names, counts), 3)
+        env = FrameStackObservation(Parts(gymnasium.make(id, max_episode_steps=13), names, counts), 3)
+        env.metadata = dict(env.metadata)  # SyncVectorEnv writes the mode into it, and other tests read that of the class
+        return env
 
     theirs = SyncVectorEnv([one] * rows, autoreset_mode=mode)
     assert ours.single_observation_space == theirs.single_observation_space
