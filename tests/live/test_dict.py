@@ -109,7 +109,7 @@ def test_vector(id: str, mode: AutoresetMode, options: dict[str, Any]) -> None:
 
     def one() -> Any:
         env = FrameStackObservation(Parts(gymnasium.make(id, max_episode_steps=13), names, counts), 3)
-        env.metadata = dict(env.metadata)  # SyncVectorEnv writes the mode into it, and other tests read that of the class
+        env.metadata = dict(env.metadata)  # SyncVectorEnv writes into it, which would change that of the class
         return env
 
     theirs = SyncVectorEnv([one] * rows, autoreset_mode=mode)
