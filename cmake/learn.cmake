@@ -16,8 +16,6 @@ target_include_directories(mjenv_learn_parts PUBLIC learn learn/include core cap
 target_link_libraries(mjenv_learn_parts PUBLIC Threads::Threads ${CMAKE_DL_LIBS})
 
 add_library(mjenv_learn SHARED learn/learn.cpp capi/reasons.cpp)
-# Files of one unity build would share their unnamed namespaces, in which the learner's files use equal names.
-set_target_properties(mjenv_learn_parts mjenv_learn PROPERTIES UNITY_BUILD OFF)
 add_library(mjenv::learn ALIAS mjenv_learn)
 set_target_properties(mjenv_learn PROPERTIES OUTPUT_NAME mjenv-learn VERSION ${PROJECT_VERSION} SOVERSION 1 EXPORT_NAME learn)
 target_include_directories(mjenv_learn PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/learn/include>
@@ -31,8 +29,9 @@ elseif(NOT APPLE)
   target_link_options(mjenv_learn PRIVATE -Wl,--version-script=${CMAKE_CURRENT_SOURCE_DIR}/capi/mjenv.map -Wl,--no-undefined)
 endif()
 
+# No unity builds: their files would share the unnamed namespaces, in which the learner's files use equal names.
 set_target_properties(mjenv_learn_parts mjenv_learn PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden
-                                                               VISIBILITY_INLINES_HIDDEN ON)
+                                                               VISIBILITY_INLINES_HIDDEN ON UNITY_BUILD OFF)
 foreach(target mjenv_learn_parts mjenv_learn)
   target_compile_definitions(${target} PRIVATE MJENV_LEARN_BUILDING)
   # Fused operations would round otherwise, and errno of sqrt is not read.
