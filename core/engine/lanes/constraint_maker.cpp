@@ -234,8 +234,8 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   return true;
 }
 
-// Computes one lane's contacts. As in mj_collideGeoms, only the last one counts of several contacts of two boxes at the
-// same position.
+// Computes one lane's contacts. Of several contacts of two boxes at the same position, only the last one counts, as in
+// mj_collideGeoms.
 int ConstraintMaker::collide(int pair, int lane) {
   const ContactPair& geoms = contacts_.pairs[pair];
   const mjModel& m = *(*models_)[lane];

@@ -13,7 +13,7 @@ inline Mask mask_of(unsigned rows) {
   return mask;
 }
 
-// Finds the places of constraints that are made one after the other, each in the lanes that have it.
+// Finds the places of constraints. They are made one after the other, each only in the lanes that have it.
 class Places {
  public:
   Places(const Contacts& contacts, const Constraints& c) : contacts_(contacts), c_(c) {}
@@ -132,7 +132,7 @@ class Constrained {
   }
 
   // A contact with an elliptic cone, and the zone of the cone in which mj_constraintUpdate finds it. In a lane without
-  // this contact all numbers are 0, which is in the top zone, so the force is 0.
+  // this contact all numbers are 0. They lie in the top zone, so the force is 0.
   struct Cone {
     V U[6], T, mu;  // U[0] is N
     Mask is_top, is_bottom;

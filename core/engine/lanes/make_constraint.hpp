@@ -130,7 +130,7 @@ class Making {
     for (int i = 0; i < size; ++i) set_one(array, i, value);
   }
 
-  // Sets the bounds of each place to those of an inequality, until an equality or friction is made there.
+  // Sets the bounds of each place to those of an inequality. Equalities and friction overwrite them.
   void clear_bounds() {
     for (int i = 0; i < c_.bounded; ++i) {
       vectors(c_.low)[i] = splat(kNoBound);
@@ -263,8 +263,8 @@ class Making {
     });
   }
 
-  // The part for the orientation of a weld. MuJoCo corrects all columns of the Jacobian, so the columns of dofs that
-  // move neither body become +0 or -0; so they do here.
+  // The part of mj_instantiateEquality for the orientation of a weld. MuJoCo corrects all columns of the Jacobian, also
+  // those of dofs that move neither body, which become +0 or -0. This code does the same.
   void weld(const Equality& equality, const V* data, V* pos) {
     connect(equality, data + 3, data, pos);
     V quat[4], negative[4], error[4];
@@ -288,7 +288,8 @@ class Making {
     }
   }
 
-  // The part for a joint's position or a tendon's length that depends on that of another one.
+  // The part of mj_instantiateEquality for a joint whose position depends on that of another joint, or a tendon whose
+  // length depends on that of another tendon.
   void couple(const Equality& equality, const V* data, V* pos) {
     const bool is_joint = equality.type == mjEQ_JOINT;
     const auto offset = [&](int id) {

@@ -1,4 +1,4 @@
-// What lanes need that depends on the model alone. It is computed once.
+// Tables for lanes that depend on the model alone, so they are computed once.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,8 @@ struct SingleStages {
   bool passive;    // passive forces
 };
 
-// The feature because of which tendons and actuators, or passive forces, are computed row by row; "" if they are not.
+// The feature of the model because of which MuJoCo computes tendons and actuators, or passive forces, row by row; "" if
+// there is none.
 std::string why_actuated_singly(const mjModel_& m);
 std::string why_resisted_singly(const mjModel_& m);
 

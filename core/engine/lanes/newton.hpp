@@ -1,6 +1,6 @@
 // MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has converged keeps its
-// acceleration while the others iterate. After the last iteration, MuJoCo computes a Hessian and a search direction
-// that nothing reads; the lanes do not.
+// acceleration while the others iterate. After the last iteration, MuJoCo also computes a Hessian and a search
+// direction. Nothing reads them, so lanes do not compute them.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"
@@ -80,8 +80,8 @@ unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   return lost;
 }
 
-// MuJoCo's line search (CGsearch) for one lane, divided at its evaluations (CGeval), so that all lanes are evaluated
-// together.
+// MuJoCo's line search (CGsearch) for one lane. It stops where CGsearch calls CGeval, so that the caller can evaluate
+// all lanes together, and goes on in `take`.
 class LineSearch {
  public:
   void begin(double gtol) {
@@ -95,11 +95,11 @@ class LineSearch {
     stage_ = Stage::ended;
   }
   bool has_ended() const { return stage_ == Stage::ended; }
-  // Where to evaluate next. After the search has ended: the step that it found.
+  // Where the caller must evaluate next, or after the search has ended, the step that it has found.
   double alpha() const { return alpha_; }
 
-  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Goes on to the next
-  // evaluation.
+  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Then searches on, up to
+  // the next evaluation.
   void take(double cost, double slope, double curvature) {
     ++evaluations_;
     const Point point{alpha_, cost, slope, curvature};
@@ -239,8 +239,8 @@ class Newton : Constrained {
     return sum;
   }
 
-  // warmstart of engine_forward.c. It chooses the first acceleration, and keeps the products of M and J with it, with
-  // which mj_solNewton begins.
+  // warmstart of engine_forward.c. Chooses the acceleration with which mj_solNewton begins, and keeps the products of M
+  // and J with it.
   void warmstart() {
     V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);
     const V* const smooth = vectors(d_.qacc_smooth);
@@ -313,8 +313,8 @@ class Newton : Constrained {
     cholFactor(H, nv_);
   }
 
-  // The H of mjContact that mj_constraintUpdate computes. Only the lower triangle, because mju_cholFactor reads no
-  // more.
+  // The H of mjContact that mj_constraintUpdate computes. Computes only the lower triangle, because mju_cholFactor does
+  // not read the rest.
   void cone_Hessian(V* H, int i) const {
     const int dim = c_.dims[i];
     const Cone cone = cone_at(i, of(c_.jar));
@@ -352,8 +352,8 @@ class Newton : Constrained {
     }
   }
 
-  // Updates H for the constraints whose state has changed. Each lane makes its changes one after the other; all lanes
-  // that still have one make it together. old: c_.quadratic before the move.
+  // Updates H for the constraints whose state has changed. In each round, every lane that still has such a constraint
+  // updates H for one of them. old: c_.quadratic before the move.
   void HessianIncremental(const unsigned char* old) {
     int next[kWidth] = {};
     V* const vec = of(c_.vec);

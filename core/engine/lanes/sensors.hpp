@@ -377,7 +377,7 @@ class Sensors : Forces {
     copy(data, spatial + part, 3);
   }
 
-  // If a limit is reached on both sides, MuJoCo shows the first of the two constraints.
+  // If a limit is reached on both sides, MuJoCo reports the first of the two constraints.
   void limit(int id, int type, V* data) const {
     const bool is_tendon =
         type == mjSENS_TENDONLIMITPOS || type == mjSENS_TENDONLIMITVEL || type == mjSENS_TENDONLIMITFRC;

@@ -38,7 +38,7 @@ class Solver {
   bool has_room(const Contacts& contacts) const;
 
   // Does what mj_forward does with constraints after mj_makeConstraint, which must have run for these rows (bits).
-  // is_last: also writes to mjData what only its readers need.
+  // is_last: also writes to mjData what only readers of mjData after the step need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
   // Makes the constraints of these limits and contacts, then solves them in the same way. Writes to the rows' mjData
   // only what the next mj_step needs, and the number of constraints.

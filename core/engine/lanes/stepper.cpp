@@ -439,8 +439,8 @@ void LaneStepper::gather_forces(Work* const* works) {
   for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
 }
 
-// Calls body(row, its model, its mjData) for the rows that are not left. If MuJoCo fails, the row is left to be stepped
-// alone, where MuJoCo fails again and the error is reported.
+// Calls body(row, its model, its mjData) for the rows that are not left to MuJoCo. If MuJoCo fails in a row, this
+// leaves the row, too: it is then stepped alone, fails again, and the error is reported.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
   const std::uint32_t rows = live();
@@ -730,8 +730,8 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
     // mj_RungeKutta keeps four X, four F and dX on mjData's stack, so less is left for constraints, and MuJoCo may
-    // fail. So that the same happens here, as much of the stack is marked as used. There is room for these arrays, or
-    // the environment's trial step would have failed.
+    // fail. As much of the stack is marked as used here, so that the same happens. The stack has room for these arrays,
+    // because the environment's trial step has used them.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});
