@@ -31,9 +31,9 @@ class ConstraintMaker {
 
  private:
   // The ConstraintNumbers of one mjModel, each of which is computed when it is first used.
-  class Numbers {
+  class ModelNumbers {
    public:
-    Numbers(const mjModel& m, std::size_t pairs);
+    ModelNumbers(const mjModel& m, std::size_t pairs);
     void forget() { are_known_.assign(are_known_.size(), 0); }
     // These return null if MuJoCo would warn of the numbers.
     const ConstraintNumbers* of_equality(const mjModel& m, int id);
@@ -55,9 +55,9 @@ class ConstraintMaker {
   const mjModel& m_;
   Contacts contacts_{};
   Memory<Contacts> memory_;
-  Numbers shared_;            // of the model that rows without own values share
-  std::vector<Numbers> own_;  // for each lane, those of its row's own model
-  std::array<Numbers*, kMaxWidth> used_{};
+  ModelNumbers shared_;            // of the model that rows without own values share
+  std::vector<ModelNumbers> own_;  // for each lane, those of its row's own model
+  std::array<ModelNumbers*, kMaxWidth> used_{};
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
   int shared_rows_ = 0;        // equals_ and frictions_ are valid for so many rows that share the model; 0: not valid

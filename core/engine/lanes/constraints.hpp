@@ -62,16 +62,16 @@ class Constrained {
   double number_of_dofs() const { return nv_ > 1 ? nv_ : 1; }
 
   void leave(unsigned rows) {
-    d_.left |= rows;
+    d_.left_to_mujoco |= rows;
     active_ &= ~rows;
   }
   // Leaves the lanes with a huge number to MuJoCo. The solvers leave out products with 0, which are 0 only if the other
   // factor is finite. The bound keeps products of four numbers finite.
   void leave_huge(const double* numbers, int count) {
-    constexpr double kMost = 1e75;
+    constexpr double kLargest = 1e75;
     const V* const x = vectors(numbers);
     Mask good = V{} == V{};
-    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kMost)) & (x[i] >= splat(-kMost));
+    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kLargest)) & (x[i] >= splat(-kLargest));
     leave(bits(~good) & c_.rows);
   }
 

@@ -164,10 +164,10 @@ struct Lanes {
   const BoxPair* box_pairs;
   const GeomBox* boxes;  // for each geom, if there are box_pairs
 
-  bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
-  unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits
-  unsigned left;        // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
-  unsigned unlike;      // the same, for the rows' own numbers of mjModel
+  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
+  unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
+  unsigned unlike;          // the same, for the rows' own numbers of mjModel
 };
 
 // What a limit or friction constrains.
@@ -176,7 +176,7 @@ enum class Object { dof, joint, ball, tendon };
 // The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
 // constraints.
 struct Contacts {
-  static constexpr int kMost = 96;
+  static constexpr int kCapacity = 96;
 
   const int* joints;  // slides, hinges and balls with limits
   int joint_count;
@@ -222,8 +222,8 @@ struct Contacts {
   unsigned single_rows[kMostSingle];
   double *single_dist, *single_pos, *single_frame;
 
-  Limit limits[kMost];
-  Contact contacts[kMost];
+  Limit limits[kCapacity];
+  Contact contacts[kCapacity];
   int limit_count, contact_count;
   int found[kMaxWidth];        // how many contacts each lane has, also counting those that make no constraints
   int constraints[kMaxWidth];  // how many constraints each lane has

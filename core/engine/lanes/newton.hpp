@@ -120,7 +120,7 @@ class LineSearch {
   }
 
  private:
-  static constexpr int kMost = 50;  // LSmaxiter
+  static constexpr int kMaxEvaluations = 50;  // LSmaxiter
   enum class Stage { start, first, one_sided, bracketed, middle, next1, next2, ended };
   struct Point {
     double alpha, cost, slope, curvature;
@@ -140,18 +140,18 @@ class LineSearch {
 
   // The one-sided search, which ends when the least cost is between p1 and p2.
   void go_on() {
-    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMost) {
+    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMaxEvaluations) {
       p2_ = p1_;
       has_p2_ = true;
       return evaluate_at(newton(p1_), Stage::one_sided);
     }
-    if (evaluations_ >= kMost || !has_p2_) return end(p1_.alpha);
+    if (evaluations_ >= kMaxEvaluations || !has_p2_) return end(p1_.alpha);
     p2_next_ = p1_;
     evaluate_at(newton(p1_), Stage::bracketed);
   }
 
   void bisect() {
-    if (evaluations_ < kMost) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
+    if (evaluations_ < kMaxEvaluations) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
     if (p1_.cost <= p2_.cost && p1_.cost < p0_.cost) return end(p1_.alpha);
     end(p2_.cost <= p1_.cost && p2_.cost < p0_.cost ? p2_.alpha : 0);
   }

@@ -38,7 +38,7 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
-std::string Solver::why_none(const mjModel& m) {
+std::string Solver::unsupported_feature(const mjModel& m) {
   if (m.opt.solver == mjSOL_CG) return "the solver CG";
   if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
@@ -46,11 +46,11 @@ std::string Solver::why_none(const mjModel& m) {
 }
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
-  return why_none(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
+  return unsupported_feature(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
-  if (!why_none(m).empty()) return 0;
+  if (!unsupported_feature(m).empty()) return 0;
   const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
   return Memory<Constraints>::bytes(width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv),
                                                   m.opt.solver == mjSOL_PGS, is_elliptic));
@@ -80,7 +80,7 @@ Solver::Solver(const Code& code, const mjModel& m)
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
   const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
-  return constraints <= kMost && d.nstack - d.pstack >= needed;
+  return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 
 // With elliptic cones: how many places belong to equalities, friction and limits.
@@ -145,7 +145,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
   code_.gather(constraints_.warmstart, warmstart.data(), nv_);
   (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
   for (int lane = first; lane < code_.width; ++lane)
-    if ((rows & ~lanes.left) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+    if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
 }
 
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {

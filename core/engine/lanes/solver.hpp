@@ -20,8 +20,8 @@ using RowData = std::array<mjData*, kMaxWidth>;
 class Solver {
  public:
   // The feature of the model for which lanes have no solver; "" if there is none.
-  static std::string why_none(const mjModel& m);
-  // Returns null if why_none names a feature.
+  static std::string unsupported_feature(const mjModel& m);
+  // Returns null if unsupported_feature names a feature.
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
   // How much memory a solver's arrays take.
   static std::size_t bytes(int width, const mjModel& m);
@@ -45,10 +45,11 @@ class Solver {
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
 
  private:
-  static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // of one row: constraints, places
+  static constexpr int kMaxConstraints = 64;  // of one row
+  static constexpr int kPlaces = kMaxConstraints + Constraints::kRest;
   // With elliptic cones, a place belongs to the same contact in all rows. Each row has few contacts, but rows have
   // different ones, so more places are needed.
-  static constexpr int kSharedPlaces = 2 * kMost;
+  static constexpr int kSharedPlaces = 2 * kMaxConstraints;
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // the solver is PGS; otherwise Newton's method
