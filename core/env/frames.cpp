@@ -185,7 +185,7 @@ void Frames::take_terms(const std::string& lengths) {
   shape_ = {static_cast<std::int64_t>(to)};
 }
 
-// Sets the bounds of the observation's `count` numbers, for which the caller has checked that there is enough memory.
+// Sets the bounds of the observation's `count` numbers. The caller has checked that there is enough memory for them.
 void Frames::take_bounds(std::size_t count) {
   low_.assign(count, -kInfinity);
   high_.assign(count, kInfinity);

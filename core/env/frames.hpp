@@ -90,7 +90,7 @@ class Frames {
   void place(const double* observation, std::int64_t steps, double* to) const;
 };
 
-// Declares these three options, which every id has.
+// Declares the options that concern observations, which every id has.
 void declare_frame_options(Options& options);
 
 }  // namespace mjenv::core

@@ -97,15 +97,15 @@ class Rows {
   // Call this before the row's state or own values are written. Keeps the values from which the derived arrays were
   // computed.
   void keep(std::int64_t row);
-  // Call this before set_state replaces the version `computed` after a step. Keeps that of the step as `stepped`.
+  // Call this after a step, before set_state replaces the version `computed`. Keeps the step's version as `stepped`.
   void keep_step(std::int64_t row);
-  // Call this before the results of mj_setConst replace the present state and values, which this keeps as `constants`.
-  // Replaces what an earlier call has kept.
+  // Call this before the results of mj_setConst replace the present state and values. Keeps these as `constants`, in
+  // place of what an earlier call has kept.
   void keep_constants(std::int64_t row);
   // Call this when all derived arrays have been computed from the present state and values.
   void drop_kept(std::int64_t row) { head(row).kept = 0; }
-  // Call this instead of drop_kept when set_state has computed after a step, because what keep_step has kept is still
-  // needed.
+  // Call this instead of drop_kept when set_state has computed the derived arrays after a step, because what keep_step
+  // has kept is still needed.
   void drop_all_but_step(std::int64_t row) {
     head(row).kept &= kept_bit(Part::stepped_state) | kept_bit(Part::stepped_values);
   }

@@ -355,7 +355,7 @@ def test_actuators_without_bounds() -> None:
     assert env.data.ctrl[0] == np.clip(3.0, low, -low)[0]
     assert high[0] == np.inf
     # In Gymnasium, such an actuator has the bounds 0 and 0, and RescaleAction divides by 0.
-    with pytest.raises(mjenv.ModelError, match="the bounds 0 and 0, from which nothing can be rescaled"):
+    with pytest.raises(mjenv.ModelError, match="the bounds 0 and 0, to which no action can be rescaled"):
         mjenv.make("Model-v0", xml_string=model, rescale_actions=(-1, 1))
 
 
