@@ -237,7 +237,7 @@ class Env {
     return found;
   }
 
-  // How each stage of a step of the model is computed, one line for each (mjenv_lane_stages_of).
+  /* How each stage of a step of the model is computed, one line for each (mjenv_lane_stages_of). */
   std::string lane_stages() {
     const char *text = mjenv_lane_stages_of(handle());
     if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_last_error());
