@@ -569,9 +569,8 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
- * and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads
- * what its get_state() returns: the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since the stream
- * was seeded) and the bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
+ * and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from
+ * RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
 /* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such

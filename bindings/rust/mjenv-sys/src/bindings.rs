@@ -753,9 +753,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,"]
-    #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads"]
-    #[doc = " what its get_state() returns: the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since the stream"]
-    #[doc = " was seeded) and the bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
+    #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from"]
+    #[doc = " RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
         row: i64,
