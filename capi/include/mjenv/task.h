@@ -179,8 +179,9 @@ typedef struct mjenv_outcome {
   double *info;         /* the INFO fields, one after the other; all NaN */
   double *carried;      /* [carry_count] as before the step; the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
-  double *const *own;   /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes takes
-                           effect in the next step; if the step fails, the row keeps its old values */
+  double *const
+      *own; /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
+                           next step on; if the step fails, the row keeps its old values */
 } mjenv_outcome;
 
 /* What drives the simulation in a step. The comments say what the members hold before before_step and before_substep

@@ -164,8 +164,8 @@ struct Lanes {
   const BoxPair* box_pairs;
   const GeomBox* boxes;  // for each geom, if there are box_pairs
 
-  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
-  unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
+  bool has_forces;          // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* hits;      // for each pair, the lanes in which the geoms may touch, as bits
   unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
   unsigned unlike;          // the same, for the rows' own numbers of mjModel
 };
@@ -235,9 +235,9 @@ struct Contacts {
 
 // The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
 // place without a constraint all numbers are 0. For Newton's method, constraint i of a lane is at place i. For PGS,
-// mju_dot adds whole blocks of four constraints, and then the remaining ones, at most three. So each lane has its whole
-// blocks at the first places and its remaining constraints at the last three places: the terms of all lanes' sums are
-// then added in the same order.
+// mju_dot adds whole blocks of four constraints, then the up to three that remain. So a lane's whole blocks are at the
+// first places and the remaining constraints at the last three places, which gives the sums of all lanes the same
+// order.
 struct Constraints {
   static constexpr int kRest = 3;
   int size;                 // how many places there are

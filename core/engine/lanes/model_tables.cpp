@@ -336,17 +336,17 @@ double largest_square(double radius) {
   return square;
 }
 
-std::string actuation_obstacle(const mjModel& m) {
+std::string why_actuated_singly(const mjModel& m) {
   if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
   if (has_other_actuators(m)) return "slider-cranks or reference sites";
   return has_wrapped_tendons(m) ? "tendons around geoms" : "";
 }
 
-std::string passive_obstacle(const mjModel& m) { return has_ellipsoids(m) ? "fluids on ellipsoids" : ""; }
+std::string why_resisted_singly(const mjModel& m) { return has_ellipsoids(m) ? "fluids on ellipsoids" : ""; }
 
 SingleStages::SingleStages(const mjModel& m) {
-  actuation = !actuation_obstacle(m).empty();
-  passive = !passive_obstacle(m).empty();
+  actuation = !why_actuated_singly(m).empty();
+  passive = !why_resisted_singly(m).empty();
 }
 
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {

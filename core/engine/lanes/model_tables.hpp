@@ -18,10 +18,9 @@ struct SingleStages {
   bool passive;    // passive forces
 };
 
-// The feature of the model because of which MuJoCo computes tendons and actuators, or passive forces, row by row; "" if
-// there is none.
-std::string actuation_obstacle(const mjModel_& m);
-std::string passive_obstacle(const mjModel_& m);
+// The feature because of which tendons and actuators, or passive forces, are computed row by row; "" if they are not.
+std::string why_actuated_singly(const mjModel_& m);
+std::string why_resisted_singly(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

@@ -1,6 +1,6 @@
 // MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has converged keeps its
-// acceleration while the others iterate. After the last iteration, MuJoCo also computes a Hessian and a search
-// direction. Nothing reads them, so lanes do not compute them.
+// acceleration while the others iterate. After the last iteration, MuJoCo computes a Hessian and a search direction
+// that nothing reads; the lanes do not.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"

@@ -38,7 +38,7 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
-std::string Solver::unsupported_feature(const mjModel& m) {
+std::string Solver::why_none(const mjModel& m) {
   if (m.opt.solver == mjSOL_CG) return "the solver CG";
   if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
@@ -46,11 +46,11 @@ std::string Solver::unsupported_feature(const mjModel& m) {
 }
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
-  return unsupported_feature(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
+  return why_none(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
-  if (!unsupported_feature(m).empty()) return 0;
+  if (!why_none(m).empty()) return 0;
   const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
   return Memory<Constraints>::bytes(width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv),
                                                   m.opt.solver == mjSOL_PGS, is_elliptic));

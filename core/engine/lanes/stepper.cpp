@@ -57,11 +57,11 @@ class RowModel {
   }
 
   // Returns a view with only those pairs that Code::reject has not excluded for the row. The contacts are the same,
-  // because MuJoCo would exclude the other pairs, too. may_touch: Lanes::may_touch.
-  const mjModel& with_near_pairs(int row, const unsigned char* may_touch) {
+  // because MuJoCo would exclude the other pairs, too. hits: Lanes::hits.
+  const mjModel& with_near_pairs(int row, const unsigned char* hits) {
     view_.npair = 0;
     for (int i = 0; i < all_->npair; ++i)
-      if (may_touch[i] >> row & 1) append(i);
+      if (hits[i] >> row & 1) append(i);
     return view_;
   }
 
@@ -290,7 +290,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
-  std::vector<unsigned char> may_touch_;
+  std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<mjData*, kMaxWidth> data_{};
@@ -349,7 +349,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       senses_in_lanes_(senses_in_lanes(m_)),
       has_rangefinders_(has_rangefinders(m_)),
       sees_from_cameras_(sees_from_cameras(m_)),
-      may_touch_(tables_.pairs.size()),
+      hits_(tables_.pairs.size()),
       spare_(static_cast<std::size_t>(longest_)) {
   const auto fill = [&](double* array, const std::vector<double>& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -376,7 +376,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.pair_count = static_cast<int>(tables_.pairs.size());
   lanes_.box_pairs = tables_.box_pairs.data();
   lanes_.boxes = tables_.boxes.data();
-  lanes_.may_touch = may_touch_.data();
+  lanes_.hits = hits_.data();
 }
 
 // Returns whether all rows have the shared model's numbers. must_hold: the lanes must hold the rows' numbers
@@ -665,11 +665,11 @@ void LaneStepper::collide() {
   if (!lists_all) return search();
   code_.reject(lanes_);
   std::uint32_t near = 0;
-  for (const unsigned char rows : may_touch_) near |= rows;
+  for (const unsigned char rows : hits_) near |= rows;
   if ((near & live()) != 0) scatter(for_geoms_);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     if (near >> row & 1)
-      mj_collision(&models_[row]->with_near_pairs(row, may_touch_.data()), &d);
+      mj_collision(&models_[row]->with_near_pairs(row, hits_.data()), &d);
     else
       d.ncon = 0;
   });

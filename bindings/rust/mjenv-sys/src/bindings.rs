@@ -1363,8 +1363,8 @@ pub struct mjenv_outcome {
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes takes"]
-    #[doc = "effect in the next step; if the step fails, the row keeps its old values"]
+    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the"]
+    #[doc = "next step on; if the step fails, the row keeps its old values"]
     pub own: *const *mut f64,
 }
 impl Default for mjenv_outcome {
