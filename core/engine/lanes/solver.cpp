@@ -145,7 +145,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
   code_.gather(constraints_.warmstart, warmstart.data(), nv_);
   (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
   for (int lane = first; lane < code_.width; ++lane)
-    if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+    if ((rows & ~lanes.left) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
 }
 
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {

@@ -304,10 +304,10 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void gather_forces(Work* const* works);
   void gather(const std::vector<LaneArray>& arrays);
   void scatter(const std::vector<LaneArray>& arrays);
-  std::uint32_t live() const { return all_ & ~lanes_.left_to_mujoco; }
+  std::uint32_t live() const { return all_ & ~lanes_.left; }
   template <typename Body>
   void for_live_rows(const Body& body);
-  void leave_bad(const double* numbers, int count) { lanes_.left_to_mujoco |= code_.bad(numbers, count); }
+  void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
   // Who reads the results of one evaluation of the dynamics.
   struct Readers {
@@ -449,7 +449,7 @@ void LaneStepper::for_live_rows(const Body& body) {
     try {
       body(row, *row_models_[row], *data_[row]);
     } catch (const std::exception&) {
-      lanes_.left_to_mujoco |= 1u << row;
+      lanes_.left |= 1u << row;
     }
   }
 }
@@ -469,7 +469,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
   makes_ = maker_ && maker_->follow(row_models_, count);
-  lanes_.left_to_mujoco = lanes_.unlike;
+  lanes_.left = lanes_.unlike;
   gather(input_);
   gather_forces(works);
   leave_bad(lanes_.act, m_.na);
