@@ -73,7 +73,7 @@ std::size_t bytes_of(const PartKind& kind, const Rows& rows, const OwnArrays& ar
 // What an image of these rows contains.
 class Plan {
  public:
-  Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().none()) {
+  Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().empty_layout()) {
     if (!rows.arrays().empty()) choose_arrays(range);
     size_ = sizeof(ImageHeader) + arrays_.list().size() * sizeof(Entry);
     std::uint16_t present = 0;
@@ -392,7 +392,7 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
   };
   std::vector<Entry> parts;
   for (std::uint32_t i = 0; i < header.parts; ++i) parts.push_back(take_entry());
-  OwnArrays arrays = rows.arrays().none();
+  OwnArrays arrays = rows.arrays().empty_layout();
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < header.arrays; ++i) {
     const Entry entry = take_entry();
