@@ -10,8 +10,8 @@
 
 namespace mjenv::core {
 
-// The arrays that mj_setConst computes and of which rows can have their own values, as far as the model and this MuJoCo
-// have them.
+// The arrays that mj_setConst computes and for which rows can have their own values, as far as the model and this
+// MuJoCo have them.
 std::vector<std::string> constant_arrays(const Model& model);
 
 // Calls mj_setConst for one row after the other. mj_setConst changes the model, so it is given a view of it with copies
@@ -29,8 +29,8 @@ class Constants {
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates this object's mjData.
   void make_data();
-  // The arrays that mj_setConst has changed and of which rows have no own values yet. Fails with MJENV_E_MODEL if rows
-  // cannot have own values of one of them.
+  // The arrays that mj_setConst has changed and for which rows do not have their own values yet. Fails with
+  // MJENV_E_MODEL if rows cannot have own values of one of them.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;

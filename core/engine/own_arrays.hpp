@@ -1,4 +1,4 @@
-// The arrays of which each row of an environment has its own values. An array is added when it is first written.
+// The arrays whose values differ from row to row in an environment. An array is added when it is first written.
 #pragma once
 
 #include <cstddef>

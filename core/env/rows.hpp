@@ -71,7 +71,7 @@ class Rows {
   double* ranges(std::int64_t row) { return numbers(Part::ranges, row); }
   bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
 
-  // The arrays of which rows have own values.
+  // The arrays for which rows have their own values.
   const OwnArrays& arrays() const { return arrays_; }
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
   // The row's own values in this version. If the version `constants` has none of its own, returns null.
@@ -83,7 +83,7 @@ class Rows {
   // mj_resetData sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
-  // Whether lanes support all arrays of which rows have own values.
+  // Whether lanes support all arrays for which rows have their own values.
   bool fit_lanes() const { return fit_lanes_; }
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
@@ -120,7 +120,7 @@ class Rows {
   // make_perturbation returns records of `size` numbers for all rows, for set_perturbation.
   std::vector<double> make_perturbation(std::uint64_t size) const;
   void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
-  // ranges: those with which all rows begin.
+  // ranges: those that all rows have at first.
   std::vector<double> make_ranges(const std::vector<double>& ranges) const;
   void set_ranges(std::vector<double> of_rows, std::size_t size) noexcept;
 

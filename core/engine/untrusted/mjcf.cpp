@@ -369,7 +369,7 @@ class Check {
     surface(element, File::Kind::mesh);
   }
 
-  // Counts the vertices of a mesh that MuJoCo makes from parameters, of which the first are whole numbers.
+  // Counts the vertices of a mesh that MuJoCo makes from parameters. The first parameters are whole numbers.
   void add_built_in(const Element& element) {
     const std::string type = element.text("builtin");
     std::vector<std::int64_t> counts;
