@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import FlattenObservation, FrameStackObservation, TimeAwareObservation
 
 import mjenv
+from conftest import IDS
 from mjenv.verify import check_same
 from test_wrappers import actions_of, check_vectors
 
@@ -74,7 +75,7 @@ CASES: list[tuple[dict[str, Any], Any]] = [
 NAMES = [" ".join(f"{name}={value}" for name, value in options.items()) or "plain" for options, _ in CASES]
 
 
-@pytest.mark.parametrize("id", mjenv.ids())
+@pytest.mark.parametrize("id", IDS)
 @pytest.mark.parametrize(("options", "wrap"), CASES, ids=NAMES)
 def test_single(id: str, options: dict[str, Any], wrap: Any) -> None:
     names, counts = parts_of(id)

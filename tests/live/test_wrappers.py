@@ -21,13 +21,12 @@ from gymnasium.wrappers import (
 from numpy.typing import NDArray
 
 import mjenv
+from conftest import IDS
 from mjenv import Delay, Noise, Push
 from mjenv.verify import check_same
 from test_live_vector import check_results
 from test_randomisation import Perturbed
 
-# Those of Gymnasium: other tests register tasks of their own.
-IDS = [id for id in mjenv.ids() if "/" not in id and id in gymnasium.registry]
 Array = NDArray[Any]
 Wrap = Callable[[Any], Any]
 
