@@ -164,7 +164,6 @@ Model::Model(std::string label, Compiled model, Origin origin)
       nu_(static_cast<int>(model_->nu)),
       nbody_(static_cast<int>(model_->nbody)) {}
 
-double Model::timestep() const { return model_->opt.timestep; }
 int Model::more_state() const { return core::more_state(*model_); }
 bool Model::is_valid_more(const double* state) const { return core::is_valid_more(*model_, state); }
 

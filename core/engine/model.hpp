@@ -70,7 +70,6 @@ class Model {
   int more_state() const;
   // Whether MuJoCo can compute with these more_state() numbers.
   bool is_valid_more(const double* state) const;
-  double timestep() const;
   // How much memory an mjData of the model takes.
   std::size_t work_bytes() const;
   // The bounds of the actuators, rounded to float32 as in Gymnasium's action space.
