@@ -119,7 +119,7 @@ def compiled(block: Block) -> Path:
     source = program.with_name(f"{program.name}.source")
     source.write_text(text)
     flags = run(["pkg-config", "--cflags", "--libs", "mjenv"]).split()
-    if "mjenv/learn.h" in text:
+    if "<mjenv/learn.h" in text:  # learn.h or learn.hpp
         flags.append("-lmjenv-learn")
     run([*COMPILERS[block.language], str(source), "-x", "none", *flags, "-o", str(program)])
     return program
