@@ -133,7 +133,7 @@ def crate() -> Path:
     (folder / "examples").mkdir(parents=True)
     (folder / "src").mkdir(exist_ok=True)
     (folder / "src" / "lib.rs").touch()
-    dependency = f'mjenv = {{ path = "{ROOT / "bindings" / "rust" / "mjenv"}" }}'
+    dependency = f'mjenv = {{ path = "{ROOT / "bindings" / "rust" / "mjenv"}", features = ["learn"] }}'
     package = '[package]\nname = "blocks"\nversion = "0.0.0"\nedition = "2021"\n\n[workspace]\n\n[dependencies]\n'
     (folder / "Cargo.toml").write_text(f"{package}{dependency}\n")
     for block in BLOCKS:

@@ -75,8 +75,9 @@ const char* train() {
   const mjenv::Evaluation played = mjenv::evaluate(played_env, policy, 10, 100);
   EXPECT(played.returns == std::vector<double>(10, 1000.0) && played.lengths == std::vector<std::int64_t>(10, 1000));
 
-  const std::vector<double> obs(2 * 4, 0.5);
-  std::vector<float> action(2);
+  EXPECT(policy.observations() == 4 && policy.actuators() == 1);
+  const std::vector<double> obs(2 * policy.observations(), 0.5);
+  std::vector<float> action(2 * policy.actuators());
   policy.act(2, obs, action);
   EXPECT(action[0] == action[1] && action[0] != 0);
   EXPECT(refused(MJENV_E_SIZE, "obs_count", [&] { policy.act(3, obs, action); }));

@@ -262,6 +262,9 @@ MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
 /* Returns the id that a policy was trained for; NULL if it fails. */
 MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
 
+/* Tells how many elements an observation of the policy has, and how many actuators an action. */
+MJENV_LEARN_API mjenv_status mjenv_policy_sizes(const mjenv_policy *policy, int64_t *observations, int64_t *actuators);
+
 /* Computes the actions of rows.
  *   obs       [rows][obs_count / rows]; action [rows][action_count / rows]
  * Errors: SIZE (the policy is of another size), VALUE (precision). */

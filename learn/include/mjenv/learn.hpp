@@ -82,7 +82,9 @@ class Policy {
     if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_learn_last_error());
     return text;
   }
-  /* obs[rows][observations], action[rows][actuators] */
+  std::size_t observations() const { return sizes().first; }
+  std::size_t actuators() const { return sizes().second; }
+  /* obs[rows][observations()], action[rows][actuators()] */
   void act(std::int64_t rows, Span<const double> obs, Span<float> action,
            mjenv_precision precision = MJENV_PRECISION_FLOAT64) const {
     check_learn(mjenv_policy_act(handle(), precision, rows, obs.data(), int64(obs.size()), action.data(),
@@ -95,6 +97,11 @@ class Policy {
   std::unique_ptr<mjenv_policy, Destroy<mjenv_policy_destroy>> handle_;
 
   explicit Policy(mjenv_policy *handle) : handle_(handle) {}
+  std::pair<std::size_t, std::size_t> sizes() const {
+    std::int64_t inputs = 0, outputs = 0;
+    check_learn(mjenv_policy_sizes(handle(), &inputs, &outputs));
+    return {static_cast<std::size_t>(inputs), static_cast<std::size_t>(outputs)};
+  }
 };
 
 /* Episodes that a policy has played: the sum of the rewards of each, and its steps. */
