@@ -343,6 +343,9 @@ mjenv_learn_report Learner::update() {
     const double kl = (all.kl - kl_before) / static_cast<double>(order_.size());
     if (settings_->target_kl > 0 && kl > settings_->target_kl) break;
   }
+  if (!std::isfinite(kernels_.squares(parameters_.data(), parameters_.size())))
+    core::fail(MJENV_E_VALUE, "update " + std::to_string(report.updates) +
+                                  " made weights of the networks infinite: a smaller settings.learning_rate may help");
   const double steps = static_cast<double>(order_.size()) * static_cast<double>(report.epochs);
   report.policy_loss = all.policy / steps;
   report.value_loss = all.value / steps;
