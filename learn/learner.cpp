@@ -307,8 +307,8 @@ void Learner::finish_rollout() {
 
 double Learner::learning_rate() const {
   const std::int64_t steps = settings_->decay_steps > 0 ? settings_->decay_steps : settings_->steps;
-  const auto all = static_cast<double>((steps + settings_.batch() - 1) / settings_.batch());
-  const double done = std::min(1.0, static_cast<double>(updates()) / all);
+  const std::int64_t all = (steps + settings_.batch() - 1) / settings_.batch();  // updates
+  const double done = std::min(1.0, static_cast<double>(updates()) / static_cast<double>(all));
   return settings_->learning_rate + (settings_->final_learning_rate - settings_->learning_rate) * done;
 }
 
