@@ -6,8 +6,10 @@ Needs what tests/run view --long installs. The screenshots are in build/view-scr
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +90,30 @@ def test_a_training_that_is_watched_learns_the_same(tmp_path: Path, tab: Any) ->
     assert watched.returncode == 0
     page.page.close()
     assert (tmp_path / "plain/policy.txt").read_bytes() == (tmp_path / "watched/policy.txt").read_bytes()
+
+
+def test_mjenv_train_shows_what_it_trains(tmp_path: Path, tab: Any) -> None:
+    command = [sys.executable, "-m", "mjenv", "train", "Hopper-v5", "--view", "--out", tmp_path]
+    watched = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert watched.stderr
+    said = watched.stderr.readline()
+    assert said.startswith("mjenv view: ")
+    page = tab(said.split()[-1])
+    page.wait_for_picture()
+    page.page.close()
+    watched.send_signal(signal.SIGINT)
+    out, _ = watched.communicate()
+    assert watched.returncode == 130
+    assert out.startswith("stopped: ")
+    seen = (tmp_path / "curve.csv").read_text().splitlines()[1:]
+    assert seen
+
+    def stop(training: mjenv.training.Training) -> None:
+        if len(training.curve) == len(seen):
+            training.stop()
+
+    plain = mjenv.train("Hopper-v5", callback=stop)
+    assert [",".join(map(str, astuple(point))) for point in plain.curve] == seen
 
 
 def test_numba_tasks_can_be_loaded() -> None:
