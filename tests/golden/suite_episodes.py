@@ -1,4 +1,4 @@
-"""Records short episodes of dm_control's suite, for machines without dm_control: fma/dm_control.txt, sse2/dm_control.txt.
+"""Records short episodes of dm_control's suite for machines without it: fma/dm_control.txt and sse2/dm_control.txt.
 
     suite_episodes.py            writes both files; needs a CPU with AVX-512
     suite_episodes.py --check    records again, and compares what this CPU can give
@@ -62,8 +62,8 @@ def line(task: tuple[str, str], norm: str) -> str:
 def recorded() -> str:
     versions = [f"{name} {version(name)}" for name in ("dm_control", "mujoco", "numpy")]
     lines = [
-        f"# What dm_control's suite gives for {EPISODES} episodes of {STEPS} steps: ID NORM LENGTH RETURN CHECKSUM, as in"
-        " episodes.txt. An episode is truncated in its last step.",
+        f"# What dm_control's suite gives for {EPISODES} episodes of {STEPS} steps: ID NORM LENGTH RETURN CHECKSUM, as"
+        " in episodes.txt. An episode is truncated in its last step.",
         f"# {', '.join(versions)}, norm {norm_rounding()}, libm {libm()}",
         *(line(task, norm_rounding()) for task in TASKS),
     ]
