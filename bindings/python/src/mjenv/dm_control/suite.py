@@ -56,6 +56,9 @@ TASKS_BY_DOMAIN: dict[str, tuple[str, ...]] = {
     domain: tuple(task.replace("*", "") for task in tasks.split()) for domain, tasks in _TASKS.items()
 }
 
+# Programs add tasks of their own to ALL_TASKS, which dm_control then loads.
+_OURS = frozenset(ALL_TASKS)
+
 # Episodes of the others end after 1,000 steps of the task's own length.
 _ENDLESS = {"lqr"}
 _OPTIONS = {"fully_observable", "sparse"}
@@ -80,7 +83,7 @@ def load(
     then.
     """
     kwargs = dict(task_kwargs or {})
-    is_ours = (domain_name, task_name) in ALL_TASKS and kwargs.get("num_poles", 3) == 3
+    is_ours = (domain_name, task_name) in _OURS and kwargs.get("num_poles", 3) == 3
     if not is_ours:
         return _original(domain_name, task_name)(
             domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward
@@ -211,7 +214,14 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             self.mjenv = make(id, frame_skip=n_sub_steps, **options)
         seconds = natural if time_limit is None else time_limit
         self._limit = seconds / (timestep * self.mjenv.frame_skip)
-        self._flat = flat_observation
+        # The name of each term, where it is in the library's observation, and its shape if it is another.
+        self._terms: list[tuple[str, Any, tuple[int, ...] | None]] = []
+        for field in () if flat_observation else self.mjenv._rows.fields(Role.OBSERVATION):
+            is_number = field.name in _NUMBERS
+            part = field.offset if is_number else slice(field.offset, field.offset + field.count)
+            self._terms.append((field.name, part, None if is_number else _SHAPES.get(field.name)))
+        self._controls = np.empty(self.mjenv.action_space.shape)
+        self._zeros = np.zeros(self.mjenv.action_space.shape)
         self._physics: Physics | None = None
         self.task = Task(self.mjenv._rows, random)
         self.mjenv._seed = 0  # the task's stream is seeded: resets go on with it
@@ -232,14 +242,14 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         """Takes a step, or begins an episode if the last one has ended."""
         if self._ended:
             return self.reset()
-        controls = np.empty(self.mjenv.action_space.shape)
+        controls = self._controls
         np.copyto(controls, action)
-        if not np.isfinite(controls).all():
+        if controls.dot(self._zeros) != 0:  # which is NaN unless all are finite
             self.physics.fail("Warning(s) raised: mjWARN_BADCTRL")
-        values, reward, terminated, _, _ = self.mjenv.step(controls)
+        values, reward, terminated, _, _ = self.mjenv._step(controls)
         if self.mjenv._exchange.status[0]:
             self.physics.fail("MuJoCo found bad numbers in it, and reset the simulation")
-        self.physics.check_contacts(self.mjenv.arrays["ncon"])
+        self.physics.check_contacts(self.mjenv.arrays["ncon"].item())
         if self.task.visualize_reward:
             self.task.show(reward, self.physics)
         self._steps += 1
@@ -289,13 +299,11 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         self.mjenv.close()
 
     def _observation(self, values: NDArray[np.float64]) -> Observation:
-        if self._flat:
+        if not self._terms:
             return OrderedDict(observations=values)
         terms: Observation = OrderedDict()
-        for field in self.mjenv._rows.fields(Role.OBSERVATION):
-            value = values[field.offset : field.offset + field.count]
-            name = field.name
-            terms[name] = value[0] if name in _NUMBERS else value.reshape(_SHAPES[name]) if name in _SHAPES else value
+        for name, part, shape in self._terms:
+            terms[name] = values[part] if shape is None else values[part].reshape(shape)
         return terms
 
 
@@ -314,3 +322,13 @@ def _timesteps(control_timestep: float, timestep: float) -> int:
 def _checked_seed(seed: Any) -> int:
     np.random.RandomState(seed)
     return int(seed)
+
+
+def __getattr__(name: str) -> Any:
+    """What else dm_control.suite has, if it is installed: its domains and REWARD_VIZ, for example."""
+    if not name.startswith("__"):
+        try:
+            return getattr(import_module("dm_control.suite"), name)
+        except ImportError:
+            pass
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
