@@ -251,9 +251,25 @@ class RandomState {
   double uniform(double low, double high) { return mjenv_random_state_uniform(c_, low, high); }
   double randn() { return mjenv_random_state_randn(c_); }
   std::int64_t randint(std::int64_t low, std::int64_t high) { return mjenv_random_state_randint(c_, low, high); }
+  std::int64_t choice(std::int64_t count) { return mjenv_random_state_choice(c_, count, nullptr); }
   /* choice(len(p), p=p) */
-  std::int64_t choice(std::initializer_list<double> p) {
-    return mjenv_random_state_choice(c_, static_cast<std::int64_t>(p.size()), p.begin());
+  std::int64_t choice(const std::vector<double> &p) {
+    return mjenv_random_state_choice(c_, static_cast<std::int64_t>(p.size()), p.data());
+  }
+  std::vector<std::int64_t> permutation(std::int64_t count) {
+    std::vector<std::int64_t> order(static_cast<std::size_t>(std::max<std::int64_t>(count, 0)));
+    mjenv_random_state_permutation(c_, count, order.data());
+    return order;
+  }
+  /* shuffle(values): of a std::vector, an Eigen vector or another sequence with size() and []. */
+  template <typename Values>
+  void shuffle(Values &&values) {
+    using Index = decltype(values.size());
+    std::vector<std::decay_t<decltype(values[0])>> old;
+    for (Index i = 0; i < values.size(); ++i) old.push_back(values[i]);
+    const std::vector<std::int64_t> order = permutation(static_cast<std::int64_t>(old.size()));
+    for (Index i = 0; i < values.size(); ++i)
+      values[i] = old[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])];
   }
   /* No number was drawn since it was seeded. */
   bool is_new() const { return mjenv_random_state_is_new(c_) != 0; }
@@ -611,14 +627,16 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* Gives each row its own copy of an array (mjenv_build_own). One of mjModel needs current(), and is written in reset
-   * with start[own] and in step with row[own]. "qfrc_applied" and "xfrc_applied" are written in before_step and
+  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). One of mjModel needs current(), and is
+   * written in reset with start[own] and in step with row[own]. "qfrc_applied" and "xfrc_applied" are written in before_step and
    * before_substep with control[own], and in step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
-    const auto shared = array(name);
-    own_.push_back(shared);
-    return {mjenv_build_own(builder_, name), shared.count};
+    mjenv_field field = MJENV_FIELD_INIT;
+    const std::int32_t at = mjenv_build_array(builder_, name, &field);
+    const std::int32_t index = mjenv_build_own(builder_, name);
+    if (!builder_->failed) own_.push_back(numbers(builder_->sim->arrays[at], field));
+    return {index, static_cast<Eigen::Index>(field.count)};
   }
 
   /* ---- Options: each call declares an option with its default and documentation, and returns its value ---- */
@@ -848,13 +866,8 @@ class Robot {
     std::vector<double> carried(static_cast<std::size_t>(carry_count_));
     if (functions_.carry) functions_.carry(sim, carried.data());
     Info info(functions_.info, builder_, MJENV_ROLE_INFO);
-    std::vector<std::vector<double>> values;
     std::vector<double *> own;
-    for (const Shared<double> &array : own_) {
-      const auto *from = static_cast<const double *>(builder_->sim->arrays[array.index]);
-      values.emplace_back(from, from + array.count);
-      own.push_back(values.back().data());
-    }
+    for (std::vector<double> &values : own_) own.push_back(values.data());
     Row row(carried.data(), builder_->random, own.data());
     functions_.step(sim, row, info);
   }
@@ -869,7 +882,7 @@ class Robot {
   Eigen::Index carry_count_ = 0;
   Carry carried_;
   std::vector<Carry> kept_;
-  std::vector<Shared<double>> own_;
+  std::vector<std::vector<double>> own_; /* the model's values of the own arrays, for the trial call of step */
   struct CarryBounds {
     Carry numbers;
     double low, high;
@@ -882,6 +895,11 @@ class Robot {
       return [map](const Sim &s, Row &, Control &control) { map(s, control); };
     else
       return map;
+  }
+  static std::vector<double> numbers(const void *array, const mjenv_field &field) {
+    if (field.dtype == MJENV_DTYPE_FLOAT32)
+      return {static_cast<const float *>(array), static_cast<const float *>(array) + field.count};
+    return {static_cast<const double *>(array), static_cast<const double *>(array) + field.count};
   }
   static int version_of(const char *id) {
     const std::string text = id;
