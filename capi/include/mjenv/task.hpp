@@ -312,7 +312,10 @@ struct Start {
 
   /* For tasks with Robot::current. sim() is up to date after forward, advance and restart, and at the beginning; qpos,
    * qvel and act are its state. */
-  Sim sim() const { return Sim(c_->sim); }
+  Sim sim() const {
+    check_current();
+    return Sim(c_->sim);
+  }
   /* A Robot::own, which reset writes. The next reset finds what this one has written. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
     if (!c_->own || !c_->own[own.index])
@@ -326,7 +329,10 @@ struct Start {
   /* Begins again: mj_resetData, then forward. */
   void restart() { check(mjenv_start_restart(c_)); }
   std::int64_t contact_count() const { return mjenv_start_contact_count(c_); }
-  void set_time(double time) { *c_->time = time; }
+  void set_time(double time) {
+    check_current();
+    *c_->time = time;
+  }
 
  private:
   double *carried_;
@@ -334,6 +340,9 @@ struct Start {
   const double *parameters_;
   mjenv_start *c_;
 
+  void check_current() const {
+    if (!c_->sim) throw std::logic_error("a reset sees and changes the simulation if the definition calls current()");
+  }
   static void check(std::int32_t failed) {
     if (failed != 0) throw std::runtime_error("MuJoCo failed"); /* the library knows why */
   }
@@ -559,6 +568,48 @@ struct Outline {
 
 }  // namespace detail
 
+namespace detail {
+
+template <typename Derived>
+std::true_type is_dense(const Eigen::DenseBase<Derived> *);
+std::false_type is_dense(const void *);
+
+/* These stop the compiler with a plain message at a lambda with wrong parameters or a wrong result. */
+template <typename F>
+constexpr void check_observe() {
+  static_assert(
+      !std::is_invocable_v<const F &, const Sim &, Rng &> && !std::is_invocable_v<const F &, const Sim &, Row &>,
+      "observe cannot draw or change the row, because it is also called when a program reads a row: draw in "
+      "step, and carry the number");
+  static_assert(std::is_invocable_v<const F &, const Sim &>,
+                "the lambda of observe takes (const Sim &s), and is not mutable");
+  if constexpr (std::is_invocable_v<const F &, const Sim &>) {
+    using V = std::decay_t<std::invoke_result_t<const F &, const Sim &>>;
+    static_assert(std::is_arithmetic_v<V> || decltype(is_dense(static_cast<V *>(nullptr)))::value,
+                  "the lambda of observe returns a number or an Eigen vector");
+  }
+}
+template <typename F>
+constexpr void check_map() {
+  static_assert(std::is_invocable_v<const F &, const Sim &, Control &> ||
+                    std::is_invocable_v<const F &, const Sim &, Row &, Control &>,
+                "the lambda of before_step and before_substep takes (const Sim &s, Control &control) or (const Sim &s, "
+                "Row &row, Control &control), and is not mutable");
+}
+template <typename F>
+constexpr void check_step() {
+  static_assert(
+      std::is_invocable_r_v<Outcome, const F &, const Sim &, Info &> ||
+          std::is_invocable_r_v<Outcome, const F &, const Sim &, const Carried &, Info &> ||
+          std::is_invocable_r_v<Outcome, const F &, const Sim &, Row &, Info &> ||
+          std::is_invocable_r_v<Outcome, const F &, const Sim &, const Carried &, Row &, Info &>,
+      "the lambda of step takes (const Sim &s, Info &info), (const Sim &s, const Carried &before, Info &info), "
+      "(const Sim &s, Row &row, Info &info) or (const Sim &s, const Carried &before, Row &row, Info &info), "
+      "returns an Outcome, and is not mutable");
+}
+
+}  // namespace detail
+
 /* What a definition calls to describe its task. */
 class Robot {
  public:
@@ -737,6 +788,7 @@ class Robot {
   /* Adds a term to the observation: term(sim) returns an Eigen vector expression or a number. */
   template <typename F>
   void observe(const char *name, const F &term, const char *doc = "") {
+    detail::check_observe<F>();
     functions_.terms.push_back({name, doc, group_, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
                                   const auto values = term(s);
                                   using V = std::decay_t<decltype(values)>;
@@ -790,6 +842,10 @@ class Robot {
   /* Sets the lambda that draws the initial state of an episode, from the row's Rng or from its RandomState. */
   template <typename F>
   void reset(const F &draw) {
+    static_assert(
+        std::is_invocable_v<const F &, Start &, Rng &> || std::is_invocable_v<const F &, Start &, RandomState &>,
+        "the lambda of reset takes (Start &start, Rng &rng) or (Start &start, RandomState &random), and is not "
+        "mutable; it sees the simulation as start.sim(), if the definition calls current()");
     if constexpr (std::is_invocable_v<F, Start &, Rng &>) {
       functions_.reset = [draw](Start &start, mjenv_random *stream) {
         Rng rng(stream);
@@ -809,35 +865,54 @@ class Robot {
    * (mjenv_task.before_step). */
   template <typename F>
   void before_step(const F &map) {
+    detail::check_map<F>();
     functions_.before_step = control_of(map);
   }
   template <typename F>
   void before_substep(const F &map) {
+    detail::check_map<F>();
     functions_.before_substep = control_of(map);
   }
   /* Sets the lambda that writes the info of a reset. */
-  void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
+  template <typename F>
+  void reset_info(const F &info) {
+    static_assert(std::is_invocable_v<const F &, const Sim &, Info &>,
+                  "the lambda of reset_info takes (const Sim &s, Info &info), and is not mutable");
+    functions_.reset_info = info;
+  }
   /* Sets the lambda before(sim), which returns what the next step needs to know of the present state: a vector of fixed
    * length. It is called when mjenv_task's carry is called. */
   template <typename F, typename = std::enable_if_t<!std::is_arithmetic_v<F>>>
   void carry(const F &before) {
+    static_assert(
+        std::is_invocable_v<const F &, const Sim &>,
+        "the lambda of carry takes (const Sim &s), and is not mutable; it cannot draw, because it is also called "
+        "when a program changes a row");
     using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
     static_assert(V::SizeAtCompileTime > 0, "a carried vector has a fixed length");
+    if (functions_.step) throw std::logic_error("step takes the vector that carry returns: call carry before step");
     carried_ = carry(static_cast<int>(V::SizeAtCompileTime));
     functions_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
   }
   /* Sets the lambda that computes the reward, the info and whether the episode has terminated, after frame_skip
-   * mj_steps. Its parameters are (sim, info), (sim, carried, info) with the vector of carry, or (sim, row, info). */
+   * mj_steps. Its parameters are (sim, info), (sim, carried, info) with the vector of carry, which is empty
+   * without carry, (sim, row, info), or (sim, carried, row, info). */
   template <typename F>
   void step(const F &outcome) {
+    detail::check_step<F>();
     if constexpr (std::is_invocable_v<F, const Sim &, Info &>)
       functions_.step = [outcome](const Sim &s, Row &, Info &info) -> Outcome { return outcome(s, info); };
     else if constexpr (std::is_invocable_v<F, const Sim &, Row &, Info &>)
       functions_.step = outcome;
-    else
-      functions_.step = [outcome, carried = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
-        return outcome(s, Carried(row[carried].data(), carried.count), info);
+    else {
+      functions_.step = [outcome, at = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
+        const Carried carried(row[at].data(), at.count);
+        if constexpr (std::is_invocable_v<F, const Sim &, const Carried &, Info &>)
+          return outcome(s, carried, info);
+        else
+          return outcome(s, carried, row, info);
       };
+    }
   }
 
   /* Makes the trial calls, which describe the fields and their lengths. */
