@@ -246,8 +246,18 @@ bool OwnArray::checks_elements_alone() const {
   return !is_in(kQuaternions, original.name) && !is_in(kDirections, original.name);
 }
 
+void OwnArray::read(const std::byte* block, double* values) const {
+  with_type(original.type, [&](auto zero) {
+    const auto* from = reinterpret_cast<const decltype(zero)*>(block + offset);
+    std::copy_n(from, original.count(), values);
+  });
+}
+
 void OwnArray::write(const double* values, std::byte* block) const {
-  for (std::size_t i = 0; i < original.count(); ++i) write(i, values[i], block);
+  with_type(original.type, [&](auto zero) {
+    auto* to = reinterpret_cast<decltype(zero)*>(block + offset);
+    std::transform(values, values + original.count(), to, [](double x) { return static_cast<decltype(zero)>(x); });
+  });
 }
 
 void OwnArray::write(std::size_t index, double value, std::byte* block) const {

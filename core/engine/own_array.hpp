@@ -35,6 +35,8 @@ struct OwnArray {
   // Whether `check` can judge each element without the others.
   bool checks_elements_alone() const;
 
+  // The values in a row's block as doubles.
+  void read(const std::byte* block, double* values) const;
   void write(const double* values, std::byte* block) const;
   void write(std::size_t element, double value, std::byte* block) const;
 };

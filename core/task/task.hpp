@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +35,8 @@ struct ResetSimulation {
   Work& work;
   SimView& view;
   double *time, *const *own;
+  // Gives the simulation what the reset has written to own arrays. Throws if MuJoCo could not compute with it.
+  const std::function<void()>& take_own;
 };
 
 // What before_step and before_substep write: the part of mjenv_control that does not belong to the row.

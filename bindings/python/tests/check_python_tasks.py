@@ -487,6 +487,26 @@ def changed(**attributes: Any) -> type[mjenv.Task]:
         ("New-v0", changed(options={"x": None}), mjenv.OptionError, "not None"),
         ("New-v0", changed(frame_skip=0), mjenv.InvalidValueError, "frame_skip is 0"),
         ("New-v0", changed(observe=12345), mjenv.OptionError, "observe is machine code, so reset must be, too"),
+        (
+            "New-v0",
+            changed(observe=lambda self, sim, rng: sim.qpos),
+            TypeError,
+            r"observe takes \(self, sim\), not \(self, sim, rng\); it cannot draw: draw in step",
+        ),
+        (
+            "New-v0",
+            changed(step=lambda self, sim: None),
+            TypeError,
+            r"step takes \(self, sim, action\), not \(self, sim\)",
+        ),
+        (
+            "New-v0",
+            changed(reset=lambda self, rng: None),
+            TypeError,
+            r"reset takes \(self, rng, rows\), not \(self, rng\)",
+        ),
+        ("New-v0", changed(carry=lambda self: None), TypeError, r"carry takes \(self, sim\), not \(self\)"),
+        ("New-v0", changed(build=lambda self, model, x: None), TypeError, r"build takes \(self, model\), not"),
     ],
 )
 def test_bad_tasks(id: str, task: Any, error: type[Exception], message: str) -> None:

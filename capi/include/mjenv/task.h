@@ -360,6 +360,7 @@ struct mjenv_task_api {
   int64_t (*state_choice)(mjenv_random *random, int64_t count, const double *p);
   int32_t (*state_is_new)(mjenv_random *random);
   void (*action)(mjenv_builder *builder, int64_t count, const double *low, const double *high);
+  void (*state_permutation)(mjenv_random *random, int64_t count, int64_t *order);
 };
 
 /* Returns the library's functions for callbacks, for languages that need them before a callback runs. The struct is
@@ -492,9 +493,10 @@ static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, con
 /* Gives each row its own copy of an array, and returns the index i of the array in the members `own`. An array of
  * mjModel is written by reset (mjenv_start.own[i]) and step (mjenv_outcome.own[i]), and needs mjenv_build_current. What
  * they have written stays, also after resets. They fail if they write numbers that mjenv_write refuses; if they fail,
- * the row keeps its old values. qfrc_applied and xfrc_applied are written by before_step, before_substep
- * (mjenv_control.own[i]) and step. Fails for arrays of which rows cannot have copies (see mjenv_write) or whose
- * elements are no doubles. */
+ * the row keeps its old values. The elements are doubles; where MuJoCo has float32 (hfield_data, geom_rgba), what they
+ * write is rounded. qfrc_applied and xfrc_applied are written by before_step, before_substep (mjenv_control.own[i]) and
+ * step. Fails for arrays of which rows cannot have copies (see mjenv_write), for integers, and if it was called for this
+ * array before. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }
@@ -563,9 +565,15 @@ static inline double mjenv_random_state_randn(mjenv_random *random) { return ran
 static inline int64_t mjenv_random_state_randint(mjenv_random *random, int64_t low, int64_t high) {
   return random->api->state_randint(random, low, high);
 }
-/* choice(count, p=p): p[count] must be given, and count must be at least 1 */
+/* choice(count, p=p): an integer in [0, count). count must be 1 to 2^32
+ * p  [count] the probabilities, whose sum is 1; NULL: all numbers are equally likely */
 static inline int64_t mjenv_random_state_choice(mjenv_random *random, int64_t count, const double *p) {
   return random->api->state_choice(random, count, p);
+}
+/* permutation(count): writes the integers of [0, count) in random order into order[count], where count is at most 2^32.
+ * shuffle(x), which draws the same numbers, moves x[order[i]] to x[i]. */
+static inline void mjenv_random_state_permutation(mjenv_random *random, int64_t count, int64_t *order) {
+  random->api->state_permutation(random, count, order);
 }
 /* Returns 1 if no number was drawn since the stream was seeded, else 0. */
 static inline int32_t mjenv_random_state_is_new(mjenv_random *random) { return random->api->state_is_new(random); }

@@ -162,7 +162,8 @@ struct Lanes {
   const GeomPair* pairs;
   int pair_count;
   const BoxPair* box_pairs;
-  const GeomBox* boxes;  // for each geom, if there are box_pairs
+  const GeomBox* boxes;         // for each geom, if there are box_pairs
+  const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
 
   bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
   unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits

@@ -293,6 +293,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::vector<unsigned char> hits_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
   std::array<const mjModel*, kMaxWidth> row_models_{};
+  std::array<const float*, kMaxWidth> heights_{};  // the rows' hfield_data
   std::array<mjData*, kMaxWidth> data_{};
   int count_ = 0;
   std::uint32_t all_ = 0;  // the lanes that have a row, as bits
@@ -409,6 +410,11 @@ void LaneStepper::gather_own() {
       if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
     for (const OwnNumbers& own : frames_)
       if (lanes_.has_own_frames && !own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
+  }
+  lanes_.heights = nullptr;
+  for (int lane = 0; lane < code_.width; ++lane) {
+    heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
+    if (heights_[lane] != m_.hfield_data) lanes_.heights = heights_.data();
   }
   for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
 }

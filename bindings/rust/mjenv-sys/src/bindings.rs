@@ -1713,6 +1713,9 @@ pub struct mjenv_task_api {
             high: *const f64,
         ),
     >,
+    pub state_permutation: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
+    >,
 }
 impl Default for mjenv_task_api {
     fn default() -> Self {
