@@ -1,9 +1,9 @@
 """Compares builds of benchmarks/lanes, numbers of lanes, and mujoco.batch of MuJoCo 4.0: the time of a step of one row.
 
-Each NAME is an ID or model as benchmarks/lanes takes it. All step 64 rows under random controls on one thread, in turns, each
-time in a new process. The time is CPU time; that of the start is taken off, because each process also runs with few
-steps. Prints CSV: for each name the first build's microseconds without lanes, then how many times as fast the others are
-(medians of the ratios within each round), and at the end the geometric means.
+Each NAME is an ID or model as benchmarks/lanes takes it. All step 64 rows under random controls on one thread, in
+turns, each time in a new process. The time is CPU time; that of the start is taken off, because each process also runs
+with few steps. Prints CSV: for each name the first build's microseconds without lanes, then how many times as fast the
+others are (medians of the ratios within each round), and at the end the geometric means.
 """
 
 from __future__ import annotations
@@ -90,7 +90,8 @@ def main() -> None:
                 ratios["mujoco.batch"].append(alone[-1] / seconds_of_batch(arguments.batch, name, steps))
         for head in heads:
             all_ratios[head].append(median(ratios[head]))
-        print(Path(name).name, f"{1e6 * median(alone):.2f}", *(f"{median(ratios[h]):.3f}" for h in heads), sep=",", flush=True)
+        medians = [f"{median(ratios[head]):.3f}" for head in heads]
+        print(Path(name).name, f"{1e6 * median(alone):.2f}", *medians, sep=",", flush=True)
     print("geometric mean", "", *(f"{geometric_mean(all_ratios[head]):.3f}" for head in heads), sep=",")
 
 
