@@ -60,12 +60,12 @@ void move(Robot& r, const char* name, double speed) {
   const int torso = r.body("torso");
   const Sensor velocity = r.sensor("velocimeter");
   observe_quadruped(r);
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     rise_without_contacts(start, random_quaternion(norm, [&] { return random.randn(); }), 0, 0);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double forward = tolerance(s.sensor(velocity)[0], {speed, kInfinity}, {speed, Sigmoid::linear, 0.5});
-    return {upright_reward(s, torso) * forward, false};
+    return upright_reward(s, torso) * forward;
   });
 }
 
@@ -95,7 +95,7 @@ MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
   });
   r.observe("target_position",
             [=](const Sim& s) { return in_frame(norm, s.site_xpos(target) - s.xpos(torso), s.xmat(torso)); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     const double azimuth = random.uniform(0, 2 * kPi);
     const double far = 0.9 * start[geom_size][3 * floor];
     const double x = random.uniform(-far, far), y = random.uniform(-far, far);
@@ -103,13 +103,13 @@ MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
     for (int i = 0; i < 2; ++i) start.qpos[ball_root.qpos + i] = random.uniform(-far, far);
     start.qpos[ball_root.qpos + 2] = 2;
     for (int i = 0; i < 2; ++i) start.qvel[ball_root.qvel + i] = 5 * random.randn();
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const auto across = [&](int site) { return norm((s.site_xpos(site) - s.xpos(ball)).head<2>().eval()); };
     const Margin arena{s[geom_size][3 * floor] * std::sqrt(2.0), Sigmoid::linear, 0};
     const double reach =
         tolerance(across(workspace), {0, s[site_size][3 * workspace] + s[geom_size][3 * ball_geom]}, arena);
     const double fetch = tolerance(across(target), {0, s[site_size][3 * target]}, arena);
-    return {upright_reward(s, torso) * (reach * (0.5 + 0.5 * fetch)), false};
+    return upright_reward(s, torso) * (reach * (0.5 + 0.5 * fetch));
   });
 }

@@ -488,7 +488,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   perturbation_ = std::move(next);
 }
 
-// Sets to 0 the pushing forces that the last step of each row has left in its own values.
+// Sets the forces to 0 that the pushes of each row's last step have left in its own values.
 void Env::end_pushes() {
   if (!perturbation_.pushes()) return;
   for (std::int64_t row = 0; row < rows(); ++row) {

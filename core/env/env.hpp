@@ -38,8 +38,8 @@ class Env {
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together, given the rows' present values. Forces are considered only while no row
-  // is under way.
+  // How many rows each thread steps together with the rows' present values. While rows are under way, the answer
+  // ignores the forces on them.
   LaneChoice lanes() const;
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 

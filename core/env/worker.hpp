@@ -38,7 +38,7 @@ class Worker {
     transformed.resize(static_cast<std::size_t>(task_.action_count()));
   }
 
-  // True if the work space holds the row's derived arrays.
+  // Whether the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
   // Makes the work space hold the row's derived arrays, by computing them again if necessary.
   void hold(Rows& rows, std::int64_t row);
@@ -80,7 +80,7 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  // Must be prepared if mj_setConst was called for a row, or if resets call it.
+  // Call its prepare() if mj_setConst was called for a row, and its prepare_draw() if resets call mj_setConst.
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;

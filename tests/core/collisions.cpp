@@ -71,8 +71,8 @@ class Scene {
         work_(model_),
         tables_(*model_) {
     const auto numbers = [](int count) { return std::vector<lanes::V>(static_cast<std::size_t>(count)); };
-    for (const int count :
-         {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kMost, 3 * lanes::Contacts::kMost, 9 * lanes::Contacts::kMost})
+    for (const int count : {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kCapacity, 3 * lanes::Contacts::kCapacity,
+                            9 * lanes::Contacts::kCapacity})
       memory_.push_back(numbers(count));
     d_.model = &m_;
     d_.geom_xpos = numbers_of(0);

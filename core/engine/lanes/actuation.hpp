@@ -173,7 +173,7 @@ class Actuation {
       case mjDYN_INTEGRATOR: return ctrl_;
       case mjDYN_FILTER: return (ctrl_ - act_) / (prm[0] > mjMINVAL ? prm[0] : mjMINVAL);
       case mjDYN_MUSCLE: return each([&](int lane) { return mju_muscleDynamics(ctrl_[lane], act_[lane], prm); });
-      default: return V{};  // would call mjcb_act_dyn, which is not set: see `callbacks` in stages.cpp
+      default: return V{};  // would call mjcb_act_dyn, which the obstacle `callbacks` in stages.cpp excludes
     }
   }
 

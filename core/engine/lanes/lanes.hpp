@@ -111,8 +111,8 @@ struct ConstraintNumbers {
   double impratio, friction[5];
 };
 
-// The numbers of several rows side by side. The arrays have their names in mjData. Number i of lane l is at [i * width
-// + l]. One block of memory holds all arrays.
+// The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
+// lane l is at [i * width + l]. One block of memory holds all arrays.
 struct Lanes {
   const mjModel* model;
 
@@ -148,11 +148,11 @@ struct Lanes {
   // The following depend on the model alone, so they have one number for all lanes. The dofs at which the Jacobian of
   // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
   const int *tendon_dof_adr, *tendon_dofs;
-  const int* columns;       // lists of dofs, to which first_column leads
+  const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
-  bool has_negative_zeros;  // some vector of the model that quaternions rotate has a -0
+  bool has_negative_zeros;  // a vector of the model that quaternions rotate contains -0
   bool has_damping;
   bool has_single_passive;               // MuJoCo computes the passive forces row by row
   bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
@@ -166,8 +166,8 @@ struct Lanes {
 
   bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
   unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits
-  unsigned left;        // lanes, as bits, whose rows MuJoCo's own code must step, because of a number or case
-  unsigned unlike;      // the same, because of the rows' own numbers of mjModel
+  unsigned left;        // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
+  unsigned unlike;      // the same, for the rows' own numbers of mjModel
 };
 
 // What a limit or friction constrains.
@@ -176,7 +176,7 @@ enum class Object { dof, joint, ball, tendon };
 // The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
 // constraints.
 struct Contacts {
-  static constexpr int kMost = 96;
+  static constexpr int kCapacity = 96;
 
   const int* joints;  // slides, hinges and balls with limits
   int joint_count;
@@ -222,10 +222,10 @@ struct Contacts {
   unsigned single_rows[kMostSingle];
   double *single_dist, *single_pos, *single_frame;
 
-  Limit limits[kMost];
-  Contact contacts[kMost];
+  Limit limits[kCapacity];
+  Contact contacts[kCapacity];
   int limit_count, contact_count;
-  int found[kMaxWidth];        // how many contacts each lane has, also such as make no constraints
+  int found[kMaxWidth];        // how many contacts each lane has, also counting those that make no constraints
   int constraints[kMaxWidth];  // how many constraints each lane has
 
   // For each limit: its distance, and for a ball the axis [3] of its rotation. For each contact: dist, pos [3] and
@@ -255,8 +255,8 @@ struct Constraints {
 
   // Equality and friction constraints are at places before `bounded`. For each of these places: low and high, between
   // which the cost is quadratic in J * qacc - aref (NaN: no bound); frictionloss; and bend, which is -R *
-  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or its negative, so an inequality that is there
-  // has a frictionloss of 0.
+  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or -frictionloss. An inequality at such a place
+  // has frictionloss 0.
   int bounded;
   double *low, *high, *frictionloss, *bend;
 
@@ -308,7 +308,7 @@ struct Constraints {
   FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                               \
   FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                                      \
   FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                                   \
-  /* From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint. */                                   \
+  /* Compute qacc and qfrc_constraint from constraints that have been made. */                                              \
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                         \
   FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                            \
   /* mj_sensorPos, mj_sensorVel and mj_sensorAcc of the sensors that senses_in_lanes names. The constraints are those    */ \

@@ -104,7 +104,7 @@ std::vector<int> bodies_in_fluid(const mjModel& m) {
   return bodies;
 }
 
-// The pairs with the limits of the test of bounding spheres in mj_collideGeoms.
+// The pairs, each with the limit beyond which the test of bounding spheres in mj_collideGeoms excludes it.
 std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
   std::vector<GeomPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
@@ -187,12 +187,12 @@ BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<Geom
   for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
   const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
   // MuJoCo makes the prisms of a height field higher by the margin. Also, their centres can be nearer to the geom than
-  // the field's centre is.
+  // the field's centre is. So the limit for height fields is greater.
   const double most = is_ground ? 2 * margin + kGround : margin;
   return {most + box1.round + box2.round + kShare * size, is_ground};
 }
 
-// Whether the tendon's Jacobian is 0 in each state.
+// Whether the tendon's Jacobian is 0 in every state.
 bool is_still(const mjModel& m, int tendon, const std::vector<int>& dofs) {
   const int adr = m.tendon_adr[tendon];
   return dofs.empty() ||

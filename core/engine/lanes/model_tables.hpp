@@ -1,4 +1,4 @@
-// What lanes need that depends on the model alone. It is computed once.
+// Tables for lanes that depend on the model alone, so they are computed once.
 #pragma once
 
 #include <optional>

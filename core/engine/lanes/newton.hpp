@@ -80,8 +80,8 @@ unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   return lost;
 }
 
-// MuJoCo's line search (CGsearch) for one lane, divided at its evaluations (CGeval), so that all lanes are evaluated
-// together.
+// MuJoCo's line search (CGsearch) for one lane. It stops where CGsearch calls CGeval, so that the caller can evaluate
+// all lanes together, and goes on in `take`.
 class LineSearch {
  public:
   void begin(double gtol) {
@@ -95,11 +95,11 @@ class LineSearch {
     stage_ = Stage::ended;
   }
   bool has_ended() const { return stage_ == Stage::ended; }
-  // Where to evaluate next. After the search has ended: the step that it found.
+  // Where the caller must evaluate next, or after the search has ended, the step that it has found.
   double alpha() const { return alpha_; }
 
-  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Goes on to the next
-  // evaluation.
+  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Then searches on, up to
+  // the next evaluation.
   void take(double cost, double slope, double curvature) {
     ++evaluations_;
     const Point point{alpha_, cost, slope, curvature};
@@ -120,7 +120,7 @@ class LineSearch {
   }
 
  private:
-  static constexpr int kMost = 50;  // LSmaxiter
+  static constexpr int kMaxEvaluations = 50;  // LSmaxiter
   enum class Stage { start, first, one_sided, bracketed, middle, next1, next2, ended };
   struct Point {
     double alpha, cost, slope, curvature;
@@ -140,18 +140,18 @@ class LineSearch {
 
   // The one-sided search, which ends when the least cost is between p1 and p2.
   void go_on() {
-    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMost) {
+    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMaxEvaluations) {
       p2_ = p1_;
       has_p2_ = true;
       return evaluate_at(newton(p1_), Stage::one_sided);
     }
-    if (evaluations_ >= kMost || !has_p2_) return end(p1_.alpha);
+    if (evaluations_ >= kMaxEvaluations || !has_p2_) return end(p1_.alpha);
     p2_next_ = p1_;
     evaluate_at(newton(p1_), Stage::bracketed);
   }
 
   void bisect() {
-    if (evaluations_ < kMost) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
+    if (evaluations_ < kMaxEvaluations) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
     if (p1_.cost <= p2_.cost && p1_.cost < p0_.cost) return end(p1_.alpha);
     end(p2_.cost <= p1_.cost && p2_.cost < p0_.cost ? p2_.alpha : 0);
   }
@@ -239,8 +239,8 @@ class Newton : Constrained {
     return sum;
   }
 
-  // warmstart of engine_forward.c. It chooses the first acceleration, and keeps the products of M and J with it, with
-  // which mj_solNewton begins.
+  // warmstart of engine_forward.c. Chooses the acceleration with which mj_solNewton begins, and keeps the products of M
+  // and J with it.
   void warmstart() {
     V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);
     const V* const smooth = vectors(d_.qacc_smooth);
@@ -313,8 +313,8 @@ class Newton : Constrained {
     cholFactor(H, nv_);
   }
 
-  // The H of mjContact that mj_constraintUpdate computes. Only the lower triangle, because mju_cholFactor reads no
-  // more.
+  // The H of mjContact that mj_constraintUpdate computes. Computes only the lower triangle, because mju_cholFactor does
+  // not read the rest.
   void cone_Hessian(V* H, int i) const {
     const int dim = c_.dims[i];
     const Cone cone = cone_at(i, of(c_.jar));
@@ -352,8 +352,8 @@ class Newton : Constrained {
     }
   }
 
-  // Updates H for the constraints whose state has changed. Each lane makes its changes one after the other; all lanes
-  // that still have one make it together. old: c_.quadratic before the move.
+  // Updates H for the constraints whose state has changed. In each round, every lane that still has such a constraint
+  // updates H for one of them. old: c_.quadratic before the move.
   void HessianIncremental(const unsigned char* old) {
     int next[kWidth] = {};
     V* const vec = of(c_.vec);

@@ -29,8 +29,8 @@ V half_width(const GeomBox& box, const V* share, int stride) {
 }
 
 // The greatest gap between the projections of two boxes on the axes of the separating axis theorem. Axes that are cross
-// products are not normalised, so the gap along them is too small by the factor of the sine between the two crossed
-// axes.
+// products are not normalised, so the gap along them is multiplied by the sine of the angle between the two axes. This
+// only makes it smaller.
 V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   V dif1[3], dif2[3], rot[9], rotabs[9];
   for (int i = 0; i < 3; ++i) {
@@ -65,8 +65,7 @@ bool is_above_ground(const mjModel& m, int geom, const double* low, const double
   const double* const size = m.hfield_size + 4 * id;
   const float* const data = m.hfield_data + m.hfield_adr[id];
   const auto cell = [](double x, double extent, int count) { return (x + extent) / (2 * extent) * (count - 1); };
-  // Written so that numbers that are not finite give a valid index, too: lanes that are left to MuJoCo are still
-  // computed.
+  // Numbers that are not finite give a valid index, too, because lanes that are left to MuJoCo are still computed.
   const auto within = [](double at, int count) {
     return static_cast<int>(at > 0 ? (at < count - 1 ? at : count - 1) : 0);
   };

@@ -80,7 +80,7 @@ Solver::Solver(const Code& code, const mjModel& m)
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
   const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
-  return constraints <= kMost && d.nstack - d.pstack >= needed;
+  return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 
 // With elliptic cones: how many places belong to equalities, friction and limits.

@@ -38,17 +38,18 @@ class Solver {
   bool has_room(const Contacts& contacts) const;
 
   // Does what mj_forward does with constraints after mj_makeConstraint, which must have run for these rows (bits).
-  // is_last: also writes to mjData what only its readers need.
+  // is_last: also writes to mjData what only readers of mjData after the step need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
   // Makes the constraints of these limits and contacts, then solves them in the same way. Writes to the rows' mjData
   // only what the next mj_step needs, and the number of constraints.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
 
  private:
-  static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // of one row: constraints, places
+  static constexpr int kMaxConstraints = 64;  // of one row
+  static constexpr int kPlaces = kMaxConstraints + Constraints::kRest;
   // With elliptic cones, a place belongs to the same contact in all rows. Each row has few contacts, but rows have
   // different ones, so more places are needed.
-  static constexpr int kSharedPlaces = 2 * kMost;
+  static constexpr int kSharedPlaces = 2 * kMaxConstraints;
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // the solver is PGS; otherwise Newton's method

@@ -310,14 +310,14 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
 
   // Who reads the results of one evaluation of the dynamics.
-  struct Use {
-    bool is_left;    // readers of mjData after the step
-    bool is_sensed;  // sensors
+  struct Readers {
+    bool after_step;  // whoever reads mjData after the step
+    bool sensors;
   };
-  void forward(Use use);
+  void forward(Readers readers);
   bool constrain_in_lanes();
-  void actuate_singly();
-  void resist_singly();
+  void actuate_row_by_row();
+  void compute_passive_row_by_row();
   void collide();
   void search();
   void constrain(bool is_held);
@@ -439,8 +439,8 @@ void LaneStepper::gather_forces(Work* const* works) {
   for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
 }
 
-// Calls body(row, its model, its mjData) for the rows that are not left. If MuJoCo fails, the row is left to be stepped
-// alone, where MuJoCo fails again and the error is reported.
+// Calls body(row, its model, its mjData) for the rows that are not left to MuJoCo. If MuJoCo fails in a row, this
+// leaves the row, too: it is then stepped alone, fails again, and the error is reported.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
   const std::uint32_t rows = live();
@@ -537,7 +537,7 @@ void LaneStepper::show_current(Work* const* works) {
 
 // mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come last, before
 // sensors and energies.
-void LaneStepper::forward(Use use) {
+void LaneStepper::forward(Readers readers) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
   if (single_.actuation || single_.passive) scatter(poses_);
@@ -550,9 +550,9 @@ void LaneStepper::forward(Use use) {
   }
   code_.comVel(lanes_);
   if (single_.actuation || single_.passive) scatter(motions_);
-  if (single_.actuation) actuate_singly();
+  if (single_.actuation) actuate_row_by_row();
   if (single_.passive)
-    resist_singly();
+    compute_passive_row_by_row();
   else
     code_.passive(lanes_);
   code_.rne(lanes_);
@@ -560,28 +560,28 @@ void LaneStepper::forward(Use use) {
   code_.fwdAcceleration(lanes_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  const bool reads_constraints = use.is_sensed && sensors_ == SensorNeeds::constraints;
-  const bool is_made = makes_ && !(use.is_left && is_whole_) &&
+  const bool reads_constraints = readers.sensors && sensors_ == SensorNeeds::constraints;
+  const bool is_made = makes_ && !(readers.after_step && is_whole_) &&
                        !(reads_constraints && (is_whole_ || !senses_in_lanes_)) && constrain_in_lanes();
-  if (use.is_left && reads_forces_ && !is_made) is_whole_ = true;
-  const bool is_held = (use.is_left && is_whole_) || reads_constraints;
+  if (readers.after_step && reads_forces_ && !is_made) is_whole_ = true;
+  const bool is_held = (readers.after_step && is_whole_) || reads_constraints;
   if (!is_made) {
     scatter(for_limits_);
     collide();
     constrain(is_held);
-  } else if (use.is_left || use.is_sensed) {
+  } else if (readers.after_step || readers.sensors) {
     scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
-  if (use.is_sensed && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
+  if (readers.sensors && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
     sense_in_lanes();
-  else if (use.is_sensed)
+  else if (readers.sensors)
     sense_row_by_row(is_held);
-  if (use.is_left) show();
+  if (readers.after_step) show();
 }
 
 // MuJoCo's functions compute tendons and actuators row by row.
-void LaneStepper::actuate_singly() {
+void LaneStepper::actuate_row_by_row() {
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     mj_tendon(&m, &d);
     mj_transmission(&m, &d);
@@ -594,7 +594,7 @@ void LaneStepper::actuate_singly() {
 }
 
 // MuJoCo's functions compute the passive forces row by row.
-void LaneStepper::resist_singly() {
+void LaneStepper::compute_passive_row_by_row() {
   if (!single_.actuation) {
     scatter(lengths_);
     scatter(speeds_);
@@ -730,8 +730,8 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
     // mj_RungeKutta keeps four X, four F and dX on mjData's stack, so less is left for constraints, and MuJoCo may
-    // fail. So that the same happens here, as much of the stack is marked as used. There is room for these arrays, or
-    // the environment's trial step would have failed.
+    // fail. As much of the stack is marked as used here, so that the same happens. The stack has room for these arrays,
+    // because the environment's trial step has used them.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});
