@@ -54,7 +54,7 @@ bool collision(const Lanes& d, Contacts& c) {
     if (near == 0) continue;
     const ContactPair& pair = c.pairs[i];
     const auto geom = [&](int id) {
-      return Geom{vectors(d.geom_xpos) + 3 * id, vectors(d.geom_xmat) + 9 * id, m.geom_size + 3 * id};
+      return Geom{vectors(d.geom_xpos) + 3 * id, vectors(d.geom_xmat) + 9 * id, vectors(d.geom_size) + 3 * id};
     };
     const Geom g1 = geom(pair.geom1), g2 = geom(pair.geom2);
     Contact found[kMostFound];

@@ -85,6 +85,8 @@ struct Segment {
   int site1, site2;
   double divisor;
   BodyPair bodies;
+  int geom, side;        // the geom around which it may wrap, and the site beside the geom; -1 if there is none
+  BodyPair to, onwards;  // from the first site to the geom, and from the geom to the second site
 };
 
 // What an actuator acts on. From first_column on, Lanes::columns lists the dofs at which its moment may differ from 0.
@@ -136,7 +138,8 @@ struct Lanes {
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
       *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
       *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
-  double *wrap_prm, *cam_quat;
+  double *wrap_prm, *cam_quat, *geom_size;
+  bool has_own_sizes;  // geom_size differs from the shared model's, for which `boxes` are
   // Filled only if has_own_frames.
   double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
@@ -234,7 +237,7 @@ struct Contacts {
 };
 
 // The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
-// place without a constraint all numbers are 0. For Newton's method, constraint i of a lane is at place i. For PGS,
+// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For PGS,
 // mju_dot adds whole blocks of four constraints, then the up to three that remain. So a lane's whole blocks are at the
 // first places and the remaining constraints at the last three places, which gives the sums of all lanes the same
 // order.
@@ -270,9 +273,12 @@ struct Constraints {
   unsigned char *dims, *middle;
   double *scale, *Hcone, *LTJ;
 
-  // Only for Newton's method. quad is [size][3], H is [nv][nv], and vec is the vector of a rank-one update of H, which
-  // overwrites it.
-  double *Jv, *quad, *Ma, *Mv, *grad, *search, *vec, *H;
+  // Not for PGS. quad is [size][3].
+  double *Jv, *quad, *Ma, *Mv, *grad, *search;
+  // Only for Newton's method. H is [nv][nv], and vec is the vector of a rank-one update of H, which overwrites it.
+  double *vec, *H;
+  // Only for CG: the gradient that M preconditions, and how the last iteration has changed it.
+  double *Mgrad, *Mgraddif;
   unsigned char *quadratic,
       *old;  // for each place, the lanes, as bits, whose cost is quadratic now, and was before the last move
 
@@ -310,6 +316,7 @@ struct Constraints {
   FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                                   \
   /* Compute qacc and qfrc_constraint from constraints that have been made. */                                              \
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                         \
+  FUNCTION(void, solCG, (Lanes&, Constraints&))                                                                             \
   FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                            \
   /* mj_sensorPos, mj_sensorVel and mj_sensorAcc of the sensors that senses_in_lanes names. The constraints are those    */ \
   /* that a solver has solved. Sensors of forces and limits alone read them.                                             */ \

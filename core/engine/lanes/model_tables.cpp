@@ -24,10 +24,7 @@ bool has_ellipsoids(const mjModel& m) {
 }
 
 // Whether a tendon wraps around a geom. There is no lane code for this, and MuJoCo does not export its function.
-bool has_wrapped_tendons(const mjModel& m) {
-  return std::any_of(m.wrap_type, m.wrap_type + m.nwrap,
-                     [](int type) { return type == mjWRAP_SPHERE || type == mjWRAP_CYLINDER; });
-}
+bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
 
 // Whether there are slider-crank actuators, or actuators whose site has a reference site.
 bool has_other_actuators(const mjModel& m) {
@@ -252,14 +249,23 @@ std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsi
   return equalities;
 }
 
-// Appends the parts of a tendon that wraps around no geom, in the order of mj_tendon.
+// Appends the parts of a tendon, in the order of mj_tendon.
 void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments, std::vector<int>& columns) {
   double divisor = 1;
   for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon] - 1; ++j) {
     if (m.wrap_type[j] == mjWRAP_PULLEY) divisor = m.wrap_prm[j];
-    if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] != mjWRAP_SITE) continue;
-    const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[j + 1];
-    segments.push_back({site1, site2, divisor, pair_of(m, m.site_bodyid[site1], m.site_bodyid[site2], columns)});
+    if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] == mjWRAP_PULLEY) continue;
+    const bool is_wrapped = m.wrap_type[j + 1] != mjWRAP_SITE;
+    const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[is_wrapped ? j + 2 : j + 1];
+    const int body1 = m.site_bodyid[site1], body2 = m.site_bodyid[site2];
+    Segment segment{site1, site2, divisor, pair_of(m, body1, body2, columns), -1, -1, {}, {}};
+    if (is_wrapped) {
+      segment.geom = m.wrap_objid[j + 1];
+      segment.side = mju_round(m.wrap_prm[j + 1]);
+      segment.to = pair_of(m, body1, m.geom_bodyid[segment.geom], columns);
+      segment.onwards = pair_of(m, m.geom_bodyid[segment.geom], body2, columns);
+    }
+    segments.push_back(segment);
   }
 }
 
@@ -339,14 +345,22 @@ double largest_square(double radius) {
 std::string why_actuated_singly(const mjModel& m) {
   if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
   if (has_other_actuators(m)) return "slider-cranks or reference sites";
-  return has_wrapped_tendons(m) ? "tendons around geoms" : "";
+  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }
 
-std::string why_resisted_singly(const mjModel& m) { return has_ellipsoids(m) ? "fluids on ellipsoids" : ""; }
+std::string why_resisted_singly(const mjModel& m) {
+  if (has_ellipsoids(m)) return "fluids on ellipsoids";
+  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
+}
+
+std::string why_integrated_singly(const mjModel& m) {
+  return m.opt.integrator == mjINT_IMPLICIT ? "the integrator implicit" : "";
+}
 
 SingleStages::SingleStages(const mjModel& m) {
   actuation = !why_actuated_singly(m).empty();
   passive = !why_resisted_singly(m).empty();
+  integration = !why_integrated_singly(m).empty();
 }
 
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {

@@ -16,11 +16,14 @@ struct SingleStages {
   explicit SingleStages(const mjModel_& m);
   bool actuation;  // tendons, actuators, their lengths, velocities and forces
   bool passive;    // passive forces
+  bool integration;
 };
 
-// The feature because of which tendons and actuators, or passive forces, are computed row by row; "" if they are not.
+// The feature because of which tendons and actuators, passive forces, or the integration are computed row by row; "" if
+// they are not.
 std::string why_actuated_singly(const mjModel_& m);
 std::string why_resisted_singly(const mjModel_& m);
+std::string why_integrated_singly(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

@@ -137,7 +137,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that.
+// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that,
+// unless rows have sizes of their own, for which no boxes are known.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -153,7 +154,7 @@ void reject(Lanes& d) {
       apart = dot3(dif, dif);
     }
     unsigned near = bits(~(apart > splat(pair->limit)));
-    if (pair->boxes >= 0 && near != 0) near &= ~boxes_apart(d, *pair, near);
+    if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
     d.hits[i] = static_cast<unsigned char>(near);
   }
 }

@@ -442,7 +442,7 @@ class Sensors : Forces {
       if (m_.sensor_datatype[i] == mjDATATYPE_REAL)
         data[k] = is_cut ? (x < -cutoff ? -cutoff : (x > cutoff ? cutoff : x)) : x;
       else if (m_.sensor_datatype[i] == mjDATATYPE_POSITIVE)
-        data[k] = is_cut & (cutoff < x) ? cutoff : x;
+        data[k] = (is_cut & (cutoff < x)) ? cutoff : x;
     }
   }
 

@@ -52,7 +52,7 @@ class Solver {
   static constexpr int kSharedPlaces = 2 * kMaxConstraints;
   const Code& code_;
   const int nv_;
-  const bool is_dual_;  // the solver is PGS; otherwise Newton's method
+  const bool is_dual_;  // the solver is PGS
   const bool is_elliptic_;
   const int places_;
   Constraints constraints_{};
@@ -68,6 +68,7 @@ class Solver {
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;
+  void run(Lanes& lanes);
   void gather_J(const RowData& from);
   void load(int lane, const mjModel& m);
   void load(int lane, const mjData& d);

@@ -14,6 +14,7 @@
 #include "engine/lanes/model_tables.hpp"
 #include "engine/lanes/sensing.hpp"
 #include "engine/lanes/solver.hpp"
+#include "engine/lanes/unlisted.hpp"
 #include "engine/mujoco.hpp"
 #include "engine/pairs.hpp"
 
@@ -94,7 +95,8 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, control_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
+      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_,
+      for_implicit_, integrated_;
   std::vector<OwnNumbers> own_;
   std::vector<OwnNumbers> frames_;  // those that the lanes hold only if rows have their own
   Counts<Lanes> counts_;
@@ -203,6 +205,12 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
+  for_implicit_ = {{&L::cinert, &D::cinert, 10 * nbody},
+                   {&L::cdof_dot, &D::cdof_dot, 6 * nv},
+                   {&L::qM, &D::qM, nM},
+                   {&L::qfrc_smooth, &D::qfrc_smooth, nv},
+                   {&L::act_dot, &D::act_dot, m_.na}};
+  integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
@@ -248,6 +256,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
       {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
       {&L::cam_quat, 4 * ncam, [](const mjModel& m) -> const mjtNum* { return m.cam_quat; }},
       {&L::wrap_prm, m_.nwrap, [](const mjModel& m) -> const mjtNum* { return m.wrap_prm; }},
+      {&L::geom_size, 3 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_size; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
   frames_ = {{&L::body_pos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_pos; }},
              {&L::body_quat, 4 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_quat; }},
@@ -298,6 +307,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::uint32_t all_ = 0;  // the lanes that have a row, as bits
 
   void set_world();
+  bool has_shared_ = false;   // no row has numbers of mjModel of its own
   bool has_changed_ = false;  // a row's own numbers of mjModel differ from those of the last step
   bool gather_own(OwnNumbers& own, bool must_hold);
   void gather_own();
@@ -327,6 +337,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool shows_current() const;
   void show_current(Work* const* works);
   void integrate(bool is_last);
+  void integrate_singly();
+  void scatter_moments();
 };
 
 // Sets the world's frame once. mj_kinematics would set the same in each step.
@@ -397,9 +409,16 @@ bool LaneStepper::gather_own(OwnNumbers& own, bool must_hold) {
 
 // Gathers the rows' numbers of mjModel. Those that all rows share stay in the lanes from step to step.
 void LaneStepper::gather_own() {
+  for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
+  const bool had_shared = has_shared_;
+  has_shared_ = std::all_of(row_models_.begin(), row_models_.begin() + count_,
+                            [&](const mjModel* model) { return model == &m_; });
+  if (has_shared_ && had_shared) return;
   const bool had_own_frames = lanes_.has_own_frames;
   has_changed_ = lanes_.has_own_frames = false;
-  for (OwnNumbers& own : own_) gather_own(own, true);
+  lanes_.has_own_sizes = false;
+  for (OwnNumbers& own : own_)
+    if (!gather_own(own, true) && own.numbers == &Lanes::geom_size) lanes_.has_own_sizes = true;
   for (OwnNumbers& own : frames_) lanes_.has_own_frames |= !gather_own(own, false);
   for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
   if (has_changed_ || had_own_frames != lanes_.has_own_frames) {
@@ -410,7 +429,6 @@ void LaneStepper::gather_own() {
     for (const OwnNumbers& own : frames_)
       if (lanes_.has_own_frames && !own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
   }
-  for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
 }
 
 // Copies the rows' arrays to lanes. Lanes without a row get a copy of the first row.
@@ -490,10 +508,10 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       for (int row = 0; row < count; ++row) works[row]->save(before[row]);
     }
     const bool is_last = frame == frames;
-    forward({is_last && m_.opt.integrator == mjINT_EULER, is_last && sensors_ != SensorNeeds::nothing});
+    forward({is_last && m_.opt.integrator != mjINT_RK4, is_last && sensors_ != SensorNeeds::nothing});
     integrate(is_last);
     if (live() == 0) return 0;
-    for (int row = 0; row < count; ++row) data_[row]->time += m_.opt.timestep;
+    for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += m_.opt.timestep;
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
@@ -503,8 +521,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     scatter(after_constraints_);
   }
   scatter(state_);
-  for (int row = 0; is_whole_ && !tables_.has_moments && row < count; ++row)
-    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+  if (is_whole_ && !single_.actuation) scatter_moments();
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
   for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown, has_forces);
@@ -585,12 +602,16 @@ void LaneStepper::actuate_row_by_row() {
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     mj_tendon(&m, &d);
     mj_transmission(&m, &d);
-    mju_mulMatVec(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, m_.nv);
+    if (mj_isSparse(&m))
+      mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, d.ten_J_rownnz, d.ten_J_rowadr, d.ten_J_colind,
+                          nullptr);
+    else
+      mju_mulMatVec(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, m_.nv);
     mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m_.nu, m_.nv);
     mj_fwdActuation(&m, &d);
   });
   for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
-  gather(tendons_);
+  if (!mj_isSparse(&m_)) gather(tendons_);
 }
 
 // MuJoCo's functions compute the passive forces row by row.
@@ -633,10 +654,7 @@ void LaneStepper::show() {
   scatter(shown_);
   if (!is_whole_) return;
   scatter(others_);
-  if (!single_.actuation) {
-    scatter(tendons_);
-    scatter(moments_);
-  }
+  if (!single_.actuation) scatter(tendons_);
   const bool has_paths = !tables_.segments.empty(), has_energy = (m_.opt.enableflags & mjENBL_ENERGY) != 0;
   if (!has_paths && !has_energy) return;
   scatter(state_);
@@ -716,7 +734,28 @@ void LaneStepper::constrain(bool is_held) {
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
+// Copies the moments of actuators to mjData. Those that do not depend on the state are in no array of the lanes.
+void LaneStepper::scatter_moments() {
+  if (tables_.has_moments) return scatter(moments_);
+  for (int row = 0; row < count_; ++row)
+    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+}
+
+// MuJoCo's function integrates row by row. It also advances the time.
+void LaneStepper::integrate_singly() {
+  for (const auto* list : {&poses_, &motions_, &for_implicit_, &from_solver_}) scatter(*list);
+  if (!single_.actuation) {
+    scatter(speeds_);
+    scatter(lengths_);
+    scatter(tendons_);
+    scatter_moments();
+  }
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_implicit(&m, &d); });
+  gather(integrated_);
+}
+
 void LaneStepper::integrate(bool is_last) {
+  if (single_.integration) return integrate_singly();
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
     code_.advanceActivations(lanes_, 0);

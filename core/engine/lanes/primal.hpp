@@ -1,4 +1,4 @@
-// MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has converged keeps its
+// MuJoCo 2.2.2's solvers Newton and CG (engine_solver.c) for several rows at once. A lane that has converged keeps its
 // acceleration while the others iterate. After the last iteration, MuJoCo computes a Hessian and a search direction
 // that nothing reads; the lanes do not.
 #pragma once
@@ -187,10 +187,10 @@ class LineSearch {
   }
 };
 
-// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton
-class Newton : Constrained {
+// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG
+class Primal : Constrained {
  public:
-  Newton(Lanes& d, Constraints& c) : Constrained(d, c) {}
+  Primal(Lanes& d, Constraints& c) : Constrained(d, c), is_newton_(m_.opt.solver == mjSOL_NEWTON) {}
 
   void run() {
     leave_huge(c_.J, size_ * nv_);
@@ -202,7 +202,9 @@ class Newton : Constrained {
   }
 
  private:
+  const bool is_newton_;
   V cost_{}, gauss_[3]{};
+  V product_{};              // of CG: the dot product of the gradient with the gradient that M preconditions
   bool has_middle_ = false;  // whether a contact is in the middle zone of its cone
   LineSearch searches_[kWidth];
 
@@ -500,12 +502,27 @@ class Newton : Constrained {
     return alpha;
   }
 
-  // CGupdateGradient, and the new search direction, which follows from the gradient.
-  void updateSearch() {
+  // The end of CGupdateGradient, and the new search direction, which follows from the gradient. is_first: before the
+  // first iteration.
+  void updateSearch(bool is_first) {
+    if (!is_newton_) return updateConjugate(is_first);
     V* const vec = of(c_.search);
     if (has_middle_) HessianCone();
     cholSolve(vec, of(has_middle_ ? c_.Hcone : c_.H), of(c_.grad), nv_);
     for (int i = 0; i < nv_; ++i) vec[i] *= -1.0;
+  }
+
+  // The same for CG: the direction of Polak and Ribiere.
+  void updateConjugate(bool is_first) {
+    V *const vec = of(c_.search), *const grad = of(c_.grad), *const Mgrad = of(c_.Mgrad), *const dif = of(c_.Mgraddif);
+    copy(dif, Mgrad, nv_);
+    copy(Mgrad, grad, nv_);
+    solveLD(m_, Mgrad, vectors(d_.qLD), vectors(d_.qLDiagInv));
+    for (int i = 0; i < nv_; ++i) dif[i] = Mgrad[i] - dif[i];
+    V beta = dot(grad, dif, nv_) / (splat(mjMINVAL) >= product_ ? splat(mjMINVAL) : product_);
+    beta = beta < V{} ? V{} : beta;
+    product_ = dot(grad, Mgrad, nv_);
+    for (int i = 0; i < nv_; ++i) vec[i] = is_first ? Mgrad[i] * -1.0 : -Mgrad[i] + beta * vec[i];
   }
 
   void updateGradient() {
@@ -524,7 +541,7 @@ class Newton : Constrained {
     add(of(c_.jar), of(c_.Jv), size_);
   }
 
-  // mj_solNewton
+  // mj_solCGNewton
   void solve() {
     const V scale = *of(c_.meaninertia) * number_of_dofs();
     unsigned ended = 0;
@@ -536,9 +553,9 @@ class Newton : Constrained {
     leave(bits(~(abs(cost_) <= splat(kHuge))) & active_);
     active_ &= ~ended;
     if (active_ == 0) return;
-    HessianDirect();
+    if (is_newton_) HessianDirect();
     updateGradient();
-    updateSearch();
+    updateSearch(true);
     while (active_ != 0) {
       const V alpha = search();
       active_ &= bits(alpha != V{});
@@ -554,13 +571,14 @@ class Newton : Constrained {
         if (active_ >> lane & 1 && ++c_.iterations[lane] == c_.most[lane]) has_converged |= 1u << lane;
       active_ &= ~has_converged;
       if (active_ == 0) return;
-      HessianIncremental(c_.old);
-      updateSearch();
+      if (is_newton_) HessianIncremental(c_.old);
+      updateSearch(false);
     }
   }
 };
 
-void solNewton(Lanes& d, Constraints& c) { Newton(d, c).run(); }
+void solNewton(Lanes& d, Constraints& c) { Primal(d, c).run(); }
+void solCG(Lanes& d, Constraints& c) { Primal(d, c).run(); }
 
 }  // namespace
 }  // namespace mjenv::core::lanes
