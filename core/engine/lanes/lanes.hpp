@@ -167,10 +167,10 @@ struct Lanes {
   const BoxPair* box_pairs;
   const GeomBox* boxes;  // for each geom, if there are box_pairs
 
-  bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
-  unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits
-  unsigned left;        // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
-  unsigned unlike;      // the same, for the rows' own numbers of mjModel
+  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
+  unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
+  unsigned unlike;          // the same, for the rows' own numbers of mjModel
 };
 
 // What a limit or friction constrains.

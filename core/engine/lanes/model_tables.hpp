@@ -21,9 +21,9 @@ struct SingleStages {
 
 // The feature because of which tendons and actuators, passive forces, or the integration are computed row by row; "" if
 // they are not.
-std::string why_actuated_singly(const mjModel_& m);
-std::string why_resisted_singly(const mjModel_& m);
-std::string why_integrated_singly(const mjModel_& m);
+std::string actuation_obstacle(const mjModel_& m);
+std::string passive_obstacle(const mjModel_& m);
+std::string integration_obstacle(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

@@ -155,7 +155,7 @@ void reject(Lanes& d) {
     }
     unsigned near = bits(~(apart > splat(pair->limit)));
     if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
-    d.hits[i] = static_cast<unsigned char>(near);
+    d.may_touch[i] = static_cast<unsigned char>(near);
   }
 }
 

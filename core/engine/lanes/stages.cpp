@@ -106,10 +106,10 @@ bool always(const Model& /*model*/) { return true; }
 std::string never(const Model& /*model*/) { return ""; }
 
 bool has_actuation(const Model& model) { return model.get()->nu > 0 || model.get()->ntendon > 0; }
-std::string actuation(const Model& model) { return why_actuated_singly(*model.get()); }
-std::string passive(const Model& model) { return why_resisted_singly(*model.get()); }
-std::string integration(const Model& model) { return why_integrated_singly(*model.get()); }
-std::string solver(const Model& model) { return Solver::why_none(*model.get()); }
+std::string actuation(const Model& model) { return actuation_obstacle(*model.get()); }
+std::string passive(const Model& model) { return passive_obstacle(*model.get()); }
+std::string integration(const Model& model) { return integration_obstacle(*model.get()); }
+std::string solver(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 bool has_contacts(const Model& model) {
   const mjModel& m = *model.get();
