@@ -19,8 +19,8 @@ struct SingleStages {
   bool integration;
 };
 
-// The feature because of which tendons and actuators, passive forces, or the integration are computed row by row; "" if
-// they are not.
+// The feature of the model because of which MuJoCo computes tendons and actuators, passive forces, or the integration
+// row by row; "" if there is none.
 std::string actuation_obstacle(const mjModel_& m);
 std::string passive_obstacle(const mjModel_& m);
 std::string integration_obstacle(const mjModel_& m);

@@ -59,7 +59,7 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether all points of the height field are lower than the box, in the cells above or below which the box is.
+// Whether the box is higher than all points of the height field in the cells that it covers, as seen from above.
 bool is_above_ground(const mjModel& m, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
   const double* const size = m.hfield_size + 4 * id;
@@ -137,8 +137,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that,
-// unless rows have sizes of their own, for which no boxes are known.
+// computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
+// that. But if rows have their own sizes of geoms, the boxes are unknown, and this compares none.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;

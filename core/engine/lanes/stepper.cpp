@@ -31,7 +31,7 @@ struct LaneArray {
   int count;
 };
 
-// An array of mjModel of which rows may have their own values.
+// An array of mjModel whose values may differ from row to row.
 struct OwnNumbers {
   double* Lanes::*numbers;
   int count;
@@ -734,7 +734,7 @@ void LaneStepper::constrain(bool is_held) {
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
-// Copies the moments of actuators to mjData. Those that do not depend on the state are in no array of the lanes.
+// Copies the moments of actuators to mjData. The lanes have no array of the moments that do not depend on the state.
 void LaneStepper::scatter_moments() {
   if (tables_.has_moments) return scatter(moments_);
   for (int row = 0; row < count_; ++row)
