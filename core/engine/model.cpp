@@ -129,7 +129,10 @@ void Array::read(double* values) const {
     const std::size_t columns = rows == 0 ? 0 : count() / static_cast<std::size_t>(shape[0]);
     const auto* row = reinterpret_cast<const char*>(from);
     for (std::size_t i = 0; i < rows; ++i, row += stride)
-      convert(reinterpret_cast<decltype(from)>(row), columns, values + i * columns);
+      if (compute)
+        compute(static_cast<std::int64_t>(i), values + i * columns);
+      else
+        convert(reinterpret_cast<decltype(from)>(row), columns, values + i * columns);
     std::fill(values + rows * columns, values + count(), 0.0);
   };
   switch (type) {
@@ -202,6 +205,11 @@ const char* Model::name(const std::string& type, std::int64_t index) const {
 std::string Model::actuator_label(int i) const {
   const std::string own = name("actuator", i);
   return own.empty() && model_->actuator_trntype[i] == mjTRN_JOINT ? name("joint", model_->actuator_trnid[2 * i]) : own;
+}
+
+int Model::free_dof(int body) const {
+  const int joint = model_->body_jntadr[body];
+  return joint >= 0 && model_->jnt_type[joint] == mjJNT_FREE ? model_->jnt_dofadr[joint] : -1;
 }
 
 std::uint64_t Model::fingerprint() const {

@@ -30,6 +30,8 @@ struct Array {
   // Returns how many elements, or structs, are in use; empty: all are. The elements behind them read as 0, because
   // MuJoCo leaves old values there.
   std::function<std::int64_t()> held = {};
+  // Writes the elements of struct i, where `data` does not hold them; otherwise empty.
+  std::function<void(std::int64_t i, double* values)> compute = {};
 
   std::size_t count() const;
   void read(double* values) const;
@@ -83,6 +85,9 @@ class Model {
   int count(const std::string& type) const;
   // The name of actuator i. If it has none, the name of the joint that it drives.
   std::string actuator_label(int i) const;
+
+  // Where the free joint of a body begins in qvel; -1 if the body has none.
+  int free_dof(int body) const;
 
   // A hash that is equal for models that simulate alike.
   std::uint64_t fingerprint() const;

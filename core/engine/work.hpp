@@ -33,7 +33,20 @@ class Work {
     std::size_t offset;  // of the body's xfrc_applied in a row's block of own values
     std::array<double, 6> values;
   };
-  void apply(const Force& force);
+  // A change of the six numbers in qvel of a free joint.
+  struct Kick {
+    std::int32_t dof;
+    std::array<double, 6> values;
+  };
+  // What pushes do in a step.
+  struct Pushes {
+    std::vector<Force> forces;  // they replace those in xfrc_applied
+    std::vector<Kick> kicks;
+
+    void clear() { forces.clear(), kicks.clear(); }
+  };
+  // Call this after the row's state was loaded.
+  void apply(const Pushes& pushes);
   // qfrc_applied or xfrc_applied of mjData.
   double* force(const std::string& array);
   // Whether a number in qfrc_applied or xfrc_applied is not 0.

@@ -10,7 +10,12 @@
 namespace mjenv::core {
 
 SimView::SimView(Work& work, int frame_skip, const Needs& needs, std::size_t carry_count)
-    : work_(work), frame_skip_(frame_skip), carried_(carry_count), action_(work.layout().nu), info_(needs.info) {
+    : work_(work),
+      frame_skip_(frame_skip),
+      carried_(carry_count),
+      action_(work.layout().nu),
+      info_(needs.info),
+      velocities_(work.layout().nv) {
   if (!needs.action.low.empty()) action_.resize(needs.action.low.size());
   hide_action();
   for (const auto& name : needs.arrays) share(name);

@@ -165,13 +165,17 @@ void Calls::map(const char* name, Map* callback, SimView& view, const Action& ac
 
 mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random, double* const* own) const {
   view.complete();
-  mjenv_outcome to{sizeof to, 0, 0, nan_info(view, info_count_), view.carried(), &random, own};
+  std::vector<double>& qvel = view.velocities();
+  std::copy_n(view.sim().qvel, qvel.size(), qvel.data());
+  mjenv_outcome to{sizeof to, 0, 0, nan_info(view, info_count_), view.carried(), &random, own, qvel.data()};
   if (!callbacks_.step) return to;
   const ShownAction shown(view, action);
   call(
       "step", [&] { return callbacks_.step(self_, &view.sim(), &to); }, &random);
   check_carried("step", view.carried());
   if (checks_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
+  for (std::size_t i = 0; i < qvel.size(); ++i)
+    if (!std::isfinite(qvel[i]) && std::isfinite(view.sim().qvel[i])) refuse("step", element_is("qvel", i, qvel[i]));
   return to;
 }
 

@@ -551,8 +551,8 @@ def test_contacts(id: str, needs: tuple[str, ...]) -> None:
 def test_bad_needs() -> None:
     with pytest.raises(mjenv.OptionError, match="needs is a sequence of names, not 'qpos'"):
         mjenv.register("Text-v0", changed(needs="qpos"))
-    with pytest.raises(mjenv.UnknownNameError, match=r"'contact\.force'.*contacts, contact\.dist"):
-        mjenv.register("Force-v0", changed(needs=("contact.force",)))
+    with pytest.raises(mjenv.UnknownNameError, match=r"'contact\.torque'.*contacts, contact\.dist"):
+        mjenv.register("Force-v0", changed(needs=("contact.torque",)))
     with pytest.raises(mjenv.InvalidValueError, match="'contact' is both in state and in needs"):
         mjenv.register("Taken-v0", changed(needs=("contact.dist",), state={"contact": ()}))
 

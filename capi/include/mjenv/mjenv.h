@@ -295,15 +295,22 @@ typedef struct mjenv_randomization {
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
-/* A force that pushes a body now and then, for one step each time (mjenv_perturb). */
+/* A push of a body now and then (mjenv_perturb): a force that replaces the body's xfrc_applied while it lasts, and then
+ * sets it to 0; or a kick, which is added to the six numbers in qvel of the body's free joint before the step. */
 typedef struct mjenv_push {
   uint32_t struct_size;
   int32_t body; /* the index of a body; not 0, the world */
-  /* From a reset or push to the next push: integers(min_steps, max_steps + 1) steps. 1 <= min_steps <= max_steps. */
+  /* From a reset or the last step of a push to the next push: integers(min_steps, max_steps + 1) steps.
+   * 1 <= min_steps <= max_steps. */
   int64_t min_steps;
   int64_t max_steps;
-  double low[6]; /* N and N m: the force and torque, uniform(low, high), as in xfrc_applied */
+  double low[6]; /* uniform(low, high): the force and torque (N, N m), or the change of qvel (m/s, rad/s) */
   double high[6];
+  int32_t is_kick;  /* 1: a kick; 0: a force */
+  int32_t reserved; /* 0 */
+  /* How many steps a force lasts: integers(min_duration, max_duration + 1). Both 0: one step, as every kick. */
+  int64_t min_duration;
+  int64_t max_duration;
 } mjenv_push;
 
 /* Noise, delays and pushes (mjenv_perturb). A struct of zeros has none. */
@@ -316,7 +323,7 @@ typedef struct mjenv_perturbation {
   int64_t observation_noise_count; /* 0, 1, or the count of the task's observation, without time and history */
   int64_t action_delay;            /* how many steps an action takes until it reaches the task */
   int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
-  const mjenv_push *pushes;        /* [push_count], each of another body */
+  const mjenv_push *pushes;        /* [push_count], at most one of each kind for a body */
   int64_t push_count;
   const double *first_action;    /* [first_action_count] what reaches the task until the first delayed action does */
   int64_t first_action_count;    /* 0: zeros; 1: the same for all actuators; or one for each */
@@ -447,7 +454,8 @@ typedef struct mjenv_render_settings {
    NULL, NULL}
 #define MJENV_RANDOMIZATION_INIT \
   {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0, 1}
-#define MJENV_PUSH_INIT {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}}
+#define MJENV_PUSH_INIT \
+  {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}, 0, 0, 0, 0}
 #define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0, 0, 0, 0, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \

@@ -180,8 +180,10 @@ typedef struct mjenv_outcome {
   double *carried;      /* [carry_count] as before the step; the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
   double *const
-      *own; /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
+      *own;     /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
                            next step on; if the step fails, the row keeps its old values */
+  double *qvel; /* [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the
+                   next step see it. What MuJoCo has computed still belongs to the old velocities */
 } mjenv_outcome;
 
 /* What drives the simulation in a step. The comments say what the members hold before before_step and before_substep

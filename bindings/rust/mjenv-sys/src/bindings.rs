@@ -372,18 +372,27 @@ impl Default for mjenv_randomization {
         }
     }
 }
-#[doc = " A force that pushes a body now and then, for one step each time (mjenv_perturb)."]
+#[doc = " A push of a body now and then (mjenv_perturb): a force that replaces the body's xfrc_applied while it lasts, and then"]
+#[doc = " sets it to 0; or a kick, which is added to the six numbers in qvel of the body's free joint before the step."]
 #[repr(C)]
 pub struct mjenv_push {
     pub struct_size: u32,
     #[doc = " the index of a body; not 0, the world"]
     pub body: i32,
-    #[doc = " From a reset or push to the next push: integers(min_steps, max_steps + 1) steps. 1 <= min_steps <= max_steps."]
+    #[doc = " From a reset or the last step of a push to the next push: integers(min_steps, max_steps + 1) steps."]
+    #[doc = " 1 <= min_steps <= max_steps."]
     pub min_steps: i64,
     pub max_steps: i64,
-    #[doc = " N and N m: the force and torque, uniform(low, high), as in xfrc_applied"]
+    #[doc = " uniform(low, high): the force and torque (N, N m), or the change of qvel (m/s, rad/s)"]
     pub low: [f64; 6usize],
     pub high: [f64; 6usize],
+    #[doc = " 1: a kick; 0: a force"]
+    pub is_kick: i32,
+    #[doc = " 0"]
+    pub reserved: i32,
+    #[doc = " How many steps a force lasts: integers(min_duration, max_duration + 1). Both 0: one step, as every kick."]
+    pub min_duration: i64,
+    pub max_duration: i64,
 }
 impl Default for mjenv_push {
     fn default() -> Self {
@@ -412,7 +421,7 @@ pub struct mjenv_perturbation {
     pub action_delay: i64,
     #[doc = " how many steps an observation takes until it reaches the caller"]
     pub observation_delay: i64,
-    #[doc = " [push_count], each of another body"]
+    #[doc = " [push_count], at most one of each kind for a body"]
     pub pushes: *const mjenv_push,
     pub push_count: i64,
     #[doc = " [first_action_count] what reaches the task until the first delayed action does"]
@@ -1366,6 +1375,9 @@ pub struct mjenv_outcome {
     #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the"]
     #[doc = "next step on; if the step fails, the row keeps its old values"]
     pub own: *const *mut f64,
+    #[doc = " [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the"]
+    #[doc = "next step see it. What MuJoCo has computed still belongs to the old velocities"]
+    pub qvel: *mut f64,
 }
 impl Default for mjenv_outcome {
     fn default() -> Self {

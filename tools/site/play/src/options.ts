@@ -10,7 +10,7 @@ export type Texts = Record<string, string>;
  * Options that change nothing on this page: there is one row on one thread, the plots read what they show, visitors have
  * no models of their own, and the module computes in the same way on each CPU.
  */
-const WITHOUT_EFFECT = new Set(["num_threads", "lanes", "cpu_affinity", "arrays", "xml_string", "trust_xml", "norm"]);
+const WITHOUT_EFFECT = new Set(["num_threads", "lanes", "cpu_affinity", "arrays", "max_contacts", "xml_string", "trust_xml", "norm"]);
 
 export const hasEffect = ({ name }: Option) => !WITHOUT_EFFECT.has(name);
 
