@@ -9,6 +9,21 @@ constexpr std::array<const char*, 8> kToes{"force_toe_front_left",  "force_toe_f
                                            "force_toe_back_left",   "torque_toe_front_left", "torque_toe_front_right",
                                            "torque_toe_back_right", "torque_toe_back_left"};
 
+// asinh(x) = log(x + sqrt(x^2 + 1)), computed as glibc does, by a sum without cancellation for each range of x: other C
+// libraries round it otherwise.
+double asinh(double x) {
+  const double size = std::fabs(x), square = size * size;
+  constexpr double largest = 268435456, ln2 = 0.6931471805599453;  // above 2^28, x^2 + 1 rounds to x^2
+  double result = size;
+  if (size > largest)
+    result = std::log(size) + ln2;
+  else if (size > 2)
+    result = std::log(2 * size + 1 / (std::sqrt(square + 1) + size));
+  else if (size >= 1 / largest)
+    result = std::log1p(size + square / (1 + std::sqrt(1 + square)));
+  return std::copysign(result, x);
+}
+
 void observe_quadruped(Robot& r) {
   const int torso = r.body("torso");
   const Sensor velocity = r.sensor("velocimeter"), accelerometer = r.sensor("imu_accel"), gyro = r.sensor("imu_gyro");
@@ -31,7 +46,7 @@ void observe_quadruped(Robot& r) {
     Eigen::Matrix<double, 3 * kToes.size(), 1> signals;
     Eigen::Index at = 0;
     for (const Sensor& toe : toes)
-      for (const double x : s.sensor(toe)) signals[at++] = std::asinh(x);
+      for (const double x : s.sensor(toe)) signals[at++] = asinh(x);
     return signals;
   });
 }
