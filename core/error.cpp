@@ -23,7 +23,7 @@ std::size_t distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names) {
-  constexpr std::size_t kMaxNames = 6, kLongest = 100;
+  constexpr std::size_t kMost = 6, kLongest = 100;
   if (given.empty() || given.size() > kLongest) return {};
   const auto is_last_word_of = [&](const std::string& name) {
     const std::size_t at = name.size() - given.size();
@@ -41,7 +41,7 @@ std::vector<std::string> nearest(const std::string& given, const std::vector<std
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> likeliest;
-  for (std::size_t i = 0; i < std::min(found.size(), kMaxNames); ++i) likeliest.push_back(found[i].second);
+  for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) likeliest.push_back(found[i].second);
   return likeliest;
 }
 

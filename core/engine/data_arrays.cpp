@@ -17,7 +17,7 @@ constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
 constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 // The other arrays that can be read after every step: those of mjenv_sim, the rest of the state, and forces that are
 // inputs. Each name is between two blanks.
-constexpr std::string_view kAfterEveryStep =
+constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
     "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity qfrc_applied xfrc_applied ";
@@ -40,7 +40,7 @@ std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, c
 bool is_force(const std::string& array) { return is_in(kForces, array); }
 bool is_frame(const std::string& array) { return is_in(kFrames, array); }
 bool is_after_every_step(const std::string& array) {
-  return kAfterEveryStep.find(" " + array + " ") != kAfterEveryStep.npos || is_frame(array);
+  return kShown.find(" " + array + " ") != kShown.npos || is_frame(array);
 }
 
 std::vector<std::string> on_demand_arrays() {
