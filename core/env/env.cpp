@@ -127,7 +127,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 
 LaneChoice Env::lanes() const {
   if (lanes_.width == 0) return lanes_;
-  if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
+  if (!rows_.fit_lanes()) return {0, "rows have their own values of " + listed(beyond_lanes(rows_.arrays()))};
   return lanes_;
 }
 

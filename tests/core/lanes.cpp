@@ -287,9 +287,9 @@ void count_making(lanes::Lanes& d, const lanes::Contacts& contacts, lanes::Const
 }
 
 void count_leaving(lanes::Lanes& d, lanes::Constraints& c) {
-  const unsigned before = d.left;
+  const unsigned before = d.left_to_mujoco;
   counted->solNewton(d, c);
-  for (unsigned left = d.left & ~before; left; left &= left - 1) ++left_by_solver;
+  for (unsigned left = d.left_to_mujoco & ~before; left; left &= left - 1) ++left_by_solver;
 }
 
 // Rows that share the model, rows with values of their own, some of them with frames of their own, and again rows that share

@@ -106,7 +106,7 @@ void test_models(void** /*state*/) {
       {with("", "", "<sensor><gyro site='t'/></sensor>"), "sensors", "lanes"},
       {with("", "", "<sensor><rangefinder site='t'/></sensor>"), "sensors", "lanes; row by row: rangefinders"},
       {with("", "", "<sensor><user objtype='site' objname='t' datatype='real' needstage='acc' dim='1'/></sensor>"),
-       "sensors", "row by row: sensors of users"},
+       "sensors", "row by row: user sensors"},
       {with("<option><flag energy='enable'/></option>", "", ""), "energies", "row by row: only where they are read"},
       {with("<option integrator='implicit'/>", "", ""), "accelerations", "lanes; row by row: the integrator implicit"},
       {with("<option jacobian='sparse'/>", "", tendon), "tendons", "row by row: sparse Jacobians of tendons"},

@@ -62,7 +62,7 @@ class Constrained {
   double number_of_dofs() const { return nv_ > 1 ? nv_ : 1; }
 
   void leave(unsigned rows) {
-    d_.left |= rows;
+    d_.left_to_mujoco |= rows;
     active_ &= ~rows;
   }
   // Leaves the lanes with a huge number to MuJoCo. The solvers leave out products with 0, which are 0 only if the other

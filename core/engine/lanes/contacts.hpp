@@ -50,7 +50,7 @@ bool collision(const Lanes& d, Contacts& c) {
   c.contact_count = 0;
   for (int lane = 0; lane < kWidth; ++lane) c.found[lane] = 0;
   for (int i = 0; i < d.pair_count; ++i) {
-    const unsigned near = d.hits[i] & c.rows;
+    const unsigned near = d.may_touch[i] & c.rows;
     if (near == 0) continue;
     const ContactPair& pair = c.pairs[i];
     const auto geom = [&](int id) {

@@ -693,7 +693,7 @@ void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
     const V diagonal = qLD[Madr_kk];
     // Lanes with a number below mjMINVAL are left, because MuJoCo warns of it. The second comparison finds numbers that
     // are not finite.
-    d.left |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
+    d.left_to_mujoco |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
     if (m.dof_simplenum[k]) continue;
     int Madr_ki = Madr_kk + 1;
     for (int i = dof_parentid[k]; i >= 0; i = dof_parentid[i], ++Madr_ki) {

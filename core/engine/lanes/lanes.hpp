@@ -134,7 +134,7 @@ struct Lanes {
   double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *cam_xpos, *cam_xmat, *subtree_linvel, *subtree_angmom,
       *body_vel;
 
-  // Arrays of mjModel of which rows may have their own values.
+  // Arrays of mjModel whose values may differ from row to row.
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
       *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
       *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
@@ -168,10 +168,10 @@ struct Lanes {
   const GeomBox* boxes;         // for each geom, if there are box_pairs
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
 
-  bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
-  unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits
-  unsigned left;        // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
-  unsigned unlike;      // the same, for the rows' own numbers of mjModel
+  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
+  unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
+  unsigned unlike;          // the same, for the rows' own numbers of mjModel
 };
 
 // What a limit or friction constrains.
@@ -238,10 +238,10 @@ struct Contacts {
 };
 
 // The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
-// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For PGS,
-// mju_dot adds whole blocks of four constraints, then the up to three that remain. So a lane's whole blocks are at the
-// first places and the remaining constraints at the last three places, which gives the sums of all lanes the same
-// order.
+// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For
+// PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most three. So each lane has its
+// whole blocks at the first places and its remaining constraints at the last three places: the terms of all lanes' sums
+// are then added in the same order.
 struct Constraints {
   static constexpr int kRest = 3;
   int size;                 // how many places there are
@@ -278,7 +278,7 @@ struct Constraints {
   double *Jv, *quad, *Ma, *Mv, *grad, *search;
   // Only for Newton's method. H is [nv][nv], and vec is the vector of a rank-one update of H, which overwrites it.
   double *vec, *H;
-  // Only for CG: the gradient that M preconditions, and how the last iteration has changed it.
+  // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
   double *Mgrad, *Mgraddif;
   unsigned char *quadratic,
       *old;  // for each place, the lanes, as bits, whose cost is quadratic now, and was before the last move

@@ -217,7 +217,7 @@ class MakeConstraint {
       bool is_empty = true;
       for (int i = 0; i < size && is_empty; ++i)
         for (int k = 0; k < nv_ && is_empty; ++k) is_empty = c_.J[(places_.at(i, lane) * nv_ + k) * kWidth + lane] == 0;
-      if (is_empty) d_.left |= 1U << lane;
+      if (is_empty) d_.left_to_mujoco |= 1U << lane;
     }
   }
 

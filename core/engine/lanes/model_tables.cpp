@@ -342,25 +342,25 @@ double largest_square(double radius) {
   return square;
 }
 
-std::string why_actuated_singly(const mjModel& m) {
+std::string actuation_obstacle(const mjModel& m) {
   if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
   if (has_other_actuators(m)) return "slider-cranks or reference sites";
   return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }
 
-std::string why_resisted_singly(const mjModel& m) {
+std::string passive_obstacle(const mjModel& m) {
   if (has_ellipsoids(m)) return "fluids on ellipsoids";
   return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }
 
-std::string why_integrated_singly(const mjModel& m) {
+std::string integration_obstacle(const mjModel& m) {
   return m.opt.integrator == mjINT_IMPLICIT ? "the integrator implicit" : "";
 }
 
 SingleStages::SingleStages(const mjModel& m) {
-  actuation = !why_actuated_singly(m).empty();
-  passive = !why_resisted_singly(m).empty();
-  integration = !why_integrated_singly(m).empty();
+  actuation = !actuation_obstacle(m).empty();
+  passive = !passive_obstacle(m).empty();
+  integration = !integration_obstacle(m).empty();
 }
 
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {

@@ -19,11 +19,11 @@ struct SingleStages {
   bool integration;
 };
 
-// The feature because of which tendons and actuators, passive forces, or the integration are computed row by row; "" if
-// they are not.
-std::string why_actuated_singly(const mjModel_& m);
-std::string why_resisted_singly(const mjModel_& m);
-std::string why_integrated_singly(const mjModel_& m);
+// The feature of the model because of which MuJoCo computes tendons and actuators, passive forces, or the integration
+// row by row; "" if there is none.
+std::string actuation_obstacle(const mjModel_& m);
+std::string passive_obstacle(const mjModel_& m);
+std::string integration_obstacle(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

@@ -1,4 +1,4 @@
-// Lists the arrays of which rows may have their own values and still be stepped in lanes.
+// Lists the arrays whose values may differ from row to row in lanes.
 #include <algorithm>
 #include <string>
 #include <vector>

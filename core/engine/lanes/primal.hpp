@@ -1,6 +1,6 @@
 // MuJoCo 2.2.2's solvers Newton and CG (engine_solver.c) for several rows at once. A lane that has converged keeps its
-// acceleration while the others iterate. After the last iteration, MuJoCo computes a Hessian and a search direction
-// that nothing reads; the lanes do not.
+// acceleration while the others iterate. After the last iteration, MuJoCo also computes a Hessian and a search
+// direction. Nothing reads them, so lanes do not compute them.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"
@@ -204,7 +204,7 @@ class Primal : Constrained {
  private:
   const bool is_newton_;
   V cost_{}, gauss_[3]{};
-  V product_{};              // of CG: the dot product of the gradient with the gradient that M preconditions
+  V product_{};              // of CG: the dot product of the gradient and the gradient preconditioned by M
   bool has_middle_ = false;  // whether a contact is in the middle zone of its cone
   LineSearch searches_[kWidth];
 

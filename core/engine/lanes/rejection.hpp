@@ -141,8 +141,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that,
-// unless rows have sizes of their own, for which no boxes are known.
+// computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
+// that. But if rows have their own sizes of geoms, the boxes are unknown, and this compares none.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -159,7 +159,7 @@ void reject(Lanes& d) {
     }
     unsigned near = bits(~(apart > splat(pair->limit)));
     if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
-    d.hits[i] = static_cast<unsigned char>(near);
+    d.may_touch[i] = static_cast<unsigned char>(near);
   }
 }
 

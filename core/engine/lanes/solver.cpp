@@ -44,18 +44,18 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
-std::string Solver::why_none(const mjModel& m) {
+std::string Solver::unsupported_feature(const mjModel& m) {
   if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
   return mj_isSparse(&m) ? "sparse Jacobians" : "";
 }
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
-  return why_none(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
+  return unsupported_feature(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
-  if (!why_none(m).empty()) return 0;
+  if (!unsupported_feature(m).empty()) return 0;
   const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
   return Memory<Constraints>::bytes(
       width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic));
@@ -158,7 +158,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
   code_.gather(constraints_.warmstart, warmstart.data(), nv_);
   run(lanes);
   for (int lane = first; lane < code_.width; ++lane)
-    if ((rows & ~lanes.left) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+    if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
 }
 
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {

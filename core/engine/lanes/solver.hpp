@@ -20,8 +20,8 @@ using RowData = std::array<mjData*, kMaxWidth>;
 class Solver {
  public:
   // The feature of the model for which lanes have no solver; "" if there is none.
-  static std::string why_none(const mjModel& m);
-  // Returns null if why_none names a feature.
+  static std::string unsupported_feature(const mjModel& m);
+  // Returns null if unsupported_feature names a feature.
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
   // How much memory a solver's arrays take.
   static std::size_t bytes(int width, const mjModel& m);

@@ -31,7 +31,7 @@ struct LaneArray {
   int count;
 };
 
-// An array of mjModel of which rows may have their own values.
+// An array of mjModel whose values may differ from row to row.
 struct OwnNumbers {
   double* Lanes::*numbers;
   int count;
@@ -58,11 +58,11 @@ class RowModel {
   }
 
   // Returns a view with only those pairs that Code::reject has not excluded for the row. The contacts are the same,
-  // because MuJoCo would exclude the other pairs, too. hits: Lanes::hits.
-  const mjModel& with_near_pairs(int row, const unsigned char* hits) {
+  // because MuJoCo would exclude the other pairs, too. may_touch: Lanes::may_touch.
+  const mjModel& with_near_pairs(int row, const unsigned char* may_touch) {
     view_.npair = 0;
     for (int i = 0; i < all_->npair; ++i)
-      if (hits[i] >> row & 1) append(i);
+      if (may_touch[i] >> row & 1) append(i);
     return view_;
   }
 
@@ -299,7 +299,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
-  std::vector<unsigned char> hits_;
+  std::vector<unsigned char> may_touch_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<const float*, kMaxWidth> heights_{};  // the rows' hfield_data
@@ -315,10 +315,10 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void gather_forces(Work* const* works);
   void gather(const std::vector<LaneArray>& arrays);
   void scatter(const std::vector<LaneArray>& arrays);
-  std::uint32_t live() const { return all_ & ~lanes_.left; }
+  std::uint32_t live() const { return all_ & ~lanes_.left_to_mujoco; }
   template <typename Body>
   void for_live_rows(const Body& body);
-  void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
+  void leave_bad(const double* numbers, int count) { lanes_.left_to_mujoco |= code_.bad(numbers, count); }
 
   // Who reads the results of one evaluation of the dynamics.
   struct Readers {
@@ -362,7 +362,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       senses_in_lanes_(senses_in_lanes(m_)),
       has_rangefinders_(has_rangefinders(m_)),
       sees_from_cameras_(sees_from_cameras(m_)),
-      hits_(tables_.pairs.size()),
+      may_touch_(tables_.pairs.size()),
       spare_(static_cast<std::size_t>(longest_)) {
   const auto fill = [&](double* array, const std::vector<double>& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -389,7 +389,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.pair_count = static_cast<int>(tables_.pairs.size());
   lanes_.box_pairs = tables_.box_pairs.data();
   lanes_.boxes = tables_.boxes.data();
-  lanes_.hits = hits_.data();
+  lanes_.may_touch = may_touch_.data();
 }
 
 // Returns whether all rows have the shared model's numbers. must_hold: the lanes must hold the rows' numbers
@@ -473,7 +473,7 @@ void LaneStepper::for_live_rows(const Body& body) {
     try {
       body(row, *row_models_[row], *data_[row]);
     } catch (const std::exception&) {
-      lanes_.left |= 1u << row;
+      lanes_.left_to_mujoco |= 1u << row;
     }
   }
 }
@@ -493,7 +493,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
   makes_ = maker_ && maker_->follow(row_models_, count);
-  lanes_.left = lanes_.unlike;
+  lanes_.left_to_mujoco = lanes_.unlike;
   gather(input_);
   gather_forces(works);
   leave_bad(lanes_.act, m_.na);
@@ -689,11 +689,11 @@ void LaneStepper::collide() {
   if (!lists_all) return search();
   code_.reject(lanes_);
   std::uint32_t near = 0;
-  for (const unsigned char rows : hits_) near |= rows;
+  for (const unsigned char rows : may_touch_) near |= rows;
   if ((near & live()) != 0) scatter(for_geoms_);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     if (near >> row & 1)
-      mj_collision(&models_[row]->with_near_pairs(row, hits_.data()), &d);
+      mj_collision(&models_[row]->with_near_pairs(row, may_touch_.data()), &d);
     else
       d.ncon = 0;
   });
@@ -740,7 +740,7 @@ void LaneStepper::constrain(bool is_held) {
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
-// Copies the moments of actuators to mjData. Those that do not depend on the state are in no array of the lanes.
+// Copies the moments of actuators to mjData. The lanes have no array of the moments that do not depend on the state.
 void LaneStepper::scatter_moments() {
   if (tables_.has_moments) return scatter(moments_);
   for (int row = 0; row < count_; ++row)

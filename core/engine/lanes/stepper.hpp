@@ -21,7 +21,7 @@ std::vector<int> widths();
 // Why the library has no lane code, "" if it has.
 std::string absence();
 
-// The feature because of which lanes cannot step the model; "" if they can.
+// The feature that keeps the model out of lanes; "" if there is none.
 std::string obstacle(const Model& model);
 // A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.
 std::string stage_lines(const Model& model);

@@ -277,8 +277,8 @@ extern "C" {
 extern "C" {
     #[doc = " Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If this"]
     #[doc = " fails, the rollout under way is undone: the learner and its environment are as after the last update. Errors: VALUE"]
-    #[doc = " (a reward or observation is not finite: the row and step are named; or the caller steps the rows), FORKED, those of"]
-    #[doc = " mjenv_step."]
+    #[doc = " (a reward or observation is not finite: the row and step are named; an update made weights infinite; or the caller"]
+    #[doc = " steps the rows), FORKED, those of mjenv_step."]
     pub fn mjenv_learner_train(learner: *mut mjenv_learner, steps: i64) -> mjenv_status;
 }
 extern "C" {
