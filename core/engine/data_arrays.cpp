@@ -13,6 +13,7 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
+constexpr const char* kContactForce = "contact.force";
 constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 // The other arrays that can be read after every step: those of mjenv_sim, the rest of the state, and forces that are
 // inputs. Each name is between two blanks.
@@ -38,6 +39,7 @@ std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, c
 
 bool is_force(const std::string& array) { return is_in(kForces, array); }
 bool is_frame(const std::string& array) { return is_in(kFrames, array); }
+bool is_contact_force(const std::string& array) { return array == kContactForce; }
 bool is_after_every_step(const std::string& array) {
   return kShown.find(" " + array + " ") != kShown.npos || is_frame(array);
 }
@@ -48,7 +50,7 @@ std::vector<std::string> on_demand_arrays() {
   return names;
 }
 
-std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
+std::vector<Array> data_arrays(const mjModel& m, const mjData& d, const double* contact_forces) {
   std::vector<Array> list{{"time", MJENV_DTYPE_FLOAT64, {}, &d.time},
                           {"energy", MJENV_DTYPE_FLOAT64, {2}, d.energy},
                           {"ncon", MJENV_DTYPE_INT32, {}, &d.ncon},
@@ -88,6 +90,9 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
   add_of_contacts("contact.geom2", &contact->geom2, 1);
   add_of_contacts("contact.exclude", &contact->exclude, 1);
   add_of_contacts("contact.efc_address", &contact->efc_address, 1);
+  list.push_back({kContactForce, MJENV_DTYPE_FLOAT64, {max_contacts(m), 6}, contact_forces, 6 * sizeof(double), [&d] {
+                    return d.ncon;
+                  }});
   return list;
 }
 

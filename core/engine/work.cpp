@@ -23,9 +23,10 @@ Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layou
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);
   data_.reset(mj_makeData(model_->get()));
   if (!data_) throw std::bad_alloc();
+  contact_forces_.resize(6 * static_cast<std::size_t>(max_contacts(*model_->get())));
 }
 
-std::vector<Array> Work::arrays() const { return data_arrays(*model_->get(), *data_); }
+std::vector<Array> Work::arrays() const { return data_arrays(*model_->get(), *data_, contact_forces_.data()); }
 
 void Work::use(const OwnArrays& arrays, std::byte* block) {
   if (!view_) view_.emplace(*model_);
@@ -185,6 +186,7 @@ void Work::repeat_step() {
 void Work::complete() {
   complete_forces();
   complete_frames();
+  if (is_whole_) complete_contact_forces();
 }
 
 void Work::complete_frames() {
@@ -200,6 +202,14 @@ void Work::complete_forces() {
   if (!forces_lag_) return;
   mj_rnePostConstraint(&model(), data_.get());
   forces_lag_ = false;
+}
+
+void Work::complete_contact_forces() {
+  if (contact_forces_belong_to_ == computation_) return;
+  const int count = std::min(data_->ncon, max_contacts(*model_->get()));
+  for (int i = 0; i < count; ++i)
+    mj_contactForce(&model(), data_.get(), i, contact_forces_.data() + std::ptrdiff_t{6} * i);
+  contact_forces_belong_to_ = computation_;
 }
 
 void Work::clear_warnings() {

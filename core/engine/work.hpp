@@ -104,11 +104,12 @@ class Work {
   void keep_raw_qpos();
   // Repeats the last call of mj_step. Load the state before that call first.
   void repeat_step();
-  // Computes what steps do not compute: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and
-  // lights.
+  // Computes what steps do not compute: the forces cacc, cfrc_int and cfrc_ext, the frames of geoms, cameras and
+  // lights, and, if is_whole, the forces of contacts.
   void complete();
   void complete_forces();
   void complete_frames();
+  void complete_contact_forces();
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }
   int constraint_count() const;
@@ -131,6 +132,8 @@ class Work {
   bool is_current_ = false;
   std::vector<double> raw_qpos_;
   std::uint64_t computation_ = 0;
+  std::vector<double> contact_forces_;          // [max_contacts, 6]
+  std::uint64_t contact_forces_belong_to_ = 0;  // the computation of whose contacts they are
 
   void clear_warnings();
   void compute_current(bool is_whole);

@@ -85,8 +85,10 @@ void SimView::hide_action() { std::fill(action_.begin(), action_.end(), std::num
 void SimView::need(const std::string& what) {
   if (what == "contacts") {
     needs_.contacts = true;
-  } else if (is_on_demand(what)) {
-    (is_force(what) ? needs_.forces : needs_.frames) = true;
+  } else if (is_force(what)) {
+    needs_.forces = true;
+  } else if (is_frame(what)) {
+    needs_.frames = true;
   } else {
     fail(MJENV_E_NAME, quoted(what) + " is not computed on demand; these are: contacts, " + listed(on_demand_arrays()));
   }

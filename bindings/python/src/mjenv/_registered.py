@@ -51,6 +51,7 @@ CONTACT = {
     "geom2": (),
     "exclude": (),
     "efc_address": (),
+    "force": (6,),
 }
 _METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep")
 _TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
