@@ -21,6 +21,7 @@ from mjenv.viewer.stage import Stage
 
 Array = NDArray[Any]
 
+SURROUNDINGS = "warehouse"  # what lights the scene from all sides: viser's name for it
 _FIELD_OF_VIEW = math.radians(45)  # MuJoCo's default
 # MuJoCo's switches, and whether each is on at first.
 SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contacts": False, "contact forces": False}
@@ -45,8 +46,6 @@ class Picture:
         self.tracks = True  # whether the picture moves with that row
         model, data = self.rows[0].model, self.rows[0].data
         self.switches = dict(SWITCHES)
-        if not hasattr(data, "efc_force"):  # MuJoCo 4.0 has no arrays of constraints that can be read
-            del self.switches["contact forces"]
         self.scene = scene_of(model, data)
         if not self.scene.batches:
             raise InvalidValueError("the model has no geoms and no sites, so there is nothing to draw")
@@ -60,7 +59,7 @@ class Picture:
         self._puller = -1  # the number of the browser whose user pulls
         self._look_at()
         # viser's lights suit darker materials than MuJoCo's models have.
-        server.viser.scene.configure_environment_map("warehouse", environment_intensity=0.35)
+        server.viser.scene.configure_environment_map(SURROUNDINGS, environment_intensity=0.35)
 
     def _look_at(self) -> None:
         """Where the camera is at first: before the rows, and above them."""
@@ -103,7 +102,7 @@ class Picture:
             marks["centres of mass"] = poses.centres_of_mass(model, data, self.scale)
         if self.switches["contacts"]:
             marks["contacts"] = poses.contacts(data, self.scale)
-        if self.switches.get("contact forces"):
+        if self.switches["contact forces"]:
             marks["contact forces"] = poses.contact_forces(model, data, self.scale)
         return marks
 
