@@ -23,6 +23,7 @@ import pytest
 
 import mjenv
 import mjenv.dm_control  # its ids are viewed as well
+from mjenv.cli import main
 from mjenv.policy import Policy
 from mjenv.viewer import watch
 from mjenv.viewer.notebook import html_of
@@ -187,6 +188,24 @@ def test_the_page_answers_while_steps_take_longer_than_real_time() -> None:
         session.ask(lambda: setattr(session, "on_tick", lambda: drawn.append(session.steps[0])))
         wait_until(lambda: len(drawn) > 1, "pictures")
         assert session.ask(lambda: session.steps[0]) > before
+
+
+def test_the_grid_is_in_the_middle_until_a_row_is_chosen() -> None:
+    with still("Hopper-v5", 4) as session:
+        session.step()
+        picture = session.picture
+        roots = [np.array(row.data.xpos)[1] for row in picture.rows]
+        picture.show(picture.read())
+        assert np.array_equal(picture.stage.origin, [*roots[0][:2], 0])
+        picture.set_dark(True)
+        session.choose_row(2)
+        picture.show(picture.read())
+        assert np.array_equal(picture.stage.origin, [*(roots[2] + picture.stage.offsets[2])[:2], 0])
+        session.rebuild({"frame_skip": 5})
+        assert session.picture is not picture
+        assert session.picture.dark
+        session.picture.show(session.picture.read())
+        assert np.array_equal(session.picture.stage.origin[1], picture.stage.offsets[2][1])
 
 
 def test_snapshots_return_to_a_state() -> None:
@@ -471,30 +490,33 @@ def test_a_port_in_use_is_refused() -> None:
         (["Ant-v5", "--policy", "/nowhere.txt"], "/nowhere.txt"),
     ],
 )
-def test_what_cannot_be_built_is_refused(arguments: list[str], message: str) -> None:
-    done = run("view", *arguments, "--no-browser", "--port", "0")
-    assert done.returncode == 2, done.stderr
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
+def test_what_cannot_be_built_is_refused(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["view", *arguments, "--no-browser", "--port", "0"]) == 2
+    errors = capsys.readouterr().err
+    assert message in errors
+    assert "Traceback" not in errors
 
 
-def test_a_policy_of_stable_baselines3_says_what_is_missing(tmp_path: Path) -> None:
+def test_a_policy_of_stable_baselines3_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     with zipfile.ZipFile(tmp_path / "model.zip", "w") as file:
         file.writestr("data", "{}")
-    arguments = ("view", "Ant-v5", "--policy", str(tmp_path / "model.zip"), "--no-browser", "--port", "0")
-    done = run(*arguments, code="sys.modules['stable_baselines3'] = None")
-    assert done.returncode == 2, done.stderr
-    assert "pip install stable-baselines3" in done.stderr
-    assert "Traceback" not in done.stderr
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    assert main(["view", "Ant-v5", "--policy", str(tmp_path / "model.zip"), "--no-browser", "--port", "0"]) == 2
+    errors = capsys.readouterr().err
+    assert "pip install stable-baselines3" in errors
+    assert "Traceback" not in errors
 
 
-def test_a_model_of_a_file() -> None:
+def test_a_model_of_a_file(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     file = ROOT / "tests" / "golden" / "custom" / "spider.xml"
-    code = "from mjenv.viewer.session import Session; Session.run = lambda self: print(self.envs.model.nbody.tolist())"
-    done = run("view", "Model-v0", "--xml", str(file), "--rows", "2", "--no-browser", "--port", "0", code=code)
-    assert done.returncode == 0, done.stderr
+    monkeypatch.setattr(Session, "run", lambda session: print(session.envs.model.nbody.tolist()))
+    assert main(["view", "Model-v0", "--xml", str(file), "--rows", "2", "--no-browser", "--port", "0"]) == 0
     bodies = 1 + file.read_text().count("<body ")  # with the world
-    assert done.stdout.splitlines()[1] == str([bodies, bodies])
+    assert capsys.readouterr().out.splitlines()[1] == str([bodies, bodies])
 
 
 @pytest.mark.parametrize(
