@@ -1,4 +1,4 @@
-"""Every id in Chromium, tasks of one's own in every language, and trainings that are watched.
+"""Every id of both engines in Chromium, tasks of one's own in every language, and trainings that are watched.
 
 Needs what tests/run view --long installs. The screenshots are in build/view-screenshots.
 """
@@ -30,13 +30,15 @@ TESTS = ROOT / "bindings" / "python" / "tests"
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
 
 
-@pytest.mark.parametrize("id", mjenv.ids())
-def test_every_id_appears(id: str, tab: Any) -> None:
-    SCREENSHOTS.mkdir(exist_ok=True)
-    with Session(id, 2, port=0) as session:
+@pytest.mark.usefixtures("plain_light")
+@pytest.mark.parametrize(("engine", "id"), [(engine, id) for engine in ("2.2.2", "4.0") for id in mjenv.ids(engine)])
+def test_every_id_appears(engine: str, id: str, tab: Any) -> None:
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    with Session(id, 2, {"engine": engine}, port=0) as session:
+        session.do(lambda: session.picture.switches.update(dict.fromkeys(session.picture.switches, True)))
         page = tab(session.address, width=900)
         page.wait_for_picture()
-        page.page.screenshot(path=SCREENSHOTS / f"{id.replace('/', '-')}.png")
+        page.page.screenshot(path=SCREENSHOTS / f"{id.replace('/', '-')}-{engine}.png")
 
 
 def rust_plugin() -> Path:
@@ -56,11 +58,22 @@ def rust_plugin() -> Path:
         ("CppAnt-v5", lambda: PLUGINS / "libant_cpp.so"),
         ("RustHopper-v5", rust_plugin),
         ("NumbaHopper-v5", lambda: TESTS / "check_numba_tasks.py"),
+        ("NumpyHopper-v5", lambda: TESTS / "check_python_tasks.py"),
     ],
 )
 def test_own_tasks_appear(id: str, file: Any, tab: Any) -> None:
     with Command(id, "--tasks", file(), "--rows", 2) as command:
-        tab(command.address).wait_for_picture()
+        page = tab(command.address)
+        page.wait_for_picture()
+        page.page.get_by_text(id).first.wait_for()
+
+
+def test_a_model_of_a_file_appears(tab: Any) -> None:
+    spider = ROOT / "tests" / "golden" / "custom" / "spider.xml"
+    with Command("Model-v0", "--xml", spider, "--engine", "4.0") as command:
+        page = tab(command.address)
+        page.wait_for_picture()
+        page.page.get_by_text("MuJoCo 4.0").first.wait_for()
 
 
 def test_policies_of_stable_baselines3_act(tmp_path: Path, tab: Any) -> None:
