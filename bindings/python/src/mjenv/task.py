@@ -186,9 +186,9 @@ class Sim:
     each name in state, which step and carry may write into. parameters: the live parameters by name, (rows,) or
     (rows, n), read-only. own: the rows' own arrays of the model by name, (rows, *shape). step may write into
     `sim.own[name]`, which it looks up anew each time. What it writes holds from the next step on, and stays after
-    resets. rng: draws from all rows' own streams, in step. kick: (rows, nv), 0 at the beginning of step. What step writes
-    into it is added to qvel afterwards, so that carry, observe and the next step see it. What MuJoCo has computed still
-    belongs to the old velocities.
+    resets. rng: draws from all rows' own streams, in step. kick: (rows, nv), 0 at the beginning of step. What step
+    writes into it is added to qvel afterwards, so that carry, observe and the next step see it. What MuJoCo has
+    computed still belongs to the old velocities.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
     in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the

@@ -137,7 +137,16 @@ pageTest("the library says what is wrong with an option", "#robot=Hopper-v5", {}
 pageTest("options without effect are not offered", "#robot=Hopper-v5&set.num_threads=4", {}, async (page) => {
   await page.getByText("Options of every robot").click();
   await page.getByLabel("frame_skip, as a number").waitFor();
-  for (const name of ["num_threads", "lanes", "cpu_affinity", "arrays", "max_contacts", "xml_string", "trust_xml", "norm"])
+  for (const name of [
+    "num_threads",
+    "lanes",
+    "cpu_affinity",
+    "arrays",
+    "max_contacts",
+    "xml_string",
+    "trust_xml",
+    "norm",
+  ])
     assert.equal(await page.locator(`#option-${name}`).count(), 0, name);
   assert.equal(await page.locator("#message").textContent(), "");
 });
