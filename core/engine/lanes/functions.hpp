@@ -344,9 +344,10 @@ inline V clip(V x, const double* range) {
 
 // ---- engine_support.c ----
 
-// mj_local2Global
+// mj_local2Global. Compilers no longer inline it by themselves, because it has several instances.
 template <typename T, typename U>
-inline void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat, int body, int sameframe) {
+inline __attribute__((always_inline)) void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat,
+                                                        int body, int sameframe) {
   if (sameframe == 0) {
     rotVecMat(xpos, pos, vectors(d.xmat) + 9 * body);
     add_to(xpos, vectors(d.xpos) + 3 * body, 3);
