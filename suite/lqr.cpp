@@ -8,6 +8,9 @@ constexpr int kMaxBalls = 6;
 
 void lqr(Robot& r, int balls, int motors) {
   r.model_text(lqr_model(balls, motors).c_str()).current();  // without a limit of time
+  // The motors have no bounds. dm_control's action_spec has MuJoCo's largest number.
+  r.action(motors, -1e10, 1e10);
+  r.before_step([](const Sim& s, Control& control) { control.ctrl = s.action.vector(); });
   const auto norm = r.norm();
   const Own stiffness = r.own("jnt_stiffness");
   // numpy.dot(v, v)

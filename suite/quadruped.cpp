@@ -24,6 +24,13 @@ double asinh(double x) {
   return std::copysign(result, x);
 }
 
+// NumPy multiplies matrices by OpenBLAS, which fuses on each CPU with FMA, also on those where it does not in norms. On such
+// CPUs the C library's sine of 692 has this value.
+bool fuses_matrices(const np::Norm& norm) {
+  volatile double angle = 692;  // keeps the compiler from computing the sine
+  return norm.fused() || std::sin(angle) == 0x1.80869e3fad89ap-1;
+}
+
 void observe_quadruped(Robot& r) {
   const int torso = r.body("torso");
   const Sensor velocity = r.sensor("velocimeter"), accelerometer = r.sensor("imu_accel"), gyro = r.sensor("imu_gyro");
@@ -99,13 +106,13 @@ MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
   const auto geom_size = r.array("geom_size"), site_size = r.array("site_size");
 
   observe_quadruped(r);
-  r.observe("ball_state", [=](const Sim& s) {
+  r.observe("ball_state", [=, fused = fuses_matrices(norm)](const Sim& s) {
     const auto velocity = [&](const Joint& joint) { return s.qvel().segment<3>(joint.qvel); };
     const std::array<Vector3d, 3> seen{s.xpos(ball) - s.xpos(torso), velocity(ball_root) - velocity(root),
                                        s.qvel().segment<3>(ball_root.qvel + 3)};
     Eigen::Matrix<double, 9, 1> state;
     for (int i = 0; i < 3; ++i)
-      state.segment<3>(3 * i) = in_frame(norm, seen[static_cast<std::size_t>(i)], s.xmat(torso));
+      state.segment<3>(3 * i) = in_frame(fused, seen[static_cast<std::size_t>(i)], s.xmat(torso));
     return state;
   });
   r.observe("target_position",

@@ -109,14 +109,19 @@ void episodes(Robot& r, const Reset& reset, const Reward& reward) {
 
 // ---- Vectors ----
 
-// v.dot(frame): a vector in the axes of a frame. Rounds as the option "norm" says.
+// v.dot(frame): a vector in the axes of a frame.
 template <typename M>
-Vector3d in_frame(const np::Norm& norm, const Vector3d& v, const M& frame) {
+Vector3d in_frame(bool fused, const Vector3d& v, const M& frame) {
   Vector3d local;
   for (int k = 0; k < 3; ++k)
-    local[k] = norm.fused() ? std::fma(v[2], frame(2, k), std::fma(v[1], frame(1, k), v[0] * frame(0, k)))
-                            : v[0] * frame(0, k) + v[1] * frame(1, k) + v[2] * frame(2, k);
+    local[k] = fused ? std::fma(v[2], frame(2, k), std::fma(v[1], frame(1, k), v[0] * frame(0, k)))
+                     : v[0] * frame(0, k) + v[1] * frame(1, k) + v[2] * frame(2, k);
   return local;
+}
+// Rounds as the option "norm" says.
+template <typename M>
+Vector3d in_frame(const np::Norm& norm, const Vector3d& v, const M& frame) {
+  return in_frame(norm.fused(), v, frame);
 }
 
 // numpy.log1p of sensors.
