@@ -106,7 +106,8 @@ def test_a_training_that_is_watched_learns_the_same(tmp_path: Path, tab: Any) ->
 
 
 def test_mjenv_train_shows_what_it_trains(tmp_path: Path, tab: Any) -> None:
-    command = [sys.executable, "-m", "mjenv", "train", "Hopper-v5", "--view", "--out", tmp_path]
+    steps = 10**9  # more than it does before Ctrl-C ends it
+    command = [sys.executable, "-m", "mjenv", "train", "Hopper-v5", "--steps", str(steps), "--view", "--out", tmp_path]
     watched = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert watched.stderr
     said = watched.stderr.readline()
@@ -125,7 +126,7 @@ def test_mjenv_train_shows_what_it_trains(tmp_path: Path, tab: Any) -> None:
         if len(training.curve) == len(seen):
             training.stop()
 
-    plain = mjenv.train("Hopper-v5", callback=stop)
+    plain = mjenv.train("Hopper-v5", steps=steps, callback=stop)
     assert [",".join(map(str, astuple(point))) for point in plain.curve] == seen
 
 
