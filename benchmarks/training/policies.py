@@ -32,7 +32,13 @@ TABLE = Path(__file__).with_suffix(".csv")
 POINTS = 60  # of each curve, to keep the file small
 EPISODES, SEED = 20, 100
 # The policies that `mjenv train` has made, and what it was given. train_cleanrl.py has made the others.
-LEARNED: dict[str, tuple[str, ...]] = {"HalfCheetah-v5": (), "Pusher-v5": (), "Walker2d-v5": ()}
+LEARNED: dict[str, tuple[str, ...]] = {
+    "HalfCheetah-v5": (),
+    # Larger displacements at the start than those of the episodes that are played, so that those are within reach.
+    "InvertedDoublePendulum-v5": ("--option", "reset_noise_scale=0.3", "--gamma", "0.995", "--steps", "800000"),
+    "Pusher-v5": (),
+    "Walker2d-v5": (),
+}
 
 sys.path.append(str(EXAMPLES))
 from deploy import play  # noqa: E402
