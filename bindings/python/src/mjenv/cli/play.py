@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv._videos import Gif, Mp4
+from mjenv.videos import Gif, Mp4
 from mjenv.cli import terminal
 from mjenv.cli.arguments import (
     GROUP_COUNT,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import mjenv
-from mjenv._videos import Gif, Mp4
+from mjenv.videos import Gif, Mp4
 
 if TYPE_CHECKING:
     from mjenv.viewer.session import Session
