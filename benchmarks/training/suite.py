@@ -28,6 +28,8 @@ SETTINGS = {
     "--minibatch-size 512 --learning-rate 0.0005",
     "cheetah-run": "--steps 5000000",
     "finger-spin": "--steps 2000000 --initial-std 1",
+    "fish-upright": "--steps 1500000 --initial-std 1",
+    "reacher-easy": "--steps 2000000 --initial-std 1",
     "walker-walk": "--steps 4000000 --initial-std 1",
 }
 
