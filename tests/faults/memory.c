@@ -270,6 +270,13 @@ static int32_t step_task(const void* self, const mjenv_sim* sim, mjenv_outcome* 
   return 0;
 }
 
+static int32_t reward_of_task(const void* self, const mjenv_task_api* api, const double* achieved,
+                              const double* desired, int64_t size, double* reward) {
+  (void)self;
+  *reward = achieved[0] - desired[size - 1];
+  return desired[0] > 5 ? mjenv_task_fail(api, "a reason that is longer than what fits into a std::string itself") : 0;
+}
+
 static const mjenv_task task = {
     .struct_size = sizeof(mjenv_task),
     .id = "tests/Everything-v0",
@@ -288,7 +295,8 @@ static const mjenv_task task = {
     .observe = observe_task,
     .step = step_task,
     .before_step = map_task,
-    .before_substep = map_task};
+    .before_substep = map_task,
+    .compute_reward = reward_of_task};
 
 static mjenv_status register_known(void) { return mjenv_register_task(&task); }
 
@@ -313,6 +321,20 @@ static mjenv_status write_parameter(void) { return write_row(s.task, 1, "paramet
 
 static mjenv_status write_no_parameter(void) {
   return write_row(s.task, 1, "parameters.that there is not, with a long name", s.action, 1);
+}
+
+static mjenv_status restore_task(void) {
+  static unsigned char image[1 << 14];
+  int64_t size;
+  const mjenv_status status = mjenv_snapshot(s.task, 0, image, sizeof image, &size);
+  return status ? status : mjenv_restore(s.task, 1, image, size);
+}
+
+static mjenv_status compute_reward(void) { return mjenv_compute_reward(s.task, s.action, s.action, 2, s.values, 2); }
+
+static mjenv_status bad_reward(void) {
+  static const double far[] = {9};
+  return mjenv_compute_reward(s.task, far, far, 1, s.values, 1);
 }
 
 static mjenv_status lane_stages(void) { return mjenv_lane_stages_of(s.task) ? MJENV_OK : MJENV_E_MEMORY; }
@@ -461,6 +483,9 @@ static const struct call calls[] = {
     {"step a task", step_rows_of_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"write a parameter", write_parameter, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"write a parameter, none", write_no_parameter, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"restore a task", restore_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"compute_reward", compute_reward, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"compute_reward that fails", bad_reward, MJENV_E_TASK, MJENV_E_MEMORY, KEEPS},
     {"lane_stages_of", lane_stages, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"render_defaults", render_settings, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"write", write, MJENV_OK, MJENV_E_MEMORY, FRESH},

@@ -195,6 +195,13 @@ std::int32_t map(const void* self, const mjenv_sim* sim, mjenv_control* control)
   return result(bytes, sim->api);
 }
 
+std::int32_t compute_reward(const void* self, const mjenv_task_api* api, const double* achieved, const double* desired,
+                            std::int64_t size, double* reward) {
+  Bytes& bytes = *plan_of(self).bytes;
+  *reward = size > 0 ? achieved[size - 1] - desired[0] : value(bytes);
+  return result(bytes, api);
+}
+
 std::int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome) {
   Bytes& bytes = *plan_of(self).bytes;
   draw(bytes, outcome->random);
@@ -254,7 +261,7 @@ struct Parts {
     static const std::uint32_t sizes[] = {0, 4, 8};
     mjenv_task_option& option = options[bytes.below(2)];
     mjenv_task_field& part = fields[bytes.below(4)];
-    switch (bytes.below(33)) {
+    switch (bytes.below(34)) {
       case 0: task.id = text(bytes); break;
       case 1: task.model = text(bytes); break;
       case 2: task.model_text = text(bytes); break;
@@ -284,9 +291,10 @@ struct Parts {
       case 26: part.shape[bytes.below(4)] = count(bytes); break;
       case 27: task.before_step = map; break;
       case 28: task.before_substep = map; break;
-      case 29: part.group = text(bytes); break;
-      case 30: option.live = static_cast<std::int32_t>(count(bytes)); break;
-      case 31: task.caller_thread = 1; break;
+      case 29: task.compute_reward = compute_reward; break;
+      case 30: part.group = text(bytes); break;
+      case 31: option.live = static_cast<std::int32_t>(count(bytes)); break;
+      case 32: task.caller_thread = 1; break;
       default:
         *bytes.one_of({&task.struct_size, &camera.struct_size, &option.struct_size, &part.struct_size}) =
             bytes.one_of(sizes);
@@ -312,6 +320,8 @@ void use(const std::string& id, Plan& plan) {
   std::vector<double> action(2 * static_cast<std::size_t>(mjenv_field_count(env.get(), MJENV_ROLE_ACTION)), 0.5);
   const double weight = value(*plan.bytes);
   check(mjenv_write(env.get(), nullptr, "parameters.weight", &weight, 1));
+  double goals[2] = {weight, 1}, rewards[2];
+  check(mjenv_compute_reward(env.get(), goals, goals, 2, rewards, plan.bytes->flag() ? 1 : 2));
   check(mjenv_reset(env.get(), nullptr, &out.batch));
   for (int i = 0; i < 4; ++i) {
     check(mjenv_step(env.get(), nullptr, action.data(), action.size(), MJENV_DTYPE_FLOAT64, &out.batch));

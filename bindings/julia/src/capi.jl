@@ -374,6 +374,7 @@ Base.@kwdef struct mjenv_task
     fixed_frame_skip::Int32 = 0
     before_step::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     before_substep::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    compute_reward::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_plugin
@@ -569,6 +570,7 @@ const FUNCTIONS = (
     :mjenv_field_count,
     :mjenv_field_at,
     :mjenv_seed,
+    :mjenv_compute_reward,
     :mjenv_get_stream,
     :mjenv_set_stream,
     :mjenv_seed_actions,
@@ -834,17 +836,19 @@ mjenv_seed(env, mask, seeds, words) = ccall(
     words,
 )
 
-mjenv_get_stream(env, row, words, count) = ccall(
+mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
     address(env, 29),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
+    (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
-    row,
-    words,
+    achieved,
+    desired,
     count,
+    rewards,
+    reward_count,
 )
 
-mjenv_set_stream(env, row, words, count) = ccall(
+mjenv_get_stream(env, row, words, count) = ccall(
     address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
@@ -854,8 +858,18 @@ mjenv_set_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_seed_actions(env, seed) = ccall(
+mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 31),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -863,7 +877,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 32),
+    address(env, 33),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Int64),
     env,
@@ -872,7 +886,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 33),
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -881,7 +895,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 34),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -893,7 +907,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 35),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
     env,
@@ -905,7 +919,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 36),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
     env,
@@ -918,7 +932,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 37),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -930,7 +944,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 38),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -938,7 +952,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 39),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     env,
@@ -950,7 +964,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 40),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -959,7 +973,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 41),
+    address(env, 42),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -969,7 +983,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 42),
+    address(env, 43),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -979,7 +993,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 43),
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -991,7 +1005,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_write(env, mask, array, values, count) = ccall(
-    address(env, 44),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
     env,
@@ -1002,7 +1016,7 @@ mjenv_write(env, mask, array, values, count) = ccall(
 )
 
 mjenv_set_constants(env, mask) = ccall(
-    address(env, 45),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}),
     env,
@@ -1010,7 +1024,7 @@ mjenv_set_constants(env, mask) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 46),
+    address(env, 47),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
     env,
@@ -1021,7 +1035,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, mask, from) = ccall(
-    address(env, 47),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
     env,
@@ -1030,7 +1044,7 @@ mjenv_copy_row(env, mask, from) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 48),
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
     env,
@@ -1041,7 +1055,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 49),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
     env,
@@ -1051,7 +1065,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 50),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
     env,
@@ -1060,7 +1074,7 @@ mjenv_randomize(env, items, count) = ccall(
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 51),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1068,7 +1082,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 52),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1076,7 +1090,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 53),
+    address(env, 54),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1085,21 +1099,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 54),
+    address(renderer, 55),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 55),
+    address(renderer, 56),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 56),
+    address(renderer, 57),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
     renderer,
@@ -1111,7 +1125,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_render_segmentation(renderer, row, objects, count) = ccall(
-    address(renderer, 57),
+    address(renderer, 58),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
     renderer,
@@ -1121,7 +1135,7 @@ mjenv_render_segmentation(renderer, row, objects, count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 58),
+    address(env, 59),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1130,21 +1144,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 59),
+    address(window, 60),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 60),
+    address(window, 61),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 61),
+    address(window, 62),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1152,21 +1166,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 62),
+    address(engine, 63),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 63),
+    address(engine, 64),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 64),
+    address(engine, 65),
     Ptr{mjenv_task_api},
     (),
 )
