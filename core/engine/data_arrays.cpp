@@ -1,5 +1,6 @@
 #include "engine/data_arrays.hpp"
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <string_view>
@@ -88,7 +89,17 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
   add_of_contacts("contact.geom2", &contact->geom2, 1);
   add_of_contacts("contact.exclude", &contact->exclude, 1);
   add_of_contacts("contact.efc_address", &contact->efc_address, 1);
+  // MuJoCo has a function for the force, but no array.
+  add_of_contacts("contact.force", contact->frame, 6);
+  list.back().compute = [&](std::int64_t i, double* force) { mj_contactForce(&m, &d, static_cast<int>(i), force); };
   return list;
+}
+
+Array with_contacts(Array array, std::int64_t count) {
+  constexpr std::string_view kPrefix = "contact.";
+  if (count > 0 && array.name.compare(0, kPrefix.size(), kPrefix) == 0)
+    array.shape[0] = std::min(array.shape[0], count);
+  return array;
 }
 
 }  // namespace mjenv::core

@@ -1,6 +1,7 @@
 // The arrays of mjData that can be read, with MuJoCo's names.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@ namespace mjenv::core {
 
 // Lists the arrays. They point into the model and mjData, which must not move.
 std::vector<Array> data_arrays(const mjModel_& model, const mjData_& data);
+
+// The array with room for at most `count` contacts, if it is one of contacts; 0: as it is.
+Array with_contacts(Array array, std::int64_t count);
 
 // is_force: whether Work::complete_forces computes the array (cacc, cfrc_int, cfrc_ext). is_frame: whether
 // Work::complete_frames does (positions and orientations of geoms, cameras and lights). Steps compute neither.

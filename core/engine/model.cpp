@@ -85,9 +85,9 @@ bool frames_unread(const mjModel& m) {
   return true;
 }
 
-// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list. Frames that no
-// step reads are not computed, or are copied from their body, which is the cheapest way. Work::complete computes them
-// later.
+// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list. The view
+// leaves out frames that no step reads. Where MuJoCo computes them nevertheless, it copies them from their body, which
+// is the cheapest way. Work::complete computes them later.
 std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
                                             std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);
@@ -129,7 +129,10 @@ void Array::read(double* values) const {
     const std::size_t columns = rows == 0 ? 0 : count() / static_cast<std::size_t>(shape[0]);
     const auto* row = reinterpret_cast<const char*>(from);
     for (std::size_t i = 0; i < rows; ++i, row += stride)
-      convert(reinterpret_cast<decltype(from)>(row), columns, values + i * columns);
+      if (compute)
+        compute(static_cast<std::int64_t>(i), values + i * columns);
+      else
+        convert(reinterpret_cast<decltype(from)>(row), columns, values + i * columns);
     std::fill(values + rows * columns, values + count(), 0.0);
   };
   switch (type) {
@@ -164,7 +167,6 @@ Model::Model(std::string label, Compiled model, Origin origin)
       nu_(static_cast<int>(model_->nu)),
       nbody_(static_cast<int>(model_->nbody)) {}
 
-double Model::timestep() const { return model_->opt.timestep; }
 int Model::more_state() const { return core::more_state(*model_); }
 bool Model::is_valid_more(const double* state) const { return core::is_valid_more(*model_, state); }
 
@@ -203,6 +205,11 @@ const char* Model::name(const std::string& type, std::int64_t index) const {
 std::string Model::actuator_label(int i) const {
   const std::string own = name("actuator", i);
   return own.empty() && model_->actuator_trntype[i] == mjTRN_JOINT ? name("joint", model_->actuator_trnid[2 * i]) : own;
+}
+
+int Model::free_dof(int body) const {
+  const int joint = model_->body_jntadr[body];
+  return joint >= 0 && model_->jnt_type[joint] == mjJNT_FREE ? model_->jnt_dofadr[joint] : -1;
 }
 
 std::uint64_t Model::fingerprint() const {

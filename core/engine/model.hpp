@@ -30,6 +30,8 @@ struct Array {
   // Returns how many elements, or structs, are in use; empty: all are. The elements behind them read as 0, because
   // MuJoCo leaves old values there.
   std::function<std::int64_t()> held = {};
+  // Writes the elements of struct i, where `data` does not hold them; otherwise empty.
+  std::function<void(std::int64_t i, double* values)> compute = {};
 
   std::size_t count() const;
   void read(double* values) const;
@@ -57,7 +59,7 @@ class Model {
   const mjModel_* stepped() const { return stepped_.get(); }
   // The list of geom pairs in that view; null if MuJoCo has to search for pairs.
   const Pairs* pairs() const { return pairs_ ? &*pairs_ : nullptr; }
-  bool trusted() const { return origin_ != Origin::stranger; }
+  bool trusted() const { return origin_ != Origin::untrusted; }
   const std::string& label() const { return label_; }
   const std::vector<Array>& arrays() const { return arrays_; }
 
@@ -70,7 +72,6 @@ class Model {
   int more_state() const;
   // Whether MuJoCo can compute with these more_state() numbers.
   bool is_valid_more(const double* state) const;
-  double timestep() const;
   // How much memory an mjData of the model takes.
   std::size_t work_bytes() const;
   // The bounds of the actuators, rounded to float32 as in Gymnasium's action space.
@@ -85,11 +86,14 @@ class Model {
   // The name of actuator i. If it has none, the name of the joint that it drives.
   std::string actuator_label(int i) const;
 
+  // Where the free joint of a body begins in qvel; -1 if the body has none.
+  int free_dof(int body) const;
+
   // A hash that is equal for models that simulate alike.
   std::uint64_t fingerprint() const;
 
  private:
-  enum class Origin { built_in, trusted, stranger };
+  enum class Origin { built_in, trusted, untrusted };
   struct Source {
     std::string label, path, text;
     Origin origin;

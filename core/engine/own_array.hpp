@@ -1,4 +1,4 @@
-// An array of which rows can have their own values, and the rules for these values. It is an array or option of
+// An array whose values can differ from row to row, and the rules for these values. It is an array or option of
 // mjModel, or an input of mjData that is no part of a row's state.
 #pragma once
 

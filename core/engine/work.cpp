@@ -39,8 +39,12 @@ void Work::use(const OwnArrays& arrays, std::byte* block) {
   }
 }
 
-void Work::apply(const Force& force) {
-  std::copy(force.values.begin(), force.values.end(), data_->xfrc_applied + 6 * std::ptrdiff_t{force.body});
+void Work::apply(const Pushes& pushes) {
+  for (const Force& force : pushes.forces)
+    std::copy(force.values.begin(), force.values.end(), data_->xfrc_applied + 6 * std::ptrdiff_t{force.body});
+  for (const Kick& kick : pushes.kicks)
+    for (std::size_t i = 0; i < kick.values.size(); ++i)
+      data_->qvel[static_cast<std::size_t>(kick.dof) + i] += kick.values[i];
 }
 
 double* Work::force(const std::string& array) {

@@ -19,6 +19,7 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kMaxThreads = 1024;
+constexpr std::int64_t kMaxContacts = 1'000'000;
 constexpr std::int64_t kStateWords = np::RandomState::kStateWords;
 
 int threads_for(const Options& options, const Task& task, std::int64_t rows) {
@@ -75,6 +76,10 @@ void declare_env_options(Options& options) {
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
                Scope::service);
+  options.integer("max_contacts", 0, 0, kMaxContacts,
+                  "of how many contacts of a row the exported arrays contact.* have room: the row's first ones; 0: of "
+                  "as many as MuJoCo can find",
+                  Scope::service);
   declare_frame_options(options);
   declare_action_options(options);
 }
@@ -86,7 +91,7 @@ Env::Env(const Options& options, std::int64_t rows)
       frames_(options_, task_.fields[MJENV_ROLE_OBSERVATION], rows),
       transform_(options_, task_),
       workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
-      schema_(task_, frames_, transform_, options_.get("arrays").text, workers_.first().work()),
+      schema_(task_, frames_, transform_, options_, workers_.first().work()),
       rows_(task_, frames_.record_count(), rows),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
       episodes_(options_, task_, schema_, randomization_, perturbation_, frames_, transform_, rows_),
@@ -122,7 +127,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 
 LaneChoice Env::lanes() const {
   if (lanes_.width == 0) return lanes_;
-  if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
+  if (!rows_.fit_lanes()) return {0, "rows have their own values of " + listed(beyond_lanes(rows_.arrays()))};
   return lanes_;
 }
 
@@ -491,7 +496,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   std::vector<double> records = rows_.make_perturbation(next.record_count());
   std::vector<Perturbation::Step> steps;
   workers_.for_each([&](Worker& /*worker*/) { steps.push_back(next.make_step()); });
-  if (next.pushes()) make_own({"xfrc_applied"});
+  if (next.applies_forces()) make_own({"xfrc_applied"});
   end_pushes();
   workers_.for_each(
       [&](Worker& worker) { worker.perturbed = std::move(steps[static_cast<std::size_t>(worker.index)]); });
@@ -500,9 +505,9 @@ void Env::perturb(const mjenv_perturbation* given) {
   perturbation_ = std::move(next);
 }
 
-// Sets to 0 the pushing forces that the last step of each row has left in its own values.
+// Sets the forces to 0 that the pushes of each row's last step have left in its own values.
 void Env::end_pushes() {
-  if (!perturbation_.pushes()) return;
+  if (!perturbation_.applies_forces()) return;
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!perturbation_.is_pushed(rows_.perturbation(row))) continue;
     rows_.keep(row);

@@ -10,8 +10,8 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: MJENV_E_TASK, or MJENV_E_VALUE or MJENV_E_MODEL (a drawn value was
-// refused) if that is the error's, otherwise MJENV_E_PHYSICS.
+// Calls body. If it throws, writes the row's status: the error's own if that is MJENV_E_TASK, or MJENV_E_VALUE or
+// MJENV_E_MODEL (a drawn value was refused), otherwise MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {
@@ -138,9 +138,9 @@ void Episodes::step(Team& team) const {
 void Episodes::advance(Team& team, std::uint32_t& moving) const {
   const auto load = [&](std::size_t i) {
     Turn& turn = team.turns()[i];
-    if (!task_.calls->has_maps()) return team[i].load(rows_, turn.row, turn.seen, turn.forces);
+    if (!task_.calls->has_maps()) return team[i].load(rows_, turn.row, turn.seen, turn.pushes);
     turn.random = turn.begun;  // restored, because the row may be loaded a second time (Team::advance)
-    team[i].begin_step(rows_, turn.row, turn.seen, turn.forces, turn.random);
+    team[i].begin_step(rows_, turn.row, turn.seen, turn.pushes, turn.random);
   };
   const auto attempt = [&](std::size_t i, const auto& body) {
     std::uint32_t turn = 1u << i;
@@ -158,7 +158,7 @@ void Episodes::begin_step(Worker& worker, Turn& turn) const {
   if (turn.is_perturbed) {
     turn.seen = perturbation_.act(rows_.perturbation(turn.row), rows_.head(turn.row).steps, turn.action,
                                   turn.random.rng(), worker.perturbed);
-    turn.forces = &worker.perturbed.forces;
+    turn.pushes = &worker.perturbed.done;
   }
   if (task_.calls->has_maps()) turn.begun = turn.random;
 }

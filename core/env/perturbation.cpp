@@ -90,7 +90,8 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
   for (const auto* numbers : {&action_noise_, &observation_noise_, &first_action_})
     fingerprint_ = hash(numbers->data(), numbers->size() * sizeof(double), fingerprint_);
   for (const Push& push : pushes_) {
-    const std::array numbers{std::int64_t{push.body}, push.min_steps, push.max_steps};
+    const std::array numbers{std::int64_t{push.body}, push.min_steps,    push.max_steps,
+                             push.min_duration,       push.max_duration, std::int64_t{push.dof}};
     fingerprint_ = hash(numbers.data(), sizeof numbers, fingerprint_);
     fingerprint_ = hash(push.high.data(), sizeof push.high, hash(push.low.data(), sizeof push.low, fingerprint_));
   }
@@ -103,12 +104,25 @@ void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& mod
     };
     if (one.body < 1 || one.body >= model.nbody())
       refuse("body is " + std::to_string(one.body) + ", not 1 to " + std::to_string(model.nbody() - 1));
+    const bool is_kick = one.is_kick != 0;
     for (const Push& other : pushes_)
-      if (other.body == one.body) refuse("body " + std::to_string(one.body) + " is in the list twice");
+      if (other.body == one.body && other.is_kick() == is_kick)
+        refuse("body " + std::to_string(one.body) + " is in the list twice");
     if (one.min_steps < 1 || one.min_steps > one.max_steps || one.max_steps > kMaxInterval)
       refuse("min_steps is " + std::to_string(one.min_steps) + " and max_steps " + std::to_string(one.max_steps) +
              ", but 1 <= min_steps <= max_steps <= 2^52 must hold");
-    Push push{one.body, one.min_steps, one.max_steps, {}, {}};
+    const bool is_one_step = one.min_duration == 0 && one.max_duration == 0;
+    if (!is_one_step &&
+        (one.min_duration < 1 || one.min_duration > one.max_duration || one.max_duration > kMaxInterval))
+      refuse("min_duration is " + std::to_string(one.min_duration) + " and max_duration " +
+             std::to_string(one.max_duration) +
+             ", but 1 <= min_duration <= max_duration <= 2^52 must hold, or both be 0");
+    if (is_kick && !is_one_step && one.max_duration != 1) refuse("a kick lasts one step");
+    Push push{one.body, one.min_steps, one.max_steps, 1, 1, {}, {}};
+    if (!is_one_step) push.min_duration = one.min_duration, push.max_duration = one.max_duration;
+    if (is_kick) push.dof = model.free_dof(one.body);
+    if (is_kick && push.dof < 0)
+      refuse("body " + std::to_string(one.body) + " has no free joint, so its velocity is not in qvel");
     for (std::size_t i = 0; i < push.low.size(); ++i) {
       push.low[i] = one.low[i];
       push.high[i] = one.high[i];
@@ -162,8 +176,25 @@ Perturbation::Step Perturbation::make_step() const {
   step.action.resize(actuators_);
   step.narrow_action.resize(actuators_);
   step.pushes.resize(2 * pushes_.size());
-  step.forces.reserve(2 * pushes_.size());
+  step.done.forces.reserve(pushes_.size());
+  step.done.kicks.reserve(pushes_.size());
   return step;
+}
+
+void Perturbation::push(const Push& push, double& left, double& lasts, np::Generator& rng, Work::Pushes& to) const {
+  if (lasts > 1) return static_cast<void>(--lasts);  // the force goes on
+  const bool was_pushed = lasts != 0, is_pushed = --left == 0;
+  lasts = 0;
+  if (!was_pushed && !is_pushed) return;
+  std::array<double, 6> drawn{};
+  for (std::size_t k = 0; is_pushed && k < drawn.size(); ++k) drawn[k] = rng.uniform(push.low[k], push.high[k]);
+  if (push.is_kick())
+    to.kicks.push_back({push.dof, drawn});
+  else
+    to.forces.push_back({push.body, offset_of(push), drawn});
+  if (!is_pushed) return;
+  if (!push.is_kick()) lasts = static_cast<double>(rng.integers(push.min_duration, push.max_duration + 1));
+  left = interval(push, rng);
 }
 
 Action Perturbation::act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
@@ -180,19 +211,11 @@ Action Perturbation::act(const double* record, std::int64_t steps, const Action&
     step.action[i] = value;
     step.narrow_action[i] = static_cast<float>(value);
   }
-  step.forces.clear();
+  step.done.clear();
   for (std::size_t i = 0; i < pushes_.size(); ++i) {
-    const Push& push = pushes_[i];
-    double left = record[kPushes + 2 * i] - 1;
-    const bool was_pushed = record[kPushes + 2 * i + 1] != 0, is_pushed = left == 0;
-    if (was_pushed || is_pushed) {
-      Work::Force force{push.body, offset_of(push), {}};
-      for (std::size_t k = 0; is_pushed && k < 6; ++k) force.values[k] = rng.uniform(push.low[k], push.high[k]);
-      step.forces.push_back(force);
-    }
-    if (is_pushed) left = interval(push, rng);
-    step.pushes[2 * i] = left;
-    step.pushes[2 * i + 1] = is_pushed;
+    double& left = step.pushes[2 * i] = record[kPushes + 2 * i];
+    double& lasts = step.pushes[2 * i + 1] = record[kPushes + 2 * i + 1];
+    push(pushes_[i], left, lasts, rng, step.done);
   }
   const void* seen = narrow ? static_cast<const void*>(step.narrow_action.data()) : step.action.data();
   return {seen, action.dtype, action.count};
@@ -225,6 +248,10 @@ const double* Perturbation::observe(double* record, std::int64_t steps, const do
   return last;
 }
 
+bool Perturbation::applies_forces() const {
+  return std::any_of(pushes_.begin(), pushes_.end(), [](const Push& push) { return !push.is_kick(); });
+}
+
 bool Perturbation::is_pushed(const double* record) const {
   for (std::size_t i = 0; i < pushes_.size(); ++i)
     if (record[kPushes + 2 * i + 1] != 0) return true;
@@ -240,9 +267,12 @@ bool Perturbation::is_valid(const double* record) const {
   const bool has_begun = record[0] == kBegun || record[0] == kObserved;
   if (record[0] != 0 && !has_begun) return false;
   for (std::size_t i = 0; i < pushes_.size(); ++i) {
-    const double left = record[kPushes + 2 * i], was_pushed = record[kPushes + 2 * i + 1];
-    const bool counts = left >= 1 && left <= static_cast<double>(pushes_[i].max_steps) && left == std::floor(left);
-    if ((has_begun && !counts) || (was_pushed != 0 && was_pushed != 1)) return false;
+    const double left = record[kPushes + 2 * i], lasts = record[kPushes + 2 * i + 1];
+    const auto counts = [](double steps, std::int64_t least, std::int64_t most) {
+      return steps >= static_cast<double>(least) && steps <= static_cast<double>(most) && steps == std::floor(steps);
+    };
+    if (has_begun && !counts(left, 1, pushes_[i].max_steps)) return false;
+    if (!counts(lasts, 0, pushes_[i].is_kick() ? 0 : pushes_[i].max_duration)) return false;
   }
   if (!has_begun || !resets_draw_delays()) return true;
   return action_delay_.contains(record[delays_]) && observation_delay_.contains(record[delays_ + 1]);

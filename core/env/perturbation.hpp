@@ -23,7 +23,8 @@ class Perturbation {
   Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t action_count,
                std::int64_t observation_count);
 
-  bool pushes() const { return !pushes_.empty(); }
+  // Whether pushes write xfrc_applied.
+  bool applies_forces() const;
   bool changes_observations() const { return has_observations_; }
   // How many doubles a row's record has. There may be too little memory for them, so allocate them before you change
   // anything.
@@ -52,7 +53,7 @@ class Perturbation {
     std::vector<double> action;        // the action that the task sees, if it is float64
     std::vector<float> narrow_action;  // the same, if it is float32
     std::vector<double> pushes;        // the part of the record with the pushes, as it will be after the step
-    std::vector<Work::Force> forces;
+    Work::Pushes done;
   };
   // Allocates the memory that act uses.
   Step make_step() const;
@@ -76,8 +77,11 @@ class Perturbation {
 
   struct Push {
     std::int32_t body;
-    std::int64_t min_steps, max_steps;
+    std::int64_t min_steps, max_steps, min_duration, max_duration;
     std::array<double, 6> low, high;
+    std::int32_t dof = -1;  // the first of the free joint in qvel, if the push is a kick
+
+    bool is_kick() const { return dof >= 0; }
   };
 
   std::vector<double> action_noise_, observation_noise_, first_action_;
@@ -95,14 +99,16 @@ class Perturbation {
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
-  // A record begins with the phase and two numbers for each push: how many steps are left until it, and whether it
-  // acted in the last step. Then follow the two delays, if resets draw any; the delayed actions and observations, as
+  // A record begins with the phase and two numbers for each push: how many steps are left until it, and how many steps
+  // its force lasts, the last step included (0: none acted in the last step). Then follow the two delays, if resets draw any; the delayed actions and observations, as
   // many as the greatest delays; and the last observation. These are the offsets of the parts:
   std::size_t delays_ = 0, actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 
   void take_pushes(const mjenv_perturbation& given, const Model& model);
   static double interval(const Push& push, np::Generator& rng);
+  // Decides what a push does in a step. left, lasts: its numbers in the record, which are changed.
+  void push(const Push& push, double& left, double& lasts, np::Generator& rng, Work::Pushes& to) const;
   bool resets_draw_delays() const {
     return !redraws_delays_ && (action_delay_.is_drawn || observation_delay_.is_drawn);
   }

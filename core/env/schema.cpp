@@ -17,9 +17,11 @@ std::vector<Field> fields_of(mjenv_role role, const std::vector<Array>& arrays) 
 
 }  // namespace
 
-Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const std::string& exported,
+Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const Options& options,
                const Work& work)
-    : fields_(task.fields), observation_space_{frames.low(), frames.high(), frames.shape()} {
+    : fields_(task.fields),
+      observation_space_{frames.low(), frames.high(), frames.shape()},
+      max_contacts_(options.get("max_contacts").integer) {
   fields_[MJENV_ROLE_OBSERVATION] = frames.fields();
   fields_[MJENV_ROLE_GROUPS] = frames.keys();
   observation_count_ = total(frames.fields());
@@ -30,7 +32,7 @@ Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& tr
   action_space_ = {transform.low(), transform.high(), {task.action_count()}};
   const std::vector<Array> arrays = work.arrays();
   fields_[MJENV_ROLE_DATA] = fields_of(MJENV_ROLE_DATA, arrays);
-  choose_exported(exported, arrays);
+  choose_exported(options.get("arrays").text, arrays);
 }
 
 void Schema::choose_exported(const std::string& names, const std::vector<Array>& arrays) {
@@ -44,8 +46,9 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
     }
     exported_.push_back(static_cast<std::size_t>(found - arrays.data()));
     std::vector<Field>& list = fields_[MJENV_ROLE_ARRAYS];
-    const auto count = static_cast<std::int64_t>(found->count());
-    list.push_back({MJENV_ROLE_ARRAYS, name, "", found->type, found->shape, total(list), count});
+    const Array array = with_contacts(*found, max_contacts_);
+    const auto count = static_cast<std::int64_t>(array.count());
+    list.push_back({MJENV_ROLE_ARRAYS, name, "", array.type, array.shape, total(list), count});
     exports_on_demand_ = exports_on_demand_ || is_on_demand(name);
   }
 }

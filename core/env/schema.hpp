@@ -19,8 +19,8 @@ struct Space {
 
 class Schema {
  public:
-  // exported: the names of the mjData arrays to export, separated by blanks.
-  Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const std::string& exported,
+  // The options "arrays" and "max_contacts" say which arrays of mjData are exported.
+  Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const Options& options,
          const Work& work);
 
   const std::vector<Field>& fields(mjenv_role role) const;
@@ -30,6 +30,8 @@ class Schema {
   std::int64_t observation_count() const { return observation_count_; }
   // The indices of the exported arrays in Work::arrays().
   const std::vector<std::size_t>& exported() const { return exported_; }
+  // Of how many contacts the exported arrays have room; 0: of as many as MuJoCo can find.
+  std::int64_t max_contacts() const { return max_contacts_; }
   // True if some exported arrays are up to date only after Work::complete.
   bool exports_on_demand() const { return exports_on_demand_; }
   // Throws unless the batch has exactly `rows` elements, its dtype and the counts of its arrays fit this environment,
@@ -39,7 +41,7 @@ class Schema {
  private:
   Fields fields_;
   Space observation_space_, action_space_;
-  std::int64_t observation_count_ = 0;
+  std::int64_t observation_count_ = 0, max_contacts_ = 0;
   std::vector<std::size_t> exported_;
   bool exports_on_demand_ = false;
 

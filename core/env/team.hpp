@@ -25,7 +25,7 @@ struct Turn {
   Random begun{nullptr};  // `random` after the draws of the perturbation, if the task has before_step or before_substep
   Random random{nullptr};
   Action seen{};  // the action that the task sees
-  const Worker::Forces* forces = nullptr;
+  const Work::Pushes* pushes = nullptr;
   bool is_perturbed = false;
 };
 

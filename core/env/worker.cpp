@@ -36,8 +36,8 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
-  if (origin == Origin::step && forces_)
-    for (const Work::Force& force : *forces_)
+  if (origin == Origin::step && pushes_)
+    for (const Work::Force& force : pushes_->forces)
       std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
   if (origin == Origin::step && random_)
     for (const OwnValues& own : own_values_)
@@ -252,7 +252,7 @@ void Worker::prepare(const OwnArrays& arrays) {
   use(arrays, inputs_.data());
 }
 
-void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces) {
+void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes) {
   if (rows.head(row).written == Written::by_caller &&
       task_.carry_count > 0) {  // carried numbers may depend on what was written
     hold(rows, row);
@@ -265,17 +265,17 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Forc
   release();
   view_.show_parameters(rows.parameters(row));
   use(rows, row);
-  if (forces)
-    for (const Work::Force& force : *forces) work_.apply(force);
   work_.load(rows.state(row));
+  if (pushes) work_.apply(*pushes);
   work_.act(action);
-  forces_ = forces;
+  pushes_ = pushes;
   random_ = nullptr;
 }
 
-void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces, Random& random) {
+void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes,
+                        Random& random) {
   const bool is_mapped = task_.calls->has_before_step();
-  load(rows, row, is_mapped ? Action{} : action, forces);
+  load(rows, row, is_mapped ? Action{} : action, pushes);
   random_ = &random;
   action_ = action;
   for (OwnValues& own : own_values_)
@@ -306,7 +306,10 @@ mjenv_outcome Worker::step(Rows& rows, std::int64_t row, const Action& action, R
       std::copy_n(work_.force(own.array->original.name), own.values.size(), own.values.data());
     own.before = own.values;
   }
-  return task_.calls->step(view_, action, random, controlled_.data());
+  const mjenv_outcome outcome = task_.calls->step(view_, action, random, controlled_.data());
+  const std::vector<double>& qvel = view_.velocities();
+  is_kicked_ = std::memcmp(qvel.data(), work_.state().qvel, qvel.size() * sizeof(double)) != 0;
+  return outcome;
 }
 
 void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step); }
@@ -319,12 +322,14 @@ void Worker::commit_step(Rows& rows, std::int64_t row) {
     for (const OwnValues& own : own_values_)
       if (is_changed(own)) own.array->write((own.*values).data(), rows.values(row));
   };
-  if (std::none_of(own_values_.begin(), own_values_.end(), is_changed)) return save(rows, row, Origin::step);
+  const bool is_written = std::any_of(own_values_.begin(), own_values_.end(), is_changed);
+  if (!is_written && !is_kicked_) return save(rows, row, Origin::step);
   for (const OwnValues& own : own_values_)
     if (is_changed(own)) own.array->check(own.values.data());
-  // The callback carry must see the values that the task has written. But the row is stored with the values from
-  // before, because MuJoCo has computed the derived arrays with those.
+  // The callback carry must see what the task has written. But the row is stored with the values from before, because
+  // MuJoCo has computed the derived arrays with those.
   put(&OwnValues::values);
+  std::copy(view_.velocities().begin(), view_.velocities().end(), work_.state().qvel);
   try {
     task_.calls->carry(view_);
   } catch (...) {
@@ -333,7 +338,7 @@ void Worker::commit_step(Rows& rows, std::int64_t row) {
   }
   put(&OwnValues::before);
   store(rows, row, Origin::step);
-  rows.keep(row);
+  if (is_written) rows.keep(row);
   put(&OwnValues::values);
   for (const OwnValues& own : own_values_)
     if (own.is_force) std::copy(own.values.begin(), own.values.end(), work_.force(own.array->original.name));

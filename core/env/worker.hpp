@@ -23,8 +23,6 @@ namespace mjenv::core {
 // last computed the row. If they are needed after that worker has computed another row, a worker computes them again.
 class Worker {
  public:
-  using Forces = std::vector<Work::Force>;
-
   Worker(std::int32_t index, const Task& task);
 
   const std::int32_t index;
@@ -38,7 +36,7 @@ class Worker {
     transformed.resize(static_cast<std::size_t>(task_.action_count()));
   }
 
-  // True if the work space holds the row's derived arrays.
+  // Whether the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
   // Makes the work space hold the row's derived arrays, by computing them again if necessary.
   void hold(Rows& rows, std::int64_t row);
@@ -56,12 +54,12 @@ class Worker {
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
   // Makes the work space ready for a step: loads the row's state and the action. If the state or own values were
-  // written since the last computation, first calls the callback carry. forces: they replace those in xfrc_applied, and
-  // must live until commit has returned.
-  void load(Rows& rows, std::int64_t row, const Action& action, const Forces* forces = nullptr);
+  // written since the last computation, first calls the callback carry. pushes: they must live
+  // until commit has returned.
+  void load(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes = nullptr);
   // Does the same as load for a task that has before_step or before_substep, and calls before_step. random: the stream
   // for the task; it must live until the step ends.
-  void begin_step(Rows& rows, std::int64_t row, const Action& action, const Forces* forces, Random& random);
+  void begin_step(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes, Random& random);
   // Calls mj_step `frames` times. The new state reaches the row in commit.
   void advance(std::int64_t frames) {
     work_.step(frames, before(), random_ && has_before_substep() ? &before_substep_ : nullptr);
@@ -80,7 +78,7 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  // Must be prepared if mj_setConst was called for a row, or if resets call it.
+  // Call its prepare() if mj_setConst was called for a row, and its prepare_draw() if resets call mj_setConst.
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
@@ -117,8 +115,9 @@ class Worker {
   // Own values that the work space uses instead of the row's: in `begin` those with cleared inputs, in `hold` those
   // with which mj_setConst was called.
   std::vector<std::byte> inputs_;
-  std::vector<double*> written_;    // mjenv_start.own
-  const Forces* forces_ = nullptr;  // those of the last step, for commit
+  std::vector<double*> written_;          // mjenv_start.own
+  const Work::Pushes* pushes_ = nullptr;  // those of the last step, for commit
+  bool is_kicked_ = false;                // the task's step has changed the velocities
   // The stream of the current step, if it began with begin_step; otherwise null.
   Random* random_ = nullptr;
   Action action_;

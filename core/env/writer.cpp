@@ -6,7 +6,7 @@ void Writer::prepare(const Schema& schema, const Frames& frames, const std::vect
   observation_.resize(frames.task_count());
   seen_.resize(static_cast<std::size_t>(schema.observation_count()));
   for (const std::size_t i : schema.exported()) {
-    exported_.push_back(&arrays[i]);
+    exported_.push_back(with_contacts(arrays[i], schema.max_contacts()));
     work_.expect(arrays[i].name);
   }
 }
@@ -26,7 +26,7 @@ void Writer::write_arrays(const Schema& schema, const Place& place) {
   if (!place.out.arrays) return;
   if (schema.exports_on_demand()) work_.complete();
   const std::vector<Field>& fields = schema.fields(MJENV_ROLE_ARRAYS);
-  for (std::size_t i = 0; i < fields.size(); ++i) exported_[i]->read(place.out.arrays + place.start(fields[i]));
+  for (std::size_t i = 0; i < fields.size(); ++i) exported_[i].read(place.out.arrays + place.start(fields[i]));
 }
 
 }  // namespace mjenv::core

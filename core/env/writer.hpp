@@ -34,7 +34,7 @@ class Writer {
   Work& work_;
   SimView& view_;
   std::vector<double> observation_, seen_;
-  std::vector<const Array*> exported_;
+  std::vector<Array> exported_;
 };
 
 }  // namespace mjenv::core

@@ -206,7 +206,10 @@ constexpr std::int64_t kMostOfState = std::int64_t{1} << 32;  // numbers, among 
 template <typename T, typename Draw>
 T attempt_state(mjenv_random* random, T fallback, const Draw& draw) {
   np::RandomState* state = cast(random).state;
-  if (!state) return refuse_draw(random, "RandomState: only reset draws from it, of tasks that ask for it", fallback);
+  if (!state)
+    return refuse_draw(random,
+                       "RandomState: only the reset of a task that called mjenv_build_random_state can draw from it",
+                       fallback);
   return draw(*state);
 }
 

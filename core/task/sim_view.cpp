@@ -10,7 +10,12 @@
 namespace mjenv::core {
 
 SimView::SimView(Work& work, int frame_skip, const Needs& needs, std::size_t carry_count)
-    : work_(work), frame_skip_(frame_skip), carried_(carry_count), action_(work.layout().nu), info_(needs.info) {
+    : work_(work),
+      frame_skip_(frame_skip),
+      carried_(carry_count),
+      action_(work.layout().nu),
+      info_(needs.info),
+      velocities_(work.layout().nv) {
   if (!needs.action.low.empty()) action_.resize(needs.action.low.size());
   hide_action();
   for (const auto& name : needs.arrays) share(name);
@@ -105,7 +110,7 @@ const Array& SimView::share(const std::string& name) {
   if (!found) found = find(work_.compiled().arrays(), name);
   if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
   if (found->stride)
-    fail(MJENV_E_NAME, quoted(name) + " does not lie in one piece: ask for \"contacts\" with mjenv_build_need");
+    fail(MJENV_E_NAME, quoted(name) + " is not one contiguous array: ask for \"contacts\" with mjenv_build_need");
   needs_.arrays.push_back(name);
   shared_.push_back(found->data);
   shared_originals_.push_back(found->data);

@@ -40,6 +40,8 @@ class SimView {
   void carry(std::size_t count) { carried_.assign(count, 0), expose(); }
   // Where callbacks write an info.
   double* info() { return info_.data(); }
+  // Where a task's step changes the velocities.
+  std::vector<double>& velocities() { return velocities_; }
   // Sets the action that callbacks see. Otherwise they see NaN.
   void show(const Action& action);
   void hide_action();
@@ -69,7 +71,7 @@ class SimView {
   Work& work_;
   const int frame_skip_;
   Needs needs_;
-  std::vector<double> carried_, action_, info_;
+  std::vector<double> carried_, action_, info_, velocities_;
   std::vector<mjenv_contact> contacts_;
   std::uint64_t listed_ = 0;        // the Work::computation for which contacts_ was filled
   std::vector<Array> data_arrays_;  // filled when a task first shares an array

@@ -87,7 +87,7 @@ class Calls {
   void reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation = nullptr) const;
   // Returns the numbers of the reset info, which are stored in the view.
   const double* reset_info(SimView& view) const;
-  // Writes the numbers that the next step needs to know of the present state to SimView::carried.
+  // Writes what the next step needs to know of the present state to SimView::carried.
   void carry(SimView& view) const;
   void observe(SimView& view, double* to) const;
   // Turns the action into ctrl.

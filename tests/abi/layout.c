@@ -196,6 +196,10 @@ int main(void) {
   FIELD(mjenv_push, max_steps);
   FIELD(mjenv_push, low);
   FIELD(mjenv_push, high);
+  FIELD(mjenv_push, is_kick);
+  FIELD(mjenv_push, reserved);
+  FIELD(mjenv_push, min_duration);
+  FIELD(mjenv_push, max_duration);
 
   STRUCT(mjenv_perturbation);
   FIELD(mjenv_perturbation, struct_size);
@@ -432,6 +436,7 @@ int main(void) {
   FIELD(mjenv_outcome, carried);
   FIELD(mjenv_outcome, random);
   FIELD(mjenv_outcome, own);
+  FIELD(mjenv_outcome, qvel);
 
   STRUCT(mjenv_control);
   FIELD(mjenv_control, struct_size);

@@ -64,8 +64,9 @@ static mjenv_status perturb_with(mjenv_env* env, void* given) {
 }
 
 static mjenv_status push_with(mjenv_env* env, void* given) {
-  const mjenv_push push = {((mjenv_push*)given)->struct_size, 1, 1, 2, {0}, {0}};
-  memcpy(given, &push, push.struct_size < sizeof push ? push.struct_size : sizeof push);
+  const mjenv_push push = {((mjenv_push*)given)->struct_size, 1, 1, 2, {0}, {0}, 0, 0, 0, 0};
+  const size_t size = push.struct_size / sizeof(void*) * sizeof(void*);  // the library reads whole words
+  memcpy(given, &push, size < sizeof push ? size : sizeof push);
   const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation, .pushes = given, .push_count = 1};
   return mjenv_perturb(env, &perturbation);
 }

@@ -37,11 +37,22 @@ static void randomize(mjenv_env* env) {
 #define PERTURBATION .struct_size = sizeof(mjenv_perturbation)
 #define PUSH .struct_size = sizeof(mjenv_push)
 
+// Whether body 1 has a free joint, so that it can be kicked.
+static bool has_free_trunk(mjenv_env* env) {
+  int64_t count;
+  double* types = read_array(env, 0, "jnt_type", &count);
+  const bool is_free = count > 0 && types[0] == 0;
+  free(types);
+  return is_free;
+}
+
 static void perturb(mjenv_env* env) {
   static const double action_noise[] = {0.1}, observation_noise[] = {0.02};
   const mjenv_push pushes[] = {
       {PUSH, .body = 1, .min_steps = 2, .max_steps = 7, .low = {-20, -20}, .high = {20, 20, 5}},
       {PUSH, .body = 2, .min_steps = 1, .max_steps = 1, .low = {0, 0, 0, -1, -1, -1}, .high = {0, 0, 0, 1, 1, 1}},
+      {PUSH, .body = 3, .min_steps = 1, .max_steps = 3, .low = {-3}, .high = {3}, .min_duration = 1, .max_duration = 4},
+      {PUSH, .body = 1, .min_steps = 1, .max_steps = 4, .low = {-1, 0, 0, -1}, .high = {1, 0, 0, 1}, .is_kick = 1},
   };
   const mjenv_perturbation perturbation = {PERTURBATION,
                                            .action_noise = action_noise,
@@ -52,7 +63,7 @@ static void perturb(mjenv_env* env) {
                                            .observation_delay = 1,
                                            .max_observation_delay = 3,
                                            .pushes = pushes,
-                                           .push_count = COUNT(pushes)};
+                                           .push_count = COUNT(pushes) - !has_free_trunk(env)};
   assert_ok(mjenv_perturb(env, &perturbation));
 }
 
@@ -359,9 +370,10 @@ static void test_forged(void** state) {
   seed_rows(env, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   // A phase, twice, and the steps until a push; the last one is right: after a reset, an observation was seen.
-  // Two pushes have two numbers each, so number 6 is the observations' delay, which lies in 1 to 3.
-  const double forged[] = {7, NAN, 0.5, 4, 1.5, NAN, 2};
-  const size_t places[] = {0, 0, 1, 6, 6, 6, 0};
+  // Three pushes have two numbers each. Number 6 is how many steps the third one lasts, 0 to 4, and number 8 is the
+  // observations' delay, which lies in 1 to 3.
+  const double forged[] = {7, NAN, 0.5, 5, 1.5, 4, 1.5, NAN, 2};
+  const size_t places[] = {0, 0, 1, 6, 6, 8, 8, 8, 0};
   for (size_t i = 0; i < COUNT(forged); ++i) {
     int64_t size;
     size_t bytes;
@@ -662,6 +674,10 @@ static void test_refused_perturbations(void** state) {
   REFUSED(MJENV_E_VALUE, pushes[1].low[2] = 1, "low[2]");
   REFUSED(MJENV_E_VALUE, pushes[1].low[5] = NAN, "low[5]");
   REFUSED(MJENV_E_VALUE, pushes[1].high[0] = INFINITY, "high[0]");
+  REFUSED(MJENV_E_VALUE, pushes[1].is_kick = 1, "pushes[1]", "body 2 has no free joint");
+  REFUSED(MJENV_E_VALUE, pushes[1].max_duration = 2, "min_duration is 0 and max_duration 2");
+  REFUSED(MJENV_E_VALUE, (pushes[1].min_duration = 3, pushes[1].max_duration = 2), "min_duration is 3");
+  REFUSED(MJENV_E_VALUE, (pushes[1].min_duration = 1, pushes[1].max_duration = INT64_MAX), "max_duration");
   mjenv_destroy(env);
 }
 

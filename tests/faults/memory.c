@@ -189,7 +189,7 @@ static mjenv_status bad_randomize(void) {
 }
 
 static mjenv_status perturb(void) {
-  const mjenv_push push = {sizeof push, 1, 1, 1, {0}, {1, 2, 3}};
+  const mjenv_push push = {sizeof push, 1, 1, 1, {0}, {1, 2, 3}, 0, 0, 0, 0};
   const mjenv_perturbation perturbation = {
       sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1, NULL, 0, 0, 0, 0, 0};
   return mjenv_perturb(s.random, &perturbation);

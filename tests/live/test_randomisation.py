@@ -16,10 +16,10 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 import mjenv
+from conftest import IDS
 from mjenv import Delay, Noise, Offset, Push, Same, Scale, Value
 from mjenv.verify import check_same
 
-IDS = mjenv.ids()
 Array = NDArray[Any]
 
 
@@ -102,7 +102,7 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
             mujoco.mj_setConst(self.base.model, mujoco.MjData(self.base.model))
         rng = self.base.np_random
         self.left = [rng.integers(push.every[0], push.every[1] + 1) for push in self.pushes]
-        self.pushed = [False for _ in self.pushes]
+        self.lasts = [0 for _ in self.pushes]  # how many steps each force lasts, the last step included
         first = np.zeros(self.base.model.nu) + self.delay.first_action
         if self.delay.redraw == "reset":
             self.delays = {name: self.drawn_delay(name) for name in ("action", "observation")}
@@ -141,13 +141,25 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
             action = (action + rng.normal(0, self.noise.action, action.shape)).astype(dtype)
         forces = self.base.data.xfrc_applied
         for i, (push, body) in enumerate(zip(self.pushes, self.bodies, strict=True)):
-            if self.pushed[i]:
+            if self.lasts[i] > 1:
+                self.lasts[i] -= 1
+                continue
+            if self.lasts[i] == 1:
                 forces[body] = 0
+                self.lasts[i] = 0
             self.left[i] -= 1
-            self.pushed[i] = self.left[i] == 0
-            if self.pushed[i]:
+            if self.left[i] > 0:
+                continue
+            if push.velocity is None:
                 forces[body] = rng.uniform(*np.array((*push.force, *push.torque)).T)
-                self.left[i] = rng.integers(push.every[0], push.every[1] + 1)
+                fewest, most = np.broadcast_to(push.duration, 2)
+                self.lasts[i] = rng.integers(fewest, most + 1)
+            else:
+                dof = self.base.model.body_dofadr[body]
+                still = ((0.0, 0.0),) * 3
+                kick = rng.uniform(*np.array((*push.velocity, *(push.angular_velocity or still))).T)
+                self.base.data.qvel[dof : dof + 6] += kick
+            self.left[i] = rng.integers(push.every[0], push.every[1] + 1)
         obs, *rest = self.env.step(action)
         return (self.observed(obs), *rest)
 
@@ -183,7 +195,15 @@ def settings_of(id: str, rng: np.random.Generator) -> dict[str, Any]:
         found["delay"] = Delay(*(int(x) for x in rng.integers(0, 4, 2)), first_action=first)
     if rng.integers(2):
         force = ((-30.0, 30.0), (-30.0, 30.0), (0.0, 0.0))
-        found["push"] = [Push(bodies[0], force, every=(3, 9)), Push(bodies[-1], torque=((0, 1),) * 3, every=(1, 1))]
+        lasts: Any = [1, 3, (2, 5)][rng.integers(3)]
+        found["push"] = [
+            Push(bodies[0], force, every=(3, 9), duration=lasts),
+            Push(bodies[-1], torque=((0, 1),) * 3, every=(1, 1)),
+        ]
+        if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE:
+            ranges: Any = ((-0.5, 0.5), (-0.5, 0.5), (0.0, 0.3))
+            turns: Any = [None, ((-1.0, 1.0),) * 3][rng.integers(2)]
+            found["push"].append(Push(bodies[0], velocity=ranges, angular_velocity=turns, every=(2, 6)))
     return found
 
 

@@ -238,6 +238,7 @@ class PlainFollow:
         if self.current:
             mujoco.mj_step1(model, data)
             model.geom_pos[1, 0] += 0.25
+        data.qvel[1] += 0.1 * action[0]
 
     def observed(self) -> NDArray[Any]:
         data = self.data

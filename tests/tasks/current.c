@@ -229,7 +229,7 @@ static void test_refused_draws(void** state) {
   mjenv_env* env = failing("draw_in_step", "geom_pos");
   struct outputs* out = outputs_of(env);
   breaks = true;
-  assert_refused(MJENV_E_TASK, step_all(env, out), "only reset draws");
+  assert_refused(MJENV_E_TASK, step_all(env, out), "only the reset of a task that called");
   breaks = false;
   outputs_free(out);
   mjenv_destroy(env);

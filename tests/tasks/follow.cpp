@@ -1,5 +1,5 @@
 // Maps between the action and the simulation: a filter, PD torques that arrive one mj_step late, and gusts. And a step that
-// moves a marker of the model.
+// moves a marker of the model and kicks the trunk.
 #include <algorithm>
 #include <mjenv/task.hpp>
 
@@ -55,6 +55,7 @@ MJENV_TASK("tests/Follow-v0", r) {
   r.step([=](const Sim& s, Row& row, Info& info) -> Outcome {
     info("speed", s.qvel()[0]);
     if (current) row[place][3 * marker] += 0.25;
+    row.qvel()[1] += 0.1 * s.action[0];
     return {s.action.vector().sum(), false};
   });
 }

@@ -107,6 +107,7 @@ static int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* outco
   const struct self* s = self;
   outcome->own[s->place][0] += 1;
   if (fails(self, outcome->carried, "place")) outcome->own[s->place][1] = NAN;
+  if (fails(self, outcome->carried, "kick")) outcome->qvel[0] = NAN;
   return 0;
 }
 
@@ -227,6 +228,7 @@ static void test_failures(void** state) {
   failing("force", MJENV_E_VALUE, "qfrc_applied");
   failing("late", MJENV_E_TASK, "before_substep: too late");
   failing("place", MJENV_E_VALUE, "geom_pos");
+  failing("kick", MJENV_E_TASK, "step: qvel[0] is nan");
 }
 
 // A map that divides by zero does so at once; with strict 0, MuJoCo finds the bad number.

@@ -211,13 +211,17 @@ export const mjenv_randomization = struct(64, {
   factor: { offset: 56, type: "float64", length: 0 },
 });
 
-export const mjenv_push = struct(120, {
+export const mjenv_push = struct(144, {
   struct_size: { offset: 0, type: "uint32", length: 0 },
   body: { offset: 4, type: "int32", length: 0 },
   min_steps: { offset: 8, type: "int64", length: 0 },
   max_steps: { offset: 16, type: "int64", length: 0 },
   low: { offset: 24, type: "float64", length: 6 },
   high: { offset: 72, type: "float64", length: 6 },
+  is_kick: { offset: 120, type: "int32", length: 0 },
+  reserved: { offset: 124, type: "int32", length: 0 },
+  min_duration: { offset: 128, type: "int64", length: 0 },
+  max_duration: { offset: 136, type: "int64", length: 0 },
 });
 
 export const mjenv_perturbation = struct(112, {

@@ -56,14 +56,18 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  */
 
 /**
- * A force that pushes a body now and then.
+ * A push of a body now and then: a force, or a kick.
  *
  * @typedef {object} Push
  * @property {number} body the index of a body
  * @property {number} minSteps
  * @property {number} maxSteps
- * @property {readonly number[]} low the lowest force (N) and torque (N m), 6 numbers
+ * @property {readonly number[]} low the lowest force (N) and torque (N m), 6 numbers; of a kick the least that is added
+ *   to the 6 numbers in qvel of the body's free joint
  * @property {readonly number[]} high the highest
+ * @property {boolean} [isKick]
+ * @property {number | readonly number[]} [duration] how many steps a force lasts, or the least and the most; 1 if left
+ *   out
  */
 
 /**
@@ -842,17 +846,24 @@ export class Env {
       doubles(typeof given === "number" ? [given] : given, "standard deviations");
     const [onActions, onObservations] = [noise(actionNoise), noise(observationNoise)];
     const first = doubles(typeof firstAction === "number" ? [firstAction] : firstAction, "numbers of the first action");
-    const pushes = Array.from(perturbation.pushes ?? [], ({ body, minSteps, maxSteps, low, high }) => {
-      checkLength(low, 6, "low of a push", "numbers are wanted");
-      checkLength(high, 6, "high of a push", "numbers are wanted");
-      return {
-        body: int64(body, "the body of a push"),
-        min_steps: int64(minSteps, "minSteps"),
-        max_steps: int64(maxSteps, "maxSteps"),
-        low: doubles(low, "forces of a push"),
-        high: doubles(high, "forces of a push"),
-      };
-    });
+    const pushes = Array.from(
+      perturbation.pushes ?? [],
+      ({ body, minSteps, maxSteps, low, high, isKick, duration }) => {
+        const lasts = delay(duration ?? 1, "duration");
+        checkLength(low, 6, "low of a push", "numbers are wanted");
+        checkLength(high, 6, "high of a push", "numbers are wanted");
+        return {
+          body: int64(body, "the body of a push"),
+          min_steps: int64(minSteps, "minSteps"),
+          max_steps: int64(maxSteps, "maxSteps"),
+          low: doubles(low, "forces of a push"),
+          high: doubles(high, "forces of a push"),
+          is_kick: Number(Boolean(isKick)),
+          min_duration: lasts[0],
+          max_duration: lasts[lasts.length - 1],
+        };
+      },
+    );
     const members = {
       action_noise_count: onActions.length,
       observation_noise_count: onObservations.length,

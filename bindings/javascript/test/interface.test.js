@@ -328,6 +328,15 @@ test("resets draw what randomize says, and perturb adds noise", () =>
     env.reset({ seed: 0 });
     env.step(new Float64Array(8));
     assert.equal(env.read("xfrc_applied")[6], 100);
+    const kick = { body: 1, minSteps: 1, maxSteps: 1, low: [5, 0, 0, 0, 0, 0], high: [5, 0, 0, 0, 0, 0], isKick: true };
+    const speed = env.read("qvel")[0];
+    env.perturb({ pushes: [kick, { body: 1, minSteps: 1, maxSteps: 1, low, high: low, duration: [2, 3] }] });
+    env.reset({ seed: 0 });
+    env.step(new Float64Array(8));
+    assert.ok(env.read("qvel")[0] > speed + 2);
+    env.perturb({ ...noise, pushes: [{ body: 1, minSteps: 1, maxSteps: 1, low, high: low }] });
+    env.reset({ seed: 0 });
+    env.step(new Float64Array(8));
     assert.notDeepEqual(env.observations.slice(0, 13), env.read("qpos").slice(2));
     env.perturb(null);
     env.reset({ seed: 0 });

@@ -245,6 +245,10 @@ Base.@kwdef struct mjenv_push
     max_steps::Int64 = 0
     low::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
     high::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
+    is_kick::Int32 = 0
+    reserved::Int32 = 0
+    min_duration::Int64 = 0
+    max_duration::Int64 = 0
 end
 
 Base.@kwdef struct mjenv_perturbation
@@ -521,6 +525,7 @@ Base.@kwdef struct mjenv_outcome
     carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
     own::Ptr{Ptr{Float64}} = Ptr{Ptr{Float64}}(C_NULL)
+    qvel::Ptr{Float64} = Ptr{Float64}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_control

@@ -10,7 +10,7 @@ Builds the environment `id`, one of `MJEnv.ids()`, with `rows` rows. Each row is
 other. If you pass a function `f`, it is called with the environment, which is closed when `f` returns or throws.
 
 `options` are the arguments of Gymnasium's constructor by Gymnasium's names, and some more (`max_episode_steps`,
-`strict`, `norm`, `xml_string`, `num_threads`, `lanes`, `cpu_affinity`, `autoreset_mode`, `on_divergence`, `arrays`).
+`strict`, `norm`, `xml_string`, `num_threads`, `lanes`, `cpu_affinity`, `autoreset_mode`, `on_divergence`, `arrays`, `max_contacts`).
 `MJEnv.schema(id)` describes them. A flag takes a `Bool`, a number any `Real`, a range a tuple or a vector, a text a
 string or a symbol. An unknown option, a value of the wrong type or out of bounds, and a model that does not fit the
 task throw an [`MJEnvError`](@ref).

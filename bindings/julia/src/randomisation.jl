@@ -116,22 +116,32 @@ end
 randomize!(env::Env, draws::AbstractVector) = isempty(draws) ? randomize!(env, Draw[]) : randomize!(env, Draw[draws...])
 
 """
-    MJEnv.Push(body, low, high; every = (100, 200))
+    MJEnv.Push(body, low, high; every = (100, 200), duration = (1, 1), kick = false)
 
-A force and torque that push a body for one step now and then, see [`perturb!`](@ref): the number of the body
-([`object_index`](@ref)), and the bounds of the 6 numbers that are written to `xfrc_applied`. `every` gives the fewest
-and the most steps from the reset to the first push, and from each push to the next.
+A push of a body now and then, see [`perturb!`](@ref): the number of the body ([`object_index`](@ref)), and the bounds
+of the 6 numbers that are written to `xfrc_applied`. With `kick = true`, they are added to `qvel` of the body's free
+joint before a step. `every` gives the fewest and the most steps from the reset, or the last step of a push, to the next
+push, and `duration` how many steps a force lasts.
 """
 struct Push
     body::Int
     low::NTuple{6,Float64}
     high::NTuple{6,Float64}
     every::Tuple{Int,Int}
+    duration::Tuple{Int,Int}
+    kick::Bool
 end
 
-function Push(body::Integer, low::Numbers, high::Numbers; every::Tuple{Integer,Integer} = (100, 200))
+function Push(
+    body::Integer,
+    low::Numbers,
+    high::Numbers;
+    every::Tuple{Integer,Integer} = (100, 200),
+    duration::Tuple{Integer,Integer} = (1, 1),
+    kick::Bool = false,
+)
     length(low) == length(high) == 6 || throw(DimensionMismatch("low and high of a push have 6 numbers each"))
-    return Push(body, NTuple{6,Float64}(low), NTuple{6,Float64}(high), every)
+    return Push(body, NTuple{6,Float64}(low), NTuple{6,Float64}(high), every, duration, kick)
 end
 
 # Standard deviations: none for 0, which draws nothing. Or a first action: none for 0, which it is anyway.
@@ -145,8 +155,8 @@ deviations(noise::Numbers) = collect(Float64, noise)
 Replaces noise, delays and pushes, from each row's next reset on. The noise is one standard deviation, or one for each
 actuator or element of the observation. The delays are numbers of steps, or ranges such as `0:2`, from which resets
 draw them, or with `redraw_delays` each step. Until the first delayed action reaches the task,
-`first_action` does: one number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), each of
-another body. mjenv.h describes what happens in a step. Returns `env`.
+`first_action` does: one number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), for each
+body at most one force and one kick. mjenv.h describes what happens in a step. Returns `env`.
 """
 function perturb!(
     env::Env;
@@ -171,6 +181,9 @@ function perturb!(
             max_steps = push.every[2],
             low = push.low,
             high = push.high,
+            is_kick = push.kick,
+            min_duration = push.duration[1],
+            max_duration = push.duration[2],
         ) for push in pushes
     ]
     GC.@preserve of_actions of_observations first_one structs begin

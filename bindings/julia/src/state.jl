@@ -243,7 +243,7 @@ end
 
 Sets all rows, or the row of a number, to the state that a [`snapshot`](@ref) of as many rows saved. They continue with
 the same bits, also in another process and with another number of threads. The environment must have the same id, model
-and options as the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`. Otherwise, or if the
+and options as the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity`, `arrays` and `max_contacts`. Otherwise, or if the
 image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; rows::Union{Integer,Colon} = (:))

@@ -36,6 +36,22 @@ end
     @test refuses(() -> restore!(many, image), MJEnv.MJENV_E_SNAPSHOT, "randomisation")
 end
 
+@testset "forces last, and kicks change velocities" begin
+    env = Env("Ant-v5")
+    torso, ahead = object_index(env, :body, "torso"), [5, 0, 0, 0, 0, 0]
+    force = MJEnv.Push(torso, ahead, ahead; every = (1, 1), duration = (3, 3))
+    kick = MJEnv.Push(torso, ahead, ahead; every = (5, 5), kick = true)
+    perturb!(env; pushes = [force, kick])
+    reset!(seed!(env, 3))
+    speeds = map(1:5) do _
+        step!(env, zeros(8))
+        @test read(env, :xfrc_applied)[1, 2] == 5
+        read(env, :qvel)[1]
+    end
+    @test speeds[4] < 2 < speeds[5]
+    @test refuses(() -> perturb!(env; pushes = [kick, kick]), MJEnv.MJENV_E_VALUE, "twice")
+end
+
 @testset "one draw for several arrays, from ranges of rows" begin
     env = Env("Hopper-v5"; rows = 3)
     gain = MJEnv.Draw(:actuator_gainprm, :value, 20, 40; elements = [1, 11, 21])

@@ -813,6 +813,7 @@ end
 
 function MJEnv.step!(task::Follow, sim, row)
     task.place === nothing || (row[task.place][3 * (task.marker - 1) + 1] += 0.25)
+    row.qvel[2] += 0.1 * sim.action[1]
     return (reward = sim.action[1] + sim.action[2], terminated = false, info = (speed = sim.qvel[1],))
 end
 

@@ -548,7 +548,8 @@ class Ball(mjenv.Task):
         return np.stack([sim.ncon, sim.contact.dist[:, 0], sim.contact.geom2[:, 0]], 1)
 
     def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
-        return sim.contact.geom1[:, 0], sim.ncon > 9, {"normals": sim.contact.frame[:, 0, :3]}
+        normals, forces = sim.contact.frame[:, 0, :3], sim.contact.force[:, 0]
+        return sim.contact.geom1[:, 0], sim.ncon > 9, {"normals": normals, "forces": forces}
 
 
 @pytest.mark.parametrize(
@@ -556,7 +557,7 @@ class Ball(mjenv.Task):
     [
         ("Ball-v0", ("qpos", "contacts")),
         ("Ball-v1", ("qpos", "contact")),
-        ("Ball-v2", ("ncon", "contact.dist", "contact.geom1", "contact.geom2", "contact.frame")),
+        ("Ball-v2", ("ncon", "contact.dist", "contact.geom1", "contact.geom2", "contact.frame", "contact.force")),
     ],
 )
 def test_contacts(id: str, needs: tuple[str, ...]) -> None:
@@ -566,13 +567,16 @@ def test_contacts(id: str, needs: tuple[str, ...]) -> None:
     assert obs.tolist() == [[1, 0.0625 - 0.125, 1], [0, 0, 0]]
     info = envs.step(np.zeros((2, 1)))[4]
     assert info["normals"].tolist() == [[0, 0, 1], [0, 0, 0]]
+    pushes = [row.data.qfrc_constraint[0] for row in envs.envs]  # up the slide, as the contact's normal
+    assert pushes[0] > 1
+    assert info["forces"].ravel() == pytest.approx([pushes[0], *[0.0] * 11])
 
 
 def test_bad_needs() -> None:
     with pytest.raises(mjenv.OptionError, match="needs is a sequence of names, not 'qpos'"):
         mjenv.register("Text-v0", changed(needs="qpos"))
-    with pytest.raises(mjenv.UnknownNameError, match=r"'contact\.force'.*contacts, contact\.dist"):
-        mjenv.register("Force-v0", changed(needs=("contact.force",)))
+    with pytest.raises(mjenv.UnknownNameError, match=r"'contact\.torque'.*contacts, contact\.dist"):
+        mjenv.register("Force-v0", changed(needs=("contact.torque",)))
     with pytest.raises(mjenv.InvalidValueError, match="'contact' is both in state and in needs"):
         mjenv.register("Taken-v0", changed(needs=("contact.dist",), state={"contact": ()}))
 
@@ -636,7 +640,7 @@ SIZES = r"""
 #define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
 int main(void) {
   SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, group); SHOW(mjenv_task_camera, elevation);
-  SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, own); SHOW(mjenv_control, own);
+  SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, qvel); SHOW(mjenv_control, own);
   SHOW(mjenv_task_api, state_permutation); SHOW(mjenv_builder, random); SHOW(mjenv_task, compute_reward);
 }
 """

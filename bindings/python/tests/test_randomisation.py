@@ -111,6 +111,46 @@ def test_snapshots_need_the_same_settings() -> None:
     assert_same(played(plain, 3)[:1], played(mjenv.make("Hopper-v5"), 3)[:1])
 
 
+KICKS: dict[str, Any] = {
+    "push": [
+        Push("torso", ((-9.0, 9.0),) * 3, every=(1, 4), duration=(2, 5)),
+        Push("torso", velocity=((-0.5, 0.5), (-0.5, 0.5), (0.0, 0.0)), every=(2, 6)),
+    ]
+}
+
+
+@pytest.mark.parametrize("lanes", [0, -1])
+def test_images_in_the_middle_of_a_push(lanes: int) -> None:
+    """A row goes on from an image, in another row and environment, as it would have gone on; with threads and lanes."""
+    envs = mjenv.make_vec("Ant-v5", 6, num_threads=2, lanes=lanes, **KICKS)
+    one = mjenv.make_vec("Ant-v5", 1, **KICKS)
+    action = np.full((6, 8), 0.2, np.float32)
+    envs.reset(seed=3)
+    for _ in range(40):
+        lasting = envs.data.xfrc_applied.any(axis=(1, 2))
+        images = [envs.snapshot(row) for row in range(6)]
+        obs, rewards, *_ = envs.step(action)
+        row = int(np.argmax(lasting))  # one that is pushed, if there is any
+        one.restore(images[row], 0)
+        alone, reward, *_ = one.step(action[:1])
+        assert_same([alone[0], reward[0]], [obs[row], rewards[row]])
+        np.testing.assert_array_equal(one.data.qvel[0], envs.data.qvel[row])
+    other = mjenv.make_vec("Ant-v5", 6, lanes=0, **KICKS)
+    other.restore(envs.snapshot())
+    for _ in range(10):
+        assert_same([*envs.step(action)[:2]], [*other.step(action)[:2]])
+
+
+def test_a_lasting_force_ends_when_its_settings_do() -> None:
+    env = mjenv.make("Ant-v5", push=Push("torso", ((9.0, 9.0),) * 3, every=(1, 1), duration=50))
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(np.zeros(8))
+    assert env.data.xfrc_applied[1].tolist() == [9, 9, 9, 0, 0, 0]
+    env.perturb()
+    assert not env.data.xfrc_applied.any()
+
+
 def test_the_stream_is_one() -> None:
     """Numbers that the user draws, and those that steps draw, come from one stream."""
     env = mjenv.make("Hopper-v5", noise=Noise(action=0.1))
@@ -170,6 +210,12 @@ def test_the_stream_is_one() -> None:
         ({"push": Push("torso", ((1, 0), (0, 0), (0, 0)))}, mjenv.InvalidValueError, "low"),
         ({"push": Push("torso", (0, 1))}, mjenv.InvalidValueError, "three ranges"),  # type: ignore[arg-type]
         ({"push": [Push("torso"), Push("torso")]}, mjenv.InvalidValueError, "twice"),
+        ({"push": Push("torso", velocity=((0, 1),) * 3)}, mjenv.InvalidValueError, "no free joint"),
+        ({"push": Push("torso", velocity=((0, 1),))}, mjenv.InvalidValueError, "three ranges"),
+        ({"push": Push("torso", ((0, 1),) * 3, velocity=((0, 1),) * 3)}, mjenv.OptionError, "use two pushes"),
+        ({"push": Push("torso", duration=(3, 2))}, mjenv.InvalidValueError, "min_duration is 3"),
+        ({"push": Push("torso", duration=-1)}, mjenv.InvalidValueError, "min_duration is -1"),
+        ({"push": Push("torso", duration=(1, 2, 3))}, mjenv.OptionError, "an int, or two"),  # type: ignore[arg-type]
     ],
 )
 def test_refusals(settings: dict[str, Any], error: type[Exception], message: str) -> None:

@@ -53,7 +53,7 @@ typedef struct mjenv_task_option {
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
   const char *choices;  /* the valid texts of a STRING, separated by blanks; NULL: any text */
   int32_t live;         /* 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's.
-                           Callbacks read them in mjenv_sim.parameters (mjenv_build_parameter), mjenv_write changes them */
+                           mjenv_write changes them; callbacks read mjenv_sim.parameters (mjenv_build_parameter) */
   int32_t reserved;     /* 0 */
 } mjenv_task_option;
 
@@ -168,7 +168,7 @@ typedef struct mjenv_start {
                            and the like, and before reset writes anything */
   double *time;         /* of the simulation, s */
   double *const *own; /* own[i] is the row's own array of mjModel for which mjenv_build_own returned i: reset writes it.
-                           NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
+                         NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
 } mjenv_start;
 
 /* The result of a step. The comments say what the members hold before step changes them. */
@@ -180,8 +180,10 @@ typedef struct mjenv_outcome {
   double *carried;      /* [carry_count] as before the step; the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
   double *const
-      *own; /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
+      *own;     /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
                            next step on; if the step fails, the row keeps its old values */
+  double *qvel; /* [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the
+                   next step see it. What MuJoCo has computed still belongs to the old velocities */
 } mjenv_outcome;
 
 /* What drives the simulation in a step. The comments say what the members hold before before_step and before_substep
@@ -193,9 +195,8 @@ typedef struct mjenv_control {
                             the last call has left it; without before_step, the action */
   double *carried; /* [carry_count] the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
-  double *const
-      *own; /* own[i] is the row's qfrc_applied or xfrc_applied, if mjenv_build_own returned i for it; NULL for
-                            arrays of mjModel. The forces act until they are written again, or a reset sets them to 0 */
+  double *const *own; /* own[i] is the row's qfrc_applied or xfrc_applied for which mjenv_build_own returned i; NULL for
+                         arrays of mjModel. The forces act until they are written again or the row is reset */
 } mjenv_control;
 
 /* ---- The task ---- */
@@ -212,12 +213,12 @@ typedef struct mjenv_task {
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
                              with "/", "~", or ".", which is the folder of the shared object that contains step */
   const char *model_text; /* the text of an MJCF model, instead of model; give exactly one of the two */
-  int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
+  int32_t frame_skip;     /* how many times a step calls mj_step; at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
   double reward_threshold;         /* the return from which the task counts as solved */
   int64_t time_limit;              /* the number of steps after which an episode is truncated; 0: never */
   int64_t carry_count;             /* how many numbers a row carries for the task. Snapshots contain them, so
-                                      build bounds indices and sizes (mjenv_build_carry_bounds) */
+                                      indices and sizes need bounds (mjenv_build_carry_bounds) */
   const mjenv_task_camera *camera; /* NULL: MuJoCo's default camera */
   const mjenv_task_option *options;
   int64_t option_count;

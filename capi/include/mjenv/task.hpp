@@ -167,6 +167,18 @@ class Sim {
     const mjenv_contact *first = on_demand("contacts", &mjenv_sim::contacts);
     return {first, first + c_->contact_count};
   }
+  /* For each of these geoms, whether it touches the other geom: whether they have a contact whose distance is at most
+   * 0. */
+  template <std::size_t N>
+  std::array<bool, N> touching(const std::array<int, N> &geoms, int other) const {
+    std::array<bool, N> found{};
+    for (const mjenv_contact &contact : contacts()) {
+      if (contact.distance > 0 || (contact.geom1 != other && contact.geom2 != other)) continue;
+      const int geom = contact.geom1 == other ? contact.geom2 : contact.geom1;
+      for (std::size_t i = 0; i < N; ++i) found[i] |= geoms[i] == geom;
+    }
+    return found;
+  }
 
   /* These return the numbers of a Robot::carry, and the elements of a Robot::array. */
   Vec operator[](const Carry &carry) const { return {c_->carried + carry.first, carry.count}; }
@@ -365,11 +377,12 @@ class Control {
   const mjenv_control *c_;
 };
 
-/* What a step may change of its row: the numbers of a Robot::carry, its own arrays, and its random stream. */
+/* What a step may change of its row: the numbers of a Robot::carry, its own arrays, its velocities, and its random
+ * stream. */
 class Row {
  public:
-  Row(double *carried, mjenv_random *random, double *const *own = nullptr)
-      : rng(random), carried_(carried), own_(own) {}
+  Row(double *carried, mjenv_random *random, double *const *own = nullptr, double *qvel = nullptr, Eigen::Index nv = 0)
+      : rng(random), carried_(carried), own_(own), qvel_(qvel), nv_(nv) {}
 
   Rng rng;
   Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
@@ -378,10 +391,17 @@ class Row {
     if (!own_ || !own_[own.index]) throw std::logic_error("only a step writes own arrays with its row");
     return {own_[own.index], own.count};
   }
+  /* The row's velocities, which the step can change: row.qvel()[0] += 0.5 is a kick (mjenv_outcome.qvel). */
+  Eigen::Map<Eigen::VectorXd> qvel() {
+    if (!qvel_) throw std::logic_error("only a step writes the velocities");
+    return {qvel_, nv_};
+  }
 
  private:
   double *carried_;
   double *const *own_;
+  double *qvel_;
+  Eigen::Index nv_;
 };
 
 /* The vector that the lambda of Robot::carry returned for the state before the step. */
@@ -389,6 +409,65 @@ using Carried = Eigen::Map<const Eigen::VectorXd>;
 
 /* A goal, achieved or desired (Robot::compute_reward). */
 using Goal = Eigen::Map<const Eigen::VectorXd>;
+
+/* Counts how long each of some geoms, such as feet, has been in the air. time: a Robot::carry of N numbers (row[air]),
+ * which is 0 for a geom that touches the ground, and otherwise grows by dt in each step. Returns for each geom how long
+ * the flight was that ended in this step, s; 0 if none did. */
+template <std::size_t N>
+std::array<double, N> air_time(Eigen::Map<Eigen::VectorXd> time, const std::array<bool, N> &touching, double dt) {
+  std::array<double, N> flights{};
+  for (std::size_t i = 0; i < N; ++i) {
+    double &air = time[static_cast<Eigen::Index>(i)];
+    if (touching[i]) flights[i] = air;
+    air = touching[i] ? 0 : air + dt;
+  }
+  return flights;
+}
+
+/* A height field whose geom is fixed to the world and not turned (Robot::terrain). `view` is a Sim or a Start. The
+ * surface consists of the triangles with which other geoms collide; beyond the edge, the heights are those of the edge. */
+class Terrain {
+ public:
+  /* The surface's height at x and y, m; all in the world's frame. */
+  template <typename View>
+  double height(const View &view, double x, double y) const {
+    const double column = cell(x - position_[0], size_[0], columns_), row = cell(y - position_[1], size_[1], rows_);
+    const int c = std::max(std::min(static_cast<int>(column), columns_ - 2), 0);
+    const int r = std::max(std::min(static_cast<int>(row), rows_ - 2), 0);
+    const double u = column - c, v = row - r;
+    const auto data = view[data_];
+    const auto at = [&](int j, int i) {
+      return static_cast<double>(data[first_ + std::min(r + j, rows_ - 1) * columns_ + std::min(c + i, columns_ - 1)]);
+    };
+    /* The diagonal of a cell goes from (r, c) to (r + 1, c + 1). */
+    const double near = at(0, 0), far = at(1, 1), corner = u >= v ? at(0, 1) : at(1, 0);
+    const double along = u >= v ? u * (corner - near) + v * (far - corner) : v * (corner - near) + u * (far - corner);
+    return (near + along) * size_[2] + position_[2];
+  }
+  /* The surface's heights at points (x, y) in the frame of a body that is turned by the body's yaw alone: an Eigen
+   * expression with one number for each point, m in the world's frame. Valid until the lambda returns. */
+  auto around(const Sim &sim, int body, const std::vector<std::array<double, 2>> &points) const {
+    const auto mat = sim.xmat(body);
+    const double ahead = mat(0, 0), left = mat(1, 0), norm = std::sqrt(ahead * ahead + left * left);
+    const double cos = norm > 0 ? ahead / norm : 1, sin = norm > 0 ? left / norm : 0;
+    return Eigen::VectorXd::NullaryExpr(static_cast<Eigen::Index>(points.size()),
+                                        [=, at = sim.xpos(body), all = points.data()](Eigen::Index i) {
+                                          const auto &[x, y] = all[i];
+                                          return height(sim, at[0] + (cos * x - sin * y), at[1] + (sin * x + cos * y));
+                                        });
+  }
+
+ private:
+  friend class Robot;
+  Shared<float> data_;
+  int first_ = 0, rows_ = 1, columns_ = 1; /* the field's first number in hfield_data, and its sizes */
+  std::array<double, 3> size_{1, 1, 1}, position_{};
+
+  static double cell(double x, double radius, int count) {
+    const double at = (x + radius) / (2 * radius) * (count - 1);
+    return std::min(std::max(at, 0.0), static_cast<double>(count - 1));
+  }
+};
 
 /* The result of a step. */
 struct Outcome {
@@ -769,6 +848,26 @@ class Robot {
     const int at = index("sensor", name);
     return {element("sensor_adr", at), element("sensor_dim", at)};
   }
+  /* The height field of this geom, whose heights lambdas read. The geom must be fixed to the world and not turned. */
+  Terrain terrain(const char *geom) {
+    Terrain found;
+    found.data_ = array<float>("hfield_data");
+    if (!builder_) return found;
+    const int at = this->geom(geom), field = element("geom_dataid", at);
+    constexpr int kHeightField = 1; /* mjGEOM_HFIELD */
+    if (element("geom_type", at) != kHeightField || element("geom_bodyid", at) != 0 ||
+        element<double>("geom_quat", 4 * at) != 1)
+      throw UnfitModel(std::string("its geom \"") + geom +
+                       "\" is no height field that is fixed to the world and not turned");
+    found.first_ = element("hfield_adr", field);
+    found.rows_ = element("hfield_nrow", field);
+    found.columns_ = element("hfield_ncol", field);
+    for (int i = 0; i < 3; ++i) {
+      found.size_[static_cast<std::size_t>(i)] = element<double>("hfield_size", 4 * field + i);
+      found.position_[static_cast<std::size_t>(i)] = element<double>("geom_pos", 3 * at + i);
+    }
+    return found;
+  }
   /* An array of mjData or mjModel, by its MuJoCo name, which lambdas read with s[array]. T is the type of its elements:
    * double, float, std::int32_t or std::uint8_t. */
   template <typename T = double>
@@ -957,7 +1056,8 @@ class Robot {
     Info info(functions_.info, builder_, MJENV_ROLE_INFO);
     std::vector<double *> own;
     for (std::vector<double> &values : own_) own.push_back(values.data());
-    Row row(carried.data(), builder_->random, own.data());
+    std::vector<double> qvel(builder_->sim->qvel, builder_->sim->qvel + nv());
+    Row row(carried.data(), builder_->random, own.data(), qvel.data(), nv());
     functions_.step(sim, row, info);
   }
 
@@ -1012,10 +1112,10 @@ class Robot {
   void describe(mjenv_role role, const char *name, const std::string &doc, Eigen::Index count) {
     detail::describe(builder_, role, name, doc.c_str(), MJENV_DTYPE_FLOAT64, 1, count);
   }
-  int element(const char *name, int at) {
-    const auto numbers = array<std::int32_t>(name);
-    return builder_ && at < numbers.count ? static_cast<const std::int32_t *>(builder_->sim->arrays[numbers.index])[at]
-                                          : 0;
+  template <typename T = std::int32_t>
+  T element(const char *name, int at) {
+    const auto numbers = array<T>(name);
+    return builder_ && at < numbers.count ? static_cast<const T *>(builder_->sim->arrays[numbers.index])[at] : T{0};
   }
 };
 
@@ -1107,7 +1207,7 @@ struct Definition {
     return guarded(c->api, [&] {
       const Functions &functions = of(self);
       Info info(functions.info, outcome->info);
-      Row row(outcome->carried, outcome->random, outcome->own);
+      Row row(outcome->carried, outcome->random, outcome->own, outcome->qvel, c->nv);
       const Outcome result = functions.step(Sim(c), row, info);
       info.check_complete();
       outcome->reward = result.reward;

@@ -1,4 +1,4 @@
-// Lists the arrays of which rows may have their own values and still be stepped in lanes.
+// Lists the arrays whose values may differ from row to row in lanes.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -16,7 +16,7 @@ const Names kInLanes{"body_pos",         "body_quat",      "geom_pos",     "geom
                      "tendon_margin",    "tendon_length0", "eq_data",      "sensor_cutoff",       "body_subtreemass",
                      "actuator_acc0",    "body_mass",      "body_inertia", "body_ipos",           "jnt_stiffness",
                      "dof_armature",     "dof_damping",    "dof_M0",       "tendon_lengthspring", "actuator_gainprm",
-                     "actuator_biasprm", "opt.gravity",    "qfrc_applied", "xfrc_applied"};
+                     "actuator_biasprm", "opt.gravity",    "qfrc_applied", "xfrc_applied",        "geom_size"};
 // These arrays are read only by what is computed for each row alone (collisions and the parameters of constraints and
 // solvers), or by no step at all.
 const Names kRowByRow{"geom_friction",     "geom_solref",       "geom_solimp",

@@ -29,8 +29,8 @@ V half_width(const GeomBox& box, const V* share, int stride) {
 }
 
 // The greatest gap between the projections of two boxes on the axes of the separating axis theorem. Axes that are cross
-// products are not normalised, so the gap along them is too small by the factor of the sine between the two crossed
-// axes.
+// products are not normalised, so the gap along them is multiplied by the sine of the angle between the two axes. This
+// only makes it smaller.
 V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   V dif1[3], dif2[3], rot[9], rotabs[9];
   for (int i = 0; i < 3; ++i) {
@@ -66,8 +66,7 @@ bool is_above_ground(const mjModel& m, const float* heights, int geom, const dou
   const double* const size = m.hfield_size + 4 * id;
   const float* const data = heights + m.hfield_adr[id];
   const auto cell = [](double x, double extent, int count) { return (x + extent) / (2 * extent) * (count - 1); };
-  // Written so that numbers that are not finite give a valid index, too: lanes that are left to MuJoCo are still
-  // computed.
+  // Numbers that are not finite give a valid index, too, because lanes that are left to MuJoCo are still computed.
   const auto within = [](double at, int count) {
     return static_cast<int>(at > 0 ? (at < count - 1 ? at : count - 1) : 0);
   };
@@ -142,7 +141,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that.
+// computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
+// that. But if rows have their own sizes of geoms, the boxes are unknown, and this compares none.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -158,8 +158,8 @@ void reject(Lanes& d) {
       apart = dot3(dif, dif);
     }
     unsigned near = bits(~(apart > splat(pair->limit)));
-    if (pair->boxes >= 0 && near != 0) near &= ~boxes_apart(d, *pair, near);
-    d.hits[i] = static_cast<unsigned char>(near);
+    if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
+    d.may_touch[i] = static_cast<unsigned char>(near);
   }
 }
 

@@ -149,10 +149,12 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     numbers = zeros(b.carry_count)
     values = [zeros(own.count) for own in b.own]
     arrays = [pointer(array) for array in values]
-    GC.@preserve numbers values arrays begin
+    velocities = collect(Float64, sim.qvel)
+    GC.@preserve numbers values arrays velocities begin
         carried = Writable{Float64,1}(pointer(numbers), (length(numbers),))
         hasmethod(carry!, Tuple{T,Sim,Writable{Float64,1}}) && first_call(() -> carry!(task, sim, carried), "carry!")
-        row = Row(Rng(member(b.raw, Val(:random))), carried, pointer(arrays))
+        qvel = Writable{Float64,1}(pointer(velocities), (length(velocities),))
+        row = Row(Rng(member(b.raw, Val(:random))), carried, pointer(arrays), qvel)
         reward, _, info = first_call(() -> parts_of(step!(task, sim, row)), "step!")
     end
     layout = describe_all(b, MJENV_ROLE_INFO, info, docs)
@@ -241,7 +243,8 @@ function on_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, outcome::Ptr{mjenv_ou
     built = object(self)
     try
         carried = Writable{Float64,1}(member(outcome, Val(:carried)), (built.carry_count,))
-        row = Row(Rng(member(outcome, Val(:random))), carried, member(outcome, Val(:own)))
+        qvel = Writable{Float64,1}(member(outcome, Val(:qvel)), (Int(member(sim, Val(:nv))),))
+        row = Row(Rng(member(outcome, Val(:random))), carried, member(outcome, Val(:own)), qvel)
         reward, terminated, info = parts_of(step!(built.task, Sim(sim, built.carry_count), row))
         write_fields!(member(outcome, Val(:info)), built.info, info)
         member!(outcome, Val(:reward), number(reward))
@@ -256,7 +259,8 @@ function on_control(map!, self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjen
     built = object(self)
     try
         carried = Writable{Float64,1}(member(to, Val(:carried)), (built.carry_count,))
-        row = Row(Rng(member(to, Val(:random))), carried, Ptr{Ptr{Float64}}(C_NULL))
+        nothing_written = Writable{Float64,1}(Ptr{Float64}(C_NULL), (0,))
+        row = Row(Rng(member(to, Val(:random))), carried, Ptr{Ptr{Float64}}(C_NULL), nothing_written)
         map!(built.task, Sim(sim, built.carry_count), row, Control(to, Int(member(sim, Val(:nu)))))
     catch reason
         return failed(sim, reason)

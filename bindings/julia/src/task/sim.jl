@@ -318,12 +318,15 @@ end
     MJEnv.Row
 
 What `step!` may change: `rng`, the row's random stream, `carried`, the numbers that the row remembers, and `row[own]`, an
-[`MJEnv.own!`](@ref). What is written there holds from the next step on.
+[`MJEnv.own!`](@ref), which holds from the next step on. In `step!` also `qvel`: what is written there, such as a kick, is
+seen by `carry!`, `observe` and the next step, while what MuJoCo has computed still belongs to the old velocities. In
+`before_step!` and `before_substep!` it is empty.
 """
 struct Row
     rng::Rng
     carried::Writable{Float64,1}
     own::Ptr{Ptr{Float64}}
+    qvel::Writable{Float64,1}
 end
 
 @inline Base.getindex(row::Row, own::Own) = own_array(row.own, own)

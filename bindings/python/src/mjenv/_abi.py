@@ -273,6 +273,10 @@ class mjenv_push(Structure):
         ("max_steps", c_int64),
         ("low", c_double * 6),
         ("high", c_double * 6),
+        ("is_kick", c_int32),
+        ("reserved", c_int32),
+        ("min_duration", c_int64),
+        ("max_duration", c_int64),
     )
 
 

@@ -169,19 +169,35 @@ class Lists:
         for struct, one in zip(structs, pushes, strict=True):
             struct.struct_size = ctypes.sizeof(struct)
             struct.body = _object(rows, "body", one.body)
-            ranges = [
-                _numbers(values, f"push: {name}") for name, values in (("force", one.force), ("torque", one.torque))
-            ]
-            if any(values.shape != (3, 2) for values in ranges):
-                raise InvalidValueError("push: force and torque are three ranges (low, high) each", Status.E_SIZE)
-            numbers = np.concatenate(ranges)
+            struct.is_kick = int(one.velocity is not None or one.angular_velocity is not None)
+            numbers = _push_ranges(one)
             struct.low[:], struct.high[:] = numbers[:, 0].tolist(), numbers[:, 1].tolist()
+            lasts = _integers(one.duration, "push: duration")
+            if lasts.size not in (1, 2):
+                raise OptionError(f"push: duration is an int, or two, not {one.duration!r}", Status.E_TYPE)
+            struct.min_duration, struct.max_duration = int(lasts[0]), int(lasts[-1])
             every = _integers(one.every, "push: every")
             if every.shape != (2,):
                 raise InvalidValueError("push: every is the fewest and the most steps", Status.E_SIZE)
             struct.min_steps, struct.max_steps = every.tolist()
         found.pushes, found.push_count = structs, len(pushes)
         return found
+
+
+_STILL = ((0.0, 0.0),) * 3  # ranges that draw nothing
+
+
+def _push_ranges(push: Push) -> NDArray[np.float64]:
+    """The six ranges of a push: of the force and the torque, or of the two velocities."""
+    kinds = {"force": push.force, "torque": push.torque}
+    if push.velocity is not None or push.angular_velocity is not None:
+        if any(_numbers(values, f"push: {name}").any() for name, values in kinds.items()):
+            raise OptionError("push: a push has a force and a torque, or velocities: use two pushes", Status.E_VALUE)
+        kinds = {"velocity": push.velocity or _STILL, "angular_velocity": push.angular_velocity or _STILL}
+    ranges = [_numbers(values, f"push: {name}") for name, values in kinds.items()]
+    if any(values.shape != (3, 2) for values in ranges):
+        raise InvalidValueError(f"push: {' and '.join(kinds)} are three ranges (low, high) each", Status.E_SIZE)
+    return np.concatenate(ranges)
 
 
 def _int64(value: Any, what: str) -> int:

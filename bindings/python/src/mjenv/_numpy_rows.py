@@ -98,6 +98,7 @@ class NumpyRows(Rows):
         # The random streams that rows must still get: see _begin.
         self._due: dict[int, Any] = {}
         given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
+        given["max_contacts"] = settings["max_contacts"] or registered.kind.max_contacts
         self._resetting = Resetting(id, self._task) if registered.resets_rows else None
         registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
         self.options = dict(options)
@@ -111,6 +112,8 @@ class NumpyRows(Rows):
         fields = self.fields(Role.ARRAYS)
         self._block = np.zeros(count * sum(field.count for field in fields))
         self._views = {f.name: view for f, view in zip(fields, views(self._block, fields, count), strict=True)}
+        data = {field.name: field.count for field in self.fields(Role.DATA) if field.name.startswith("contact.")}
+        self._whole = {name: np.zeros(data[name]) for name in self._views if name in data}
         self._inner = Batch(count, (0,), 0)
         struct = self._inner.struct
         struct.obs = struct.reward = struct.info = None
@@ -129,7 +132,8 @@ class NumpyRows(Rows):
             self._read_own(row)
         self._shown_own = _OwnOfStep(self._own)
         self._drawing = _StepDraws(self)
-        self._sim = Sim(self._views, self._state, self._parameters, self._shown_own, self._drawing)
+        kick = np.zeros((count, self._task.nv))
+        self._sim = Sim(self._views, self._state, self._parameters, self._shown_own, self._drawing, kick)
         self._streams: list[np.random.Generator] = []
         self._pristine = super().snapshot(0)  # of a row that was never reset
 
@@ -227,9 +231,11 @@ class NumpyRows(Rows):
             if status:
                 self._task.carry(self._sim)  # other rows were stepped
                 raise self.engine.last_error(status)
+        self._sim.kick[...] = 0
         with self._drawing, self._shown_own as own:
             reward, terminated, infos = self._checked.step(self._sim, action)
             self._write_own(own, stepped)
+            self._apply_kicks(stepped)
             self._drawing.keep(stepped)
         # Copies, because the task may have returned views of what carry and resets change.
         reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
@@ -293,7 +299,9 @@ class NumpyRows(Rows):
         chosen = np.flatnonzero(resets)
         rows: list[int] = chosen.tolist()
         streams = self._load_streams(rows)
-        qpos, qvel, state = self._checked.reset(Random(streams))
+        kept = {name: self._state[name][chosen] for name in self._task.kept}
+        parameters = {name: values[chosen] for name, values in self._parameters.items()}
+        qpos, qvel, state = self._checked.reset(Random(streams, kept, parameters))
         self._checked.bounded("reset", state)
         qpos, qvel = np.ascontiguousarray(qpos), np.ascontiguousarray(qvel)
         words = [_words(stream) for stream in streams]
@@ -367,6 +375,22 @@ class NumpyRows(Rows):
         numbers, mask = pointer_to(values, c_double), pointer_to(rows, c_uint8)
         self.check(self.engine.mjenv_write(self.pointer, mask, name.encode(), numbers, values.size))
 
+    def _apply_kicks(self, rows: BoolArray) -> None:
+        """Adds what the task's step has written into sim.kick to the velocities."""
+        kick = self._sim.kick
+        kicked = rows & (kick != 0).any(axis=1)  # also if it is NaN, which the library refuses
+        if not kicked.any():
+            return
+        qvel, count = np.zeros_like(kick), c_int64()
+        for row in np.flatnonzero(kicked).tolist():
+            numbers = pointer_to(qvel[row], c_double)
+            self.check(self.engine.mjenv_read(self.pointer, row, b"qvel", numbers, qvel.shape[1], byref(count)))
+        np.add(qvel, kick, out=qvel, where=kick != 0)  # because -0.0 + 0.0 is 0.0
+        mask, numbers = pointer_to(kicked, c_uint8), pointer_to(qvel, c_double)
+        self.check(self.engine.mjenv_write(self.pointer, mask, b"qvel", numbers, qvel.size))
+        if "qvel" in self._views:
+            self._views["qvel"][kicked] = qvel[kicked]
+
     def _carry(self, rows: BoolArray) -> None:
         """Calls the task's carry. Only these rows' numbers are used."""
         self._task.carry(self._sim)
@@ -412,9 +436,12 @@ class NumpyRows(Rows):
         """Reads the arrays of a row whose state was set."""
         count = c_int64()
         for name, array in self._views.items():
-            values = array[row : row + 1]
-            pointer = pointer_to(values, c_double)
-            self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
+            values = array[row : row + 1].reshape(-1)
+            whole = self._whole.get(name, values)  # of contacts, the array has room for the first ones alone
+            pointer = pointer_to(whole, c_double)
+            self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, whole.size, byref(count)))
+            if whole is not values:
+                values[...] = whole[: values.size]
 
     def _give_due_streams(self) -> None:
         for row, words in list(self._due.items()):

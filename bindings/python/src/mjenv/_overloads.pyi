@@ -20,6 +20,7 @@ class Common(Rendering, Randomizing, total=False):
     lanes: int
     cpu_affinity: bool
     arrays: str
+    max_contacts: int
     observation: Literal["auto", "flat", "dict"]
     time_aware: bool
     normalize_time: bool

@@ -51,6 +51,7 @@ CONTACT = {
     "geom2": (),
     "exclude": (),
     "efc_address": (),
+    "force": (6,),
 }
 _METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep", "compute_reward")
 _TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
@@ -292,19 +293,17 @@ class Registered:
 
     def _describe_numpy(self, task: Task, model: Model) -> None:
         """Calls each method once, for one row in the model's initial state, to learn what it returns."""
-        arrays = {name: _initial(model, name)[None] for name in self.needs}
+        arrays = {name: _initial(model, name, self.kind.max_contacts)[None] for name in self.needs}
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
-        live = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
-        sim = Sim(
-            arrays,
-            state,
-            {name: np.array([values], np.float64) for name, values in live.items()},
-            {name: model.array(name)[None].astype(np.float64) for name in self.kind.own},
-            Random([np.random.default_rng(0)]),
-        )
+        options = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
+        live = {name: np.array([values], np.float64) for name, values in options.items()}
+        own = {name: model.array(name)[None].astype(np.float64) for name in self.kind.own}
+        stream = [np.random.default_rng(0)]
+        sim = Sim(arrays, state, live, own, Random(stream), np.zeros((1, model.nv)))
         checked = Checked(self.id, task, 1)
         if not self.resets_rows:
-            _, _, drawn = checked.reset(Random([np.random.default_rng(0)]))
+            kept = {name: state[name].copy() for name in self.kind.kept}
+            _, _, drawn = checked.reset(Random([np.random.default_rng(0)], kept, live))
             for name, values in drawn.items():
                 state[name][...] = values
         task.carry(sim)
@@ -405,13 +404,14 @@ def _check_parameters(kind: type[Task]) -> None:
             raise OptionError(f"{kind.__name__}: {name} takes ({wanted}), not ({given}){hint}", Status.E_TYPE) from None
 
 
-def _initial(model: Model, name: str) -> Float64Array:
+def _initial(model: Model, name: str, contacts: int) -> Float64Array:
     """An array in the model's initial state; without contacts, which tasks in Python see from the first reset on."""
     columns = CONTACT.get(name.removeprefix("contact.")) if name.startswith("contact.") else None
     if columns is None:
         return np.asarray(model.array(name), np.float64)
     most = int(model.array("nconmax"))
-    return np.zeros((500 if most < 0 else most, *columns))  # MuJoCo 4.0 sets none, and then the library lists 500
+    most = 500 if most < 0 else most  # MuJoCo 4.0 sets none, and then the library lists 500
+    return np.zeros((min(contacts or most, most), *columns))
 
 
 class Resetting:
@@ -457,6 +457,7 @@ class Checked:
         task, rows = self.task, len(rng.streams)
         found = task.reset(rng, rows)
         names = tuple(name for name in self.kind.state if name not in self.kind.kept)
+        kept = set(self.kind.kept)
         size = 3 if names else 2
         if not isinstance(found, tuple) or not (len(found) == size or (not names and len(found) == 3)):
             what = "qpos, qvel and a dict of the state" if names else "qpos and qvel"
@@ -467,7 +468,7 @@ class Checked:
             if not np.isfinite(values).all():
                 raise self._wrong("reset", f"{name} has a number that is not finite")
         given = found[2] if len(found) == 3 else {}
-        if not isinstance(given, dict) or set(given) != set(names):
+        if not isinstance(given, dict) or set(given) - kept != set(names):
             shown = sorted(given) if isinstance(given, dict) else _kind(given)
             raise self._wrong("reset", f"the state is {shown}, not a dict of {sorted(names)}")
         state = {

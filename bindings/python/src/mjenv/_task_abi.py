@@ -102,6 +102,7 @@ class mjenv_outcome(Structure):
         ("carried", c_void_p),
         ("random", c_void_p),
         ("own", c_void_p),
+        ("qvel", c_void_p),
     )
 
 

@@ -113,16 +113,22 @@ class Delay:
 
 @dataclass(frozen=True)
 class Push:
-    """A force in newtons, and a torque in newton metres, that push a body for one step now and then.
+    """A push of a body now and then: a force (N) and a torque (N m), or a kick, which changes its velocity.
 
-    force, torque: the bounds (low, high) of each of the three components in the world's axes. every: the fewest and the
-    most steps from the reset to the first push, and from each push to the next.
+    force, torque: the bounds (low, high) of each of the three components in the world's axes, which are written to
+    xfrc_applied. velocity, angular_velocity: instead of them, the bounds of what is added to qvel of the body's free
+    joint before a step: m/s in the world's axes, and rad/s in the body's own. every: the fewest and the most steps from
+    the reset, or the last step of a push, to the next push. duration: how many steps a force lasts, or the fewest and
+    the most.
     """
 
     body: Name
     force: Sequence[Sequence[float]] = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     torque: Sequence[Sequence[float]] = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     every: tuple[int, int] = (100, 200)
+    velocity: Sequence[Sequence[float]] | None = None
+    angular_velocity: Sequence[Sequence[float]] | None = None
+    duration: int | tuple[int, int] = 1
 
 
 Draws = Mapping[str, Value | Same | Sequence[Value | Same]]

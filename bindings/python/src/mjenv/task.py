@@ -97,6 +97,9 @@ class Task:
     """NumPy: the arrays of mjData that `sim` has. "contacts" means `sim.ncon` and all of `sim.contact`; a single one is
     "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
     count. Machine code: the arrays that task.h marks as on demand."""
+    max_contacts: ClassVar[int] = 0
+    """NumPy: of how many contacts of a row sim.contact has room: the option max_contacts. The arrays hold a row's first
+    contacts, and 0 behind them; sim.ncon counts all. 0: of as many as MuJoCo can find, which may be hundreds."""
     state: ClassVar[Mapping[str, tuple[int, ...]]] = {}
     """Name and shape of the numbers that a row remembers from step to step. Snapshots and copies of rows hold them."""
     state_bounds: Mapping[str, tuple[float, float]] = {}
@@ -105,7 +108,7 @@ class Task:
     because a snapshot may come from a stranger."""
     kept: ClassVar[Sequence[str]] = ()
     """Names in state that stay after resets: a terrain's level, for instance. They are 0 until a row's first reset. A
-    NumPy task's reset does not return them: its step and carry write them."""
+    NumPy task's step and carry write them, and reset finds them in rng.kept and may return new values."""
     observation_fields: Mapping[str, int | Mapping[str, int]] = {}
     """Names and lengths of the observation's parts. build may set it. A group of parts, such as "policy" or "critic",
     has a dict of them instead of a length; the observation is then a Gymnasium Dict (the option observation). A NumPy
@@ -132,7 +135,8 @@ class Task:
 
     def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
         """Draws initial states of `rows` rows. Returns qpos (rows, nq), qvel (rows, nv), and if the task has a state a
-        dict with an array (rows, *shape) for each of its names."""
+        dict with an array (rows, *shape) for each of its names; those in `kept` may be left out. rng.kept and
+        rng.parameters are what these rows keep, and their live parameters."""
         raise NotImplementedError
 
     def reset_row(self, start: Start) -> dict[str, Any]:
@@ -184,7 +188,9 @@ class Sim:
     each name in state, which step and carry may write into. parameters: the live parameters by name, (rows,) or
     (rows, n), read-only. own: the rows' own arrays of the model by name, (rows, *shape). step may write into
     `sim.own[name]`, which it looks up anew each time. What it writes holds from the next step on, and stays after
-    resets. rng: draws from all rows' own streams, in step.
+    resets. rng: draws from all rows' own streams, in step. kick: (rows, nv), 0 at the beginning of step. What step
+    writes into it is added to qvel afterwards, so that carry, observe and the next step see it. What MuJoCo has
+    computed still belongs to the old velocities.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
     in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the
@@ -194,6 +200,7 @@ class Sim:
     parameters: Mapping[str, Float64Array]
     own: Mapping[str, Float64Array]
     rng: Random
+    kick: Float64Array
 
     def __init__(
         self,
@@ -202,8 +209,9 @@ class Sim:
         parameters: Mapping[str, Float64Array],
         own: Mapping[str, Float64Array],
         rng: Random,
+        kick: Float64Array,
     ) -> None:
-        self.own, self.rng = own, rng
+        self.own, self.rng, self.kick = own, rng, kick
         views = {name: array.view() for name, array in parameters.items()}
         for view in views.values():
             view.flags.writeable = False
@@ -421,11 +429,17 @@ class Random:
     """The random streams of the rows that are reset, with methods of numpy.random.Generator.
 
     The first element of size is the number of rows. Each row's numbers come from its own stream, so they do not depend
-    on which other rows are reset. streams: each row's Generator.
+    on which other rows are reset. streams: each row's Generator. kept: in reset, copies of what the rows keep, by the
+    names in `kept`. parameters: in reset, their live parameters by name.
     """
 
-    def __init__(self, streams: Sequence[np.random.Generator]) -> None:
-        self._streams = tuple(streams)
+    def __init__(
+        self,
+        streams: Sequence[np.random.Generator],
+        kept: Mapping[str, Float64Array] = MappingProxyType({}),
+        parameters: Mapping[str, Float64Array] = MappingProxyType({}),
+    ) -> None:
+        self._streams, self.kept, self.parameters = tuple(streams), kept, parameters
 
     @property
     def streams(self) -> tuple[np.random.Generator, ...]:

@@ -131,17 +131,22 @@ impl Randomization {
     }
 }
 
-/// A force and torque that push a body now and then, for one step each time.
-#[derive(Clone, Debug, PartialEq)]
+/// A push of a body now and then: a force, or a kick.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Push {
     /// The body's number, see [`Env::object_index`]; not 0, the world.
     pub body: usize,
-    /// The fewest and the most steps from the reset to the first push, and from each push to the next.
+    /// The fewest and the most steps from the reset, or the last step of a push, to the next push.
     pub every: (usize, usize),
-    /// The lower bounds of the force (N) and the torque (N m), as in `xfrc_applied`.
+    /// The lower bounds of the force (N) and the torque (N m), as in `xfrc_applied`; of a kick those of what is added to
+    /// the six numbers in `qvel` of the body's free joint (m/s, rad/s).
     pub low: [f64; 6],
     /// Their upper bounds.
     pub high: [f64; 6],
+    /// A kick, which changes the velocity before a step, and not a force.
+    pub is_kick: bool,
+    /// The fewest and the most steps that a force lasts; (0, 0): one.
+    pub duration: (usize, usize),
 }
 
 /// Noise, delays and pushes, see [`Env::perturb`]. By default there are none.
@@ -155,7 +160,7 @@ pub struct Perturbation {
     pub action_delay: usize,
     /// How many steps an observation takes until it reaches the caller.
     pub observation_delay: usize,
-    /// The pushes, each of another body.
+    /// The pushes: for each body at most one force and one kick.
     pub pushes: Vec<Push>,
     /// What reaches the task until the first delayed action does: zeros if it is empty, one number for all actuators, or
     /// one for each.
@@ -237,6 +242,10 @@ impl Env {
                 max_steps: int64(push.every.1),
                 low: push.low,
                 high: push.high,
+                is_kick: push.is_kick.into(),
+                reserved: 0,
+                min_duration: int64(push.duration.0),
+                max_duration: int64(push.duration.1),
             })
             .collect();
         let raw = sys::mjenv_perturbation {

@@ -78,6 +78,8 @@ impl<T: Task> Instance<T> {
         let own: Vec<*mut f64> = values.iter_mut().map(|array| array.as_mut_ptr()).collect();
         // SAFETY: the arrays outlive this, and nothing else uses them.
         let mut row = unsafe { Row::new(b.trial_rng(), carried).with_own(own.as_ptr(), own.len()) };
+        let mut qvel = sim.qvel().to_vec();
+        row = row.with_qvel(&mut qvel);
         let mut fields = Fields::learn(info);
         trial("step", task.step(&sim, &mut row, &mut fields).and_then(|_| fields.finish()))
     }
@@ -195,7 +197,8 @@ unsafe extern "C" fn step<T: Task>(
         guarded((*raw).api, || {
             let carried = Carried::new((*outcome).carried, this.shape.carried);
             let row = Row::new(Rng::new((*outcome).random), carried);
-            let mut row = row.with_own((*outcome).own, this.shape.own.len());
+            let qvel = std::slice::from_raw_parts_mut((*outcome).qvel, size((*raw).nv.into()));
+            let mut row = row.with_own((*outcome).own, this.shape.own.len()).with_qvel(qvel);
             let mut info = Fields::write(&this.info, (*outcome).info);
             let Outcome { reward, terminated } = this.task.step(&Sim::new(raw, &this.shape), &mut row, &mut info)?;
             info.finish()?;

@@ -441,11 +441,18 @@ pub struct Row<'a> {
     /// The numbers that the row carried into the step.
     pub carried: Carried<'a>,
     own: (*const *mut f64, usize),
+    qvel: Option<&'a mut [f64]>,
 }
 
 impl<'a> Row<'a> {
     pub(super) fn new(rng: Rng<'a>, carried: Carried<'a>) -> Self {
-        Self { rng, carried, own: (std::ptr::null(), 0) }
+        Self { rng, carried, own: (std::ptr::null(), 0), qvel: None }
+    }
+
+    /// The velocities, which a step can change.
+    pub(super) fn with_qvel(mut self, qvel: &'a mut [f64]) -> Self {
+        self.qvel = Some(qvel);
+        self
     }
 
     /// # Safety
@@ -453,6 +460,15 @@ impl<'a> Row<'a> {
     pub(super) unsafe fn with_own(mut self, own: *const *mut f64, count: usize) -> Self {
         self.own = (own, count);
         self
+    }
+
+    /// The row's velocities. What a step writes, such as a kick, the methods `carry` and `observe` and the next step see;
+    /// what `MuJoCo` has computed still belongs to the old velocities.
+    ///
+    /// # Panics
+    /// In `before_step` and `before_substep`.
+    pub fn qvel(&mut self) -> &mut [f64] {
+        self.qvel.as_deref_mut().expect("only a step writes the velocities")
     }
 
     /// The row's own array, in a step. What the step writes holds from the next one on.

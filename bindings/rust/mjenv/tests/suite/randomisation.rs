@@ -16,7 +16,7 @@ fn items() -> Vec<Randomization> {
 }
 
 fn perturbation() -> Perturbation {
-    let push = Push { body: 1, every: (1, 1), low: [-1.0; 6], high: [1.0; 6] };
+    let push = Push { body: 1, every: (1, 1), low: [-1.0; 6], high: [1.0; 6], ..Default::default() };
     Perturbation {
         action_noise: vec![0.1],
         observation_noise: vec![0.01],
@@ -58,6 +58,34 @@ fn rows_draw_as_environments_of_one_row() {
     let image = many.snapshot(0).unwrap();
     one.restore(0, &image).unwrap();
     assert_eq!(one.read(0, "geom_friction").unwrap(), many.read(0, "geom_friction").unwrap());
+}
+
+#[test]
+fn forces_last_and_kicks_change_velocities() {
+    let mut env = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
+    let force = Push {
+        body: 1,
+        every: (1, 1),
+        low: [5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        high: [5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        duration: (3, 3),
+        ..Default::default()
+    };
+    let kick = Push { every: (5, 5), is_kick: true, duration: (0, 0), ..force.clone() };
+    env.perturb(&Perturbation { pushes: vec![force, kick], ..Default::default() }).unwrap();
+    env.seed(.., &[3]).unwrap();
+    let mut batch = env.batch::<f64>();
+    env.reset(.., &mut batch).unwrap();
+    let mut speeds = Vec::new();
+    for _ in 0..5 {
+        env.step(.., &[0.0; 8], &mut batch).unwrap();
+        assert_eq!(env.read(0, "xfrc_applied").unwrap()[6], 5.0);
+        speeds.push(env.read(0, "qvel").unwrap()[0]);
+    }
+    assert!(speeds[3] < 2.0 && speeds[4] > 2.0, "{speeds:?}");
+    let twice = vec![Push { body: 1, every: (1, 1), is_kick: true, ..Default::default() }; 2];
+    let error = env.perturb(&Perturbation { pushes: twice, ..Default::default() }).unwrap_err();
+    assert!(error.to_string().contains("twice"), "{error}");
 }
 
 #[test]

@@ -870,6 +870,7 @@ impl Task for Follow {
         if let Some(place) = self.place {
             row.own(place)[3 * self.marker] += 0.25;
         }
+        row.qvel()[1] += 0.1 * sim.action().values[0];
         Ok(Outcome { reward: sim.action().values.iter().sum(), terminated: false })
     }
 }

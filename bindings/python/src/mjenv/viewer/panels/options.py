@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from mjenv.viewer.session import Session
 
 # How rows are computed, which the viewer decides, and what is too long for a line.
-_HIDDEN = ("arrays", "autoreset_mode", "cpu_affinity", "lanes", "norm", "num_threads", "xml_string")
+_HIDDEN = ("arrays", "autoreset_mode", "cpu_affinity", "lanes", "max_contacts", "norm", "num_threads", "xml_string")
 
 
 class OptionsPanel:

@@ -1,0 +1,94 @@
+"""For NumPy tasks of walking robots: which feet touch the ground, how long they are in the air, and the heights of a
+terrain. task.hpp has the same for C++, with equal bits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mjenv.errors import InvalidValueError
+from mjenv.task import Model, Sim
+
+_HEIGHT_FIELD = 1  # mjGEOM_HFIELD
+
+
+def touching(sim: Sim, geoms: Sequence[int], other: int) -> NDArray[np.bool_]:
+    """For each row and each of these geoms, whether it touches the other geom: (rows, geoms).
+
+    Two geoms touch if they have a contact whose distance is at most 0. The task needs "ncon", "contact.geom1",
+    "contact.geom2" and "contact.dist". Raises InvalidValueError if a row has more contacts than sim.contact has room
+    for (the task's max_contacts).
+    """
+    contact: Any = sim.contact
+    room = contact.geom1.shape[1]
+    if (sim.ncon > room).any():
+        row = int(np.argmax(sim.ncon > room))
+        raise InvalidValueError(f"row {row} has {int(sim.ncon[row])} contacts, but the task has room for {room}")
+    near = (np.arange(room) < sim.ncon[:, None]) & (contact.dist <= 0)
+    first, second = contact.geom1 == other, contact.geom2 == other
+    partner = np.where(near & (first | second), np.where(first, contact.geom2, contact.geom1), -1)
+    return np.asarray((partner[:, :, None] == np.asarray(geoms)).any(axis=1))
+
+
+def air_time(time: NDArray[np.float64], touching: NDArray[np.bool_], dt: float) -> NDArray[np.float64]:
+    """Counts how long feet have been in the air, and returns how long the flights were that ended in this step, s.
+
+    time: (rows, feet), a part of the task's state, which is changed: 0 for a foot that touches the ground, and
+    otherwise the number of steps since then times dt. The flight of a foot that has not just landed is 0.
+    """
+    flights = np.where(touching, time, 0)
+    time[...] = np.where(touching, 0, time + dt)
+    return flights
+
+
+class Terrain:
+    """A height field whose geom is fixed to the world and not turned. A task makes it in build.
+
+    The surface consists of the triangles with which other geoms collide. Beyond the edge, the heights are those of the
+    edge.
+    """
+
+    def __init__(self, model: Model, geom: str) -> None:
+        at = model.index("geom", geom)
+        is_fixed = model.array("geom_bodyid")[at] == 0 and model.array("geom_quat")[at, 0] == 1
+        if model.array("geom_type")[at] != _HEIGHT_FIELD or not is_fixed:
+            raise InvalidValueError(f"geom {geom!r} is no height field that is fixed to the world and not turned")
+        field = model.array("geom_dataid")[at]
+        self._rows, self._columns = (int(model.array(name)[field]) for name in ("hfield_nrow", "hfield_ncol"))
+        self._size, self._position = model.array("hfield_size")[field], model.array("geom_pos")[at]
+        first = int(model.array("hfield_adr")[field])
+        self._data = model.array("hfield_data")[first : first + self._rows * self._columns].astype(np.float64)
+
+    def height(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """The heights of the surface at x and y, m; all in the world's frame."""
+        column = self._cell(np.asarray(x) - self._position[0], self._size[0], self._columns)
+        row = self._cell(np.asarray(y) - self._position[1], self._size[1], self._rows)
+        c = np.clip(column.astype(np.int64), 0, max(self._columns - 2, 0))
+        r = np.clip(row.astype(np.int64), 0, max(self._rows - 2, 0))
+        u, v = column - c, row - r
+        below, beside = np.minimum(r + 1, self._rows - 1) * self._columns, np.minimum(c + 1, self._columns - 1)
+        near, far = self._data[r * self._columns + c], self._data[below + beside]
+        # The diagonal of a cell goes from (r, c) to (r + 1, c + 1).
+        corner = np.where(u >= v, self._data[r * self._columns + beside], self._data[below + c])
+        along = np.where(u >= v, u * (corner - near) + v * (far - corner), v * (corner - near) + u * (far - corner))
+        return np.asarray((near + along) * self._size[2] + self._position[2])
+
+    def around(self, position: ArrayLike, mat: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+        """The heights at points around a body, whose frame is turned by the body's yaw alone: (rows, points), m.
+
+        position, mat: the body's xpos (rows, 3) and xmat (rows, 9). points: x and y in that frame (points, 2), m.
+        """
+        at, axes, (x, y) = np.asarray(position), np.asarray(mat).reshape(-1, 9), np.transpose(points)
+        ahead, left = axes[:, 0], axes[:, 3]
+        norm = np.sqrt(ahead * ahead + left * left)
+        upright = norm > 0
+        divisor = np.where(upright, norm, 1)
+        cos, sin = np.where(upright, ahead / divisor, 1)[:, None], np.where(upright, left / divisor, 0)[:, None]
+        return self.height(at[:, 0:1] + (cos * x - sin * y), at[:, 1:2] + (sin * x + cos * y))
+
+    @staticmethod
+    def _cell(x: NDArray[np.float64], radius: float, count: int) -> NDArray[np.float64]:
+        return np.clip((x + radius) / (2 * radius) * (count - 1), 0.0, float(count - 1))
