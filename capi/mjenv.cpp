@@ -329,6 +329,14 @@ mjenv_status mjenv_rollout(mjenv_env* env, const void* action, std::int64_t coun
       env, out, [&](Env& e, const mjenv_batch& batch) { e.rollout(action_of(action, count, dtype), steps, batch); });
 }
 
+mjenv_status mjenv_compute_reward(mjenv_env* env, const double* achieved, const double* desired, std::int64_t count,
+                                  double* rewards, std::int64_t reward_count) {
+  return change_env(env, [&](Env& e) {
+    e.compute_reward(&need(achieved, "achieved"), &need(desired, "desired"), count, &need(rewards, "rewards"),
+                     reward_count);
+  });
+}
+
 mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* words, std::int64_t count) {
   return change_env(env, [&](Env& e) { e.get_stream(row, &need(words, "words"), count); });
 }

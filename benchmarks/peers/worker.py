@@ -288,6 +288,10 @@ PEERS: dict[str, type[Peer]] = {
 }
 
 
+# Seconds of the processors, if MJENV_BENCHMARK_CLOCK is "cpu": what other programs do changes them less.
+CLOCK = time.process_time if os.environ.get("MJENV_BENCHMARK_CLOCK") == "cpu" else time.perf_counter
+
+
 def about(peer: type[Peer]) -> str:
     modules = [importlib.import_module(package) for package in peer.packages]
     versions = [f"{m.__name__} {getattr(m, '__version__', None) or m.version()}" for m in modules]
@@ -296,7 +300,7 @@ def about(peer: type[Peer]) -> str:
 
 def run(peer: Peer, seconds: float, least: int = 1) -> tuple[int, float]:
     """Steps for about `seconds`, and makes at least `least` environment steps."""
-    actions, step, clock = peer.actions, peer.step, time.perf_counter
+    actions, step, clock = peer.actions, peer.step, CLOCK
     steps, start = 0, clock()
     end = start + seconds
     peer.start()

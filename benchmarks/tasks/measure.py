@@ -48,6 +48,7 @@ def parse() -> argparse.Namespace:
     add("--threads", nargs="+", type=int, default=[1, 2], help="numbers of threads (1 2)")
     add("--seconds", type=float, default=0.3, help="of a block (0.3)")
     add("--rounds", type=int, default=15, help="blocks of each kind (15)")
+    add("--cpu", action="store_true", help="count CPU seconds, without the kinds of Julia; with one thread")
     add("--output", type=Path, default=Path("build/tasks"), help="folder of the CSV and the table")
     for name in (
         "library",
@@ -65,6 +66,10 @@ def parse() -> argparse.Namespace:
 
 def main() -> None:
     arguments = parse()
+    if arguments.cpu:
+        os.environ["MJENV_BENCHMARK_CLOCK"] = "cpu"
+        arguments.threads = [1]
+        arguments.kinds = [kind for kind in arguments.kinds if kind not in JULIA]
     arguments.output.mkdir(parents=True, exist_ok=True)
     bases = ["built-in", "julia-built-in"] if "julia" in arguments.kinds else ["built-in"]
     kinds = list(dict.fromkeys([*bases, *arguments.kinds]))

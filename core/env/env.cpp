@@ -455,6 +455,18 @@ void Env::forget_observation(std::int64_t row) {
   if (frames_.record_count() > 0) Frames::forget(rows_.history(row));
 }
 
+void Env::compute_reward(const double* achieved, const double* desired, std::int64_t count, double* rewards,
+                         std::int64_t reward_count) const {
+  check_settled();
+  const std::int64_t size = task_.goal_count;
+  if (size == 0) fail(MJENV_E_TASK, options_.id() + " has no compute_reward");
+  if (count < 0 || count % size != 0 || count / size != reward_count)
+    fail(MJENV_E_SIZE, "the count of the goals is " + std::to_string(count) + ", not " + std::to_string(reward_count) +
+                           " times " + std::to_string(size));
+  for (std::int64_t i = 0; i < reward_count; ++i)
+    rewards[i] = task_.calls->compute_reward(achieved + i * size, desired + i * size, size);
+}
+
 // ---- Randomisation ----
 
 void Env::randomize(const mjenv_randomization* items, std::int64_t count) {

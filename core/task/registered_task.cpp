@@ -196,6 +196,7 @@ void RegisteredTask::check_callbacks() const {
     require(!c.step, "step is given, but the task is physics_only");
     require(!c.before_step, "before_step is given, but the task is physics_only");
     require(!c.before_substep, "before_substep is given, but the task is physics_only");
+    require(!c.compute_reward, "compute_reward is given, but the task is physics_only");
     return;
   }
   require(c.reset, "reset is NULL");
@@ -290,6 +291,7 @@ Task RegisteredTask::build(const Options& options) const {
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();
+  if (given_.compute_reward) task.goal_count = goal_count(task.fields[MJENV_ROLE_OBSERVATION]);
   calls->set_counts(task.fields, task.carry_count, builder.bounds());
   task.calls = calls;
 
@@ -298,6 +300,21 @@ Task RegisteredTask::build(const Options& options) const {
   work.act(no_action);
   work.step(1, before.data());
   return task;
+}
+
+// Returns how many numbers a goal has. Throws if the observation has not two goals of the same length.
+std::int64_t RegisteredTask::goal_count(const std::vector<Field>& observation) const {
+  const std::vector<Field> keys = keys_of(observation);
+  const auto length_of = [&](const char* name) {
+    for (const Field& key : keys)
+      if (key.name == name) return key.count;
+    fail(MJENV_E_TASK, id_ + ": compute_reward is given, but the observation has no group or term " + quoted(name));
+  };
+  const std::int64_t achieved = length_of("achieved_goal"), desired = length_of("desired_goal");
+  if (achieved != desired || achieved == 0)
+    fail(MJENV_E_TASK, id_ + ": compute_reward is given, but achieved_goal has " + std::to_string(achieved) +
+                           " number(s) and desired_goal " + std::to_string(desired));
+  return achieved;
 }
 
 // Returns the task's fields with the lengths that build has set. Throws if they do not fit the callbacks.

@@ -66,6 +66,7 @@ class RegisteredTask {
   void check_callbacks() const;
   void declare(Options& options, const std::vector<Option>& of_task) const;
   std::shared_ptr<const Model> open(const Options& options) const;
+  std::int64_t goal_count(const std::vector<Field>& observation) const;
   Fields described(const Builder& builder) const;
 };
 

@@ -179,6 +179,14 @@ mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random, d
   return to;
 }
 
+double Calls::compute_reward(const double* achieved, const double* desired, std::int64_t size) const {
+  double reward = 0;
+  call("compute_reward",
+       [&] { return callbacks_.compute_reward(self_, &task_api(), achieved, desired, size, &reward); });
+  if (checks_ && std::isnan(reward)) refuse("compute_reward", "the reward is NaN");
+  return reward;
+}
+
 void Calls::refuse(const char* callback, const std::string& why) const {
   fail(MJENV_E_TASK, id_ + ": " + callback + ": " + why);
 }

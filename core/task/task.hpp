@@ -98,6 +98,9 @@ class Calls {
   void before_substep(SimView& view, const Action& action, const Control& control, Random& random) const;
   // Calls step after the simulation has advanced with this action.
   mjenv_outcome step(SimView& view, const Action& action, Random& random, double* const* own) const;
+  bool has_compute_reward() const { return callbacks_.compute_reward != nullptr; }
+  // The reward of one pair of goals of `size` numbers.
+  double compute_reward(const double* achieved, const double* desired, std::int64_t size) const;
 
  private:
   std::string id_;
@@ -137,6 +140,7 @@ struct Task {
   ActionBounds action;  // the action space
   std::int64_t carry_count = 0;
   std::vector<KeptNumbers> kept;
+  std::int64_t goal_count = 0;  // how many numbers a goal has, if the task has compute_reward
   Parameters parameters;
   std::shared_ptr<const Calls> calls;
 

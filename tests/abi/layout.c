@@ -476,6 +476,7 @@ int main(void) {
   FIELD(mjenv_task, fixed_frame_skip);
   FIELD(mjenv_task, before_step);
   FIELD(mjenv_task, before_substep);
+  FIELD(mjenv_task, compute_reward);
 
   STRUCT(mjenv_plugin);
   FIELD(mjenv_plugin, struct_size);

@@ -5,6 +5,7 @@
 
 #include "allocator.h"
 #include "golden.h"
+#include "mjenv/task.h"
 
 enum { ROWS = 3, BUILT_ROWS = 3, MOST = 100000, NU = 8 };
 
@@ -16,6 +17,7 @@ static struct {
   mjenv_env *env, *threaded;  // a row that follows the recording; rows on two threads
   mjenv_env *built, *drawn;
   mjenv_env* random;  // rows that draw their models
+  mjenv_env* task;    // rows of the task below
   mjenv_renderer* renderer;
   struct outputs* out;
   unsigned char image[1 << 16];
@@ -207,6 +209,136 @@ static mjenv_status restore_random(void) {
   return status ? status : mjenv_restore(s.random, 1, image, size);
 }
 
+// ---- A task that uses what mjenv/task.h offers ----
+
+static const mjenv_task_option options_of_task[] = {
+    {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_REALS, .name = "speed", .value = 0.5, .live = 1},
+};
+static const mjenv_task_field fields_of_task[] = {
+    {.struct_size = sizeof(mjenv_task_field), .name = "achieved_goal", .role = MJENV_ROLE_OBSERVATION},
+    {.struct_size = sizeof(mjenv_task_field), .name = "desired_goal", .role = MJENV_ROLE_OBSERVATION},
+};
+enum { HEIGHTS = 6 };
+
+static int32_t build_task(mjenv_builder* builder, void* user, void** self) {
+  (void)user;
+  *self = NULL;
+  const double low[] = {-1}, high[] = {1};
+  mjenv_build_current(builder);
+  mjenv_build_random_state(builder);
+  mjenv_build_own(builder, "hfield_data");
+  mjenv_build_own(builder, "qfrc_applied");
+  mjenv_build_action(builder, 1, low, high);
+  mjenv_build_keep(builder, 0, 1);
+  mjenv_build_carry_bounds(builder, 1, 1, -9, 9);
+  mjenv_build_parameter(builder, "speed");
+  mjenv_build_need(builder, "contacts");
+  mjenv_build_array(builder, "hfield_data", NULL);
+  return 0;
+}
+
+static int32_t reset_task(const void* self, mjenv_start* start) {
+  (void)self;
+  int64_t order[HEIGHTS];
+  mjenv_random_state_permutation(start->random, HEIGHTS, order);
+  for (int i = 0; i < HEIGHTS; ++i) start->own[0][i] = (double)order[i] / HEIGHTS;
+  start->qpos[0] = mjenv_random_uniform(start->random, 0, 0.1) + mjenv_random_state_randn(start->random) / 100;
+  start->carried[1] = start->parameters[0];
+  return mjenv_start_forward(start) || mjenv_start_advance(start, 3) || mjenv_start_restart(start);
+}
+
+static int32_t map_task(const void* self, const mjenv_sim* sim, mjenv_control* control) {
+  (void)self;
+  control->ctrl[0] = sim->action[0];
+  control->own[1][0] = mjenv_random_normal(control->random);
+  return 0;
+}
+
+static int32_t observe_task(const void* self, const mjenv_sim* sim, double* to) {
+  (void)self;
+  to[0] = sim->qpos[0];
+  to[1] = sim->carried[1];
+  return 0;
+}
+
+static int32_t step_task(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome) {
+  (void)self;
+  (void)sim;
+  outcome->own[0][0] = mjenv_random_real(outcome->random);
+  outcome->own[1][0] = 1;
+  outcome->carried[0] += 1;
+  return 0;
+}
+
+static int32_t reward_of_task(const void* self, const mjenv_task_api* api, const double* achieved,
+                              const double* desired, int64_t size, double* reward) {
+  (void)self;
+  *reward = achieved[0] - desired[size - 1];
+  return desired[0] > 5 ? mjenv_task_fail(api, "a reason that is longer than what fits into a std::string itself") : 0;
+}
+
+static const mjenv_task task = {
+    .struct_size = sizeof(mjenv_task),
+    .id = "tests/Everything-v0",
+    .model_text =
+        "<mujoco><asset><hfield name='ground' nrow='2' ncol='3' size='1 1 .2 .1'/></asset><worldbody>"
+        "<geom type='hfield' hfield='ground'/><body pos='0 0 .3'><joint name='z' type='slide' axis='0 0 1'/>"
+        "<geom size='.1'/></body></worldbody><actuator><motor joint='z'/></actuator></mujoco>",
+    .frame_skip = 2,
+    .carry_count = 2,
+    .options = options_of_task,
+    .option_count = COUNT(options_of_task),
+    .fields = fields_of_task,
+    .field_count = COUNT(fields_of_task),
+    .build = build_task,
+    .reset = reset_task,
+    .observe = observe_task,
+    .step = step_task,
+    .before_step = map_task,
+    .before_substep = map_task,
+    .compute_reward = reward_of_task};
+
+static mjenv_status register_known(void) { return mjenv_register_task(&task); }
+
+static mjenv_status create_task(void) {
+  mjenv_destroy(s.built);
+  s.built = NULL;
+  mjenv_options* options = NULL;
+  mjenv_status status = mjenv_options_create(task.id, &options);
+  if (status == MJENV_OK) status = mjenv_create(options, BUILT_ROWS, &s.built);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+static mjenv_status reset_rows_of_task(void) { return mjenv_reset(s.task, NULL, NULL); }
+
+static mjenv_status step_rows_of_task(void) {
+  const mjenv_status status = mjenv_step(s.task, NULL, s.action, ROWS, MJENV_DTYPE_FLOAT64, NULL);
+  return status ? status : mjenv_copy_row(s.task, NULL, 1);
+}
+
+static mjenv_status write_parameter(void) { return write_row(s.task, 1, "parameters.speed", s.action, 1); }
+
+static mjenv_status write_no_parameter(void) {
+  return write_row(s.task, 1, "parameters.that there is not, with a long name", s.action, 1);
+}
+
+static mjenv_status restore_task(void) {
+  static unsigned char image[1 << 14];
+  int64_t size;
+  const mjenv_status status = mjenv_snapshot(s.task, 0, image, sizeof image, &size);
+  return status ? status : mjenv_restore(s.task, 1, image, size);
+}
+
+static mjenv_status compute_reward(void) { return mjenv_compute_reward(s.task, s.action, s.action, 2, s.values, 2); }
+
+static mjenv_status bad_reward(void) {
+  static const double far[] = {9};
+  return mjenv_compute_reward(s.task, far, far, 1, s.values, 1);
+}
+
+static mjenv_status lane_stages(void) { return mjenv_lane_stages_of(s.task) ? MJENV_OK : MJENV_E_MEMORY; }
+
 static mjenv_status bad_restore(void) { return mjenv_restore(s.env, 0, s.image, 3); }
 
 // ---- Rows that differ, in an environment that was just built ----
@@ -345,6 +477,16 @@ static const struct call calls[] = {
     {"reset that draws", reset_random, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"restore rows that draw", restore_random, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"perturb", perturb, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"register_task, known id", register_known, MJENV_E_VALUE, MJENV_E_MEMORY, KEEPS},
+    {"create a task", create_task, MJENV_OK, MJENV_E_MODEL, LOADS},
+    {"reset a task", reset_rows_of_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"step a task", step_rows_of_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"write a parameter", write_parameter, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"write a parameter, none", write_no_parameter, MJENV_E_NAME, MJENV_E_MEMORY, KEEPS},
+    {"restore a task", restore_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"compute_reward", compute_reward, MJENV_OK, MJENV_E_MEMORY, KEEPS},
+    {"compute_reward that fails", bad_reward, MJENV_E_TASK, MJENV_E_MEMORY, KEEPS},
+    {"lane_stages_of", lane_stages, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"render_defaults", render_settings, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"write", write, MJENV_OK, MJENV_E_MEMORY, FRESH},
     {"write, all rows", write_all, MJENV_OK, MJENV_E_MEMORY, FRESH},
@@ -369,6 +511,7 @@ static long blocks(void) {
   mjenv_read(s.env, -1, "qpos", NULL, 0, &count);
   mjenv_read(s.threaded, -1, "qpos", NULL, 0, &count);
   mjenv_read(s.random, -1, "qpos", NULL, 0, &count);
+  mjenv_read(s.task, -1, "qpos", NULL, 0, &count);
   if (s.built) mjenv_read(s.built, -1, "qpos", NULL, 0, &count);
   return allocator_live();
 }
@@ -518,6 +661,12 @@ static int set_up(void** state) {
   assert_ok(randomize());
   assert_ok(perturb());
   assert_ok(reset_random());
+  assert_ok(mjenv_register_task(&task));
+  options = options_of_id(task.id);
+  assert_ok(mjenv_options_set_integer(options, "num_threads", 2));
+  s.task = env_of_options(options, ROWS);
+  seed_rows(s.task, 1);
+  assert_ok(reset_rows_of_task());
   s.id = "Ant-v5";
   assert_ok(mjenv_reset(s.threaded, NULL, NULL));
   golden_assert_plays(s.golden, s.env);
@@ -532,6 +681,7 @@ static int tear_down(void** state) {
   mjenv_destroy(s.built);
   mjenv_destroy(s.threaded);
   mjenv_destroy(s.random);
+  mjenv_destroy(s.task);
   mjenv_destroy(s.env);
   mjenv_options_destroy(s.options);
   golden_free(s.golden);

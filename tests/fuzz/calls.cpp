@@ -167,6 +167,9 @@ class Calls {
     std::uint64_t words[4] = {};
     check(mjenv_seed(s.env.get(), maybe(mask.data()), maybe(seeds.data()), bytes_.below(8) ? count : -count));
     check(mjenv_get_stream(s.env.get(), row(), maybe(words), size(4)));
+    double goals[4] = {}, rewards[4];
+    const auto numbers = static_cast<std::int64_t>(at_most(4));
+    check(mjenv_compute_reward(s.env.get(), maybe(goals), maybe(goals), numbers, maybe(rewards), integer()));
     check(mjenv_set_stream(s.env.get(), row(), maybe(seeds.data()), size(4)));
     check(mjenv_seed_actions(s.env.get(), seeds[0]));
   }

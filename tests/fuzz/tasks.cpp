@@ -17,6 +17,7 @@ constexpr std::int64_t kLargestRow = 10000;
 struct Plan {
   Bytes* bytes = nullptr;
   std::int64_t observation = 0, info = 0, reset_info = 0;
+  std::vector<std::int64_t> own;  // how many elements each own array has
 };
 
 double value(Bytes& bytes) {
@@ -52,22 +53,31 @@ void fill(Bytes& bytes, double* to, std::int64_t numbers) {
 void draw(Bytes& bytes, mjenv_random* random) {
   static const double p[] = {0.5, 0.25, 0.25, 0};
   std::int64_t drawn[8];
-  for (std::size_t i = bytes.below(4); i > 0; --i) switch (bytes.below(6)) {
+  for (std::size_t i = bytes.below(4); i > 0; --i) switch (bytes.below(13)) {
       case 0: mjenv_random_uniform(random, value(bytes), value(bytes)); break;
       case 1: mjenv_random_normal(random); break;
       case 2: mjenv_random_integers(random, count(bytes), count(bytes)); break;
       case 3: mjenv_random_choice(random, bytes.flag() ? 4 : 3, p); break;
       case 4: mjenv_random_sample(random, count(bytes), static_cast<std::int64_t>(bytes.below(9)), drawn); break;
+      case 5: mjenv_random_real(random); break;
+      case 6: mjenv_random_state_rand(random), mjenv_random_state_is_new(random); break;
+      case 7: mjenv_random_state_uniform(random, value(bytes), value(bytes)); break;
+      case 8: mjenv_random_state_randn(random); break;
+      case 9: mjenv_random_state_randint(random, count(bytes), count(bytes)); break;
+      case 10: mjenv_random_state_choice(random, bytes.flag() ? 4 : count(bytes), nullptr); break;
+      case 11: mjenv_random_state_choice(random, static_cast<std::int64_t>(bytes.below(5)), p); break;
+      case 12: mjenv_random_state_permutation(random, static_cast<std::int64_t>(bytes.below(10)) - 1, drawn); break;
       default: mjenv_random_permutation(random, static_cast<std::int64_t>(bytes.below(10)) - 1, drawn);
     }
 }
 
 const char* name(Bytes& bytes) {
   static const std::string endless(300, 'x');
-  static const char* const names[] = {"qpos",     "qvel",      "weight",      "gait",         nullptr,
-                                      "",         "two words", "a\"quote",    "xpos",         "torso",
-                                      "joint",    "body",      "norm",        "frame_skip",   "cfrc_ext",
-                                      "contacts", "site",      "opt.gravity", endless.c_str()};
+  static const char* const names[] = {"qpos",      "qvel",         "weight",       "gait",          nullptr,
+                                      "",          "two words",    "a\"quote",     "xpos",          "torso",
+                                      "joint",     "body",         "norm",         "frame_skip",    "cfrc_ext",
+                                      "contacts",  "site",         "opt.gravity",  endless.c_str(), "geom_pos",
+                                      "geom_rgba", "qfrc_applied", "xfrc_applied", "hfield_data",   "geom_contype"};
   return bytes.one_of(names);
 }
 
@@ -91,9 +101,10 @@ mjenv_task_field field(mjenv_role role, const char* called, std::int64_t length)
 
 std::int32_t build(mjenv_builder* builder, void* user, void** self) {
   Bytes& bytes = *static_cast<Plan*>(user)->bytes;
-  double reals[4];
+  double reals[4], low[3], high[3];
   *self = user;
-  for (std::size_t i = bytes.below(5); i > 0; --i) switch (bytes.below(11)) {
+  static_cast<Plan*>(user)->own.clear();
+  for (std::size_t i = bytes.below(8); i > 0; --i) switch (bytes.below(20)) {
       case 0: mjenv_build_integer(builder, name(bytes)); break;
       case 1: mjenv_build_reals(builder, name(bytes), reals, static_cast<std::int64_t>(bytes.below(5))); break;
       case 2: mjenv_build_is_integer(builder, name(bytes)); break;
@@ -104,6 +115,28 @@ std::int32_t build(mjenv_builder* builder, void* user, void** self) {
       case 7: mjenv_build_need(builder, name(bytes)); break;
       case 8: mjenv_build_array(builder, name(bytes), nullptr); break;
       case 9: mjenv_build_carry(builder, count(bytes)); break;
+      case 10: mjenv_build_carry_bounds(builder, count(bytes), count(bytes), value(bytes), value(bytes)); break;
+      case 11: mjenv_build_keep(builder, count(bytes), count(bytes)); break;
+      case 12: mjenv_build_parameter(builder, name(bytes)); break;
+      case 13:
+      case 14: mjenv_build_current(builder); break;
+      case 15: mjenv_build_random_state(builder); break;
+      case 16: mjenv_build_real(builder, name(bytes)); break;
+      case 17: {
+        fill(bytes, low, 3);
+        fill(bytes, high, 3);
+        const auto most = static_cast<std::int64_t>(bytes.below(4));
+        mjenv_build_action(builder, bytes.flag() ? most : 1 - most, bytes.flag() ? low : nullptr, high);
+        break;
+      }
+      case 18: {
+        const char* own = name(bytes);
+        auto shape = described<mjenv_field>();
+        mjenv_build_array(builder, own, &shape);
+        mjenv_build_own(builder, own);
+        if (!builder->failed) static_cast<Plan*>(user)->own.push_back(shape.count);
+        break;
+      }
       default: {
         const mjenv_role roles[] = {MJENV_ROLE_OBSERVATION, MJENV_ROLE_INFO,   MJENV_ROLE_RESET_INFO,
                                     MJENV_ROLE_STRUCTURE,   MJENV_ROLE_REWARD, MJENV_ROLE_ACTION};
@@ -115,13 +148,27 @@ std::int32_t build(mjenv_builder* builder, void* user, void** self) {
 
 void destroy(void* self) { REQUIRE(self); }
 
-Plan plan_of(const void* self) { return *static_cast<const Plan*>(self); }
+const Plan& plan_of(const void* self) { return *static_cast<const Plan*>(self); }
+
+// Writes own arrays, of which those that this callback must not write are null.
+void fill_own(const void* self, double* const* own) {
+  const Plan& plan = plan_of(self);
+  for (std::size_t i = 0; own && i < plan.own.size(); ++i)
+    if (own[i] && plan.bytes->flag()) fill(*plan.bytes, own[i], std::min<std::int64_t>(plan.own[i], 4));
+}
 
 std::int32_t reset(const void* self, mjenv_start* start) {
   Bytes& bytes = *plan_of(self).bytes;
   draw(bytes, start->random);
   if (bytes.flag()) fill(bytes, start->qpos, start->nq);
   if (bytes.flag()) fill(bytes, start->carried, start->carry_count);
+  fill_own(self, start->own);
+  for (std::size_t i = bytes.below(4); i > 0; --i) switch (bytes.below(4)) {
+      case 0: mjenv_start_forward(start); break;
+      case 1: mjenv_start_advance(start, static_cast<std::int64_t>(bytes.below(5)) - 1); break;
+      case 2: mjenv_start_restart(start); break;
+      default: mjenv_start_contact_count(start);
+    }
   return result(bytes, start->api);
 }
 
@@ -140,10 +187,26 @@ std::int32_t observe(const void* self, const mjenv_sim* sim, double* to) {
   return result(*plan_of(self).bytes, sim->api);
 }
 
+std::int32_t map(const void* self, const mjenv_sim* sim, mjenv_control* control) {
+  Bytes& bytes = *plan_of(self).bytes;
+  draw(bytes, control->random);
+  if (bytes.flag()) fill(bytes, control->ctrl, sim->nu);
+  fill_own(self, control->own);
+  return result(bytes, sim->api);
+}
+
+std::int32_t compute_reward(const void* self, const mjenv_task_api* api, const double* achieved, const double* desired,
+                            std::int64_t size, double* reward) {
+  Bytes& bytes = *plan_of(self).bytes;
+  *reward = size > 0 ? achieved[size - 1] - desired[0] : value(bytes);
+  return result(bytes, api);
+}
+
 std::int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome) {
   Bytes& bytes = *plan_of(self).bytes;
   draw(bytes, outcome->random);
   fill(bytes, outcome->info, plan_of(self).info);
+  fill_own(self, outcome->own);
   if (bytes.left() > 0) outcome->reward = value(bytes);
   outcome->terminated = bytes.flag() ? 1 : 0;
   return result(bytes, sim->api);
@@ -198,7 +261,7 @@ struct Parts {
     static const std::uint32_t sizes[] = {0, 4, 8};
     mjenv_task_option& option = options[bytes.below(2)];
     mjenv_task_field& part = fields[bytes.below(4)];
-    switch (bytes.below(28)) {
+    switch (bytes.below(34)) {
       case 0: task.id = text(bytes); break;
       case 1: task.model = text(bytes); break;
       case 2: task.model_text = text(bytes); break;
@@ -226,6 +289,12 @@ struct Parts {
       case 24: part.dtype = static_cast<mjenv_dtype>(bytes.below(10)); break;
       case 25: part.ndim = static_cast<std::int32_t>(bytes.below(7)) - 1; break;
       case 26: part.shape[bytes.below(4)] = count(bytes); break;
+      case 27: task.before_step = map; break;
+      case 28: task.before_substep = map; break;
+      case 29: task.compute_reward = compute_reward; break;
+      case 30: part.group = text(bytes); break;
+      case 31: option.live = static_cast<std::int32_t>(count(bytes)); break;
+      case 32: task.caller_thread = 1; break;
       default:
         *bytes.one_of({&task.struct_size, &camera.struct_size, &option.struct_size, &part.struct_size}) =
             bytes.one_of(sizes);
@@ -248,7 +317,11 @@ void use(const std::string& id, Plan& plan) {
   plan.reset_info = total(env.get(), MJENV_ROLE_RESET_INFO);
   if (plan.observation + plan.info + plan.reset_info > kLargestRow) return;
   Outputs out(env.get(), 2);
-  std::vector<double> action(2 * number(env.get(), "nu"), 0.5);
+  std::vector<double> action(2 * static_cast<std::size_t>(mjenv_field_count(env.get(), MJENV_ROLE_ACTION)), 0.5);
+  const double weight = value(*plan.bytes);
+  check(mjenv_write(env.get(), nullptr, "parameters.weight", &weight, 1));
+  double goals[2] = {weight, 1}, rewards[2];
+  check(mjenv_compute_reward(env.get(), goals, goals, 2, rewards, plan.bytes->flag() ? 1 : 2));
   check(mjenv_reset(env.get(), nullptr, &out.batch));
   for (int i = 0; i < 4; ++i) {
     check(mjenv_step(env.get(), nullptr, action.data(), action.size(), MJENV_DTYPE_FLOAT64, &out.batch));
@@ -265,7 +338,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static Plan plan;  // registered tasks keep a pointer to it
   static int registered = 0;
   Bytes bytes(data, size);
-  plan = {&bytes};
+  plan = {};
+  plan.bytes = &bytes;
   const std::string id = "Fuzz" + std::to_string(registered) + "-v0";
   Parts parts(id.c_str(), plan);
   for (std::size_t i = bytes.below(4); i > 0; --i) parts.spoil(bytes);

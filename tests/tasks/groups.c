@@ -1,4 +1,6 @@
 // Groups of terms: the keys of an observation that is a Gymnasium Dict.
+#include <math.h>
+
 #include "mjenv/task.h"
 #include "support.h"
 
@@ -232,6 +234,63 @@ static void test_refusals(void** state) {
   mjenv_options_destroy(options);
 }
 
+static int32_t reward_of(const void* self, const mjenv_task_api* api, const double* achieved, const double* desired,
+                         int64_t size, double* reward) {
+  (void)self;
+  (void)api;
+  (void)size;
+  *reward = achieved[0] - desired[0];
+  return 0;
+}
+
+static void test_rewards_of_goals(void** state) {
+  (void)state;
+  enum { GOALS = 3 };
+  mjenv_env* env = env_of_id("tests/Goal-v0", GOALS);
+  seed_rows(env, 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  struct outputs* out = outputs_of(env);
+  assert_ok(mjenv_step(env, NULL, NULL, 0, MJENV_DTYPE_FLOAT64, &out->batch));
+  double achieved[2 * GOALS], desired[2 * GOALS], rewards[GOALS];
+  for (int row = 0; row < GOALS; ++row) {
+    memcpy(achieved + 2 * row, out->obs + 6 * row, 2 * sizeof(double));
+    memcpy(desired + 2 * row, out->obs + 6 * row + 2, 2 * sizeof(double));
+  }
+  assert_ok(mjenv_compute_reward(env, achieved, desired, 2 * GOALS, rewards, GOALS));
+  assert_same_bits("rewards", rewards, out->reward, GOALS);
+  const double from[] = {0, 1}, to[] = {0.5, -1};
+  assert_ok(mjenv_compute_reward(env, from, to, 2, rewards, 1));
+  assert_true(rewards[0] == -4.5);
+  assert_refused(MJENV_E_SIZE, mjenv_compute_reward(env, from, to, 2, rewards, 2), "2, not 2 times 2");
+  assert_refused(MJENV_E_SIZE, mjenv_compute_reward(env, from, to, -2, rewards, -1), "-2");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_compute_reward(env, NULL, to, 2, rewards, 1), "achieved is NULL");
+  const double far[] = {10, 0};
+  assert_refused(MJENV_E_TASK, mjenv_compute_reward(env, from, far, 2, rewards, 1),
+                 "tests/Goal-v0: compute_reward: the goal is out of reach");
+  const double bad[] = {NAN, 0};
+  assert_refused(MJENV_E_TASK, mjenv_compute_reward(env, from, bad, 2, rewards, 1), "the reward is NaN");
+  outputs_free(out);
+  mjenv_destroy(env);
+
+  env = env_of_id("Groups-v0", 1);
+  assert_refused(MJENV_E_TASK, mjenv_compute_reward(env, from, to, 2, rewards, 1), "Groups-v0 has no compute_reward");
+  mjenv_destroy(env);
+  term terms[TERMS];
+  memcpy(terms, usual, sizeof terms);
+  terms[0].name = "achieved_goal", terms[0].group = NULL;
+  for (int i = 0; i < 2; ++i) {
+    if (i > 0) terms[1].name = "desired_goal", terms[1].group = NULL;
+    const char* id = i == 0 ? "OneGoal-v0" : "OtherGoal-v0";
+    mjenv_task task = task_of(id, terms);
+    task.compute_reward = reward_of;
+    assert_ok(mjenv_register_task(&task));
+    mjenv_options* options = options_of_id(id);
+    assert_refused(MJENV_E_TASK, mjenv_create(options, 1, &env), id,
+                   i == 0 ? "no group or term \"desired_goal\"" : "achieved_goal has 1 number(s) and desired_goal 7");
+    mjenv_options_destroy(options);
+  }
+}
+
 int main(void) {
   const mjenv_task task = task_of("Groups-v0", usual);
   assert_ok(mjenv_register_task(&task));
@@ -242,6 +301,7 @@ int main(void) {
       {"history", test_history, NULL, NULL, "Groups-v0"},
       {"history in C++", test_history, NULL, NULL, "CppGroups-v0"},
       cmocka_unit_test(test_refusals),
+      cmocka_unit_test(test_rewards_of_goals),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

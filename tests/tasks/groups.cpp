@@ -1,4 +1,4 @@
-// The task of groups.c, in C++.
+// The task of groups.c in C++, and a task with goals.
 #include <mjenv/task.hpp>
 
 MJENV_TASK("CppGroups-v0", r) {
@@ -20,4 +20,25 @@ MJENV_TASK("CppGroups-v0", r) {
     start.qvel[0] = rng.uniform(-1, 1);
   });
   r.step([](const mjenv::Sim& s, mjenv::Info&) -> mjenv::Outcome { return {s.qpos()[0], s.qpos()[3] < 0.99}; });
+}
+
+MJENV_TASK("tests/Goal-v0", r) {
+  r.model_text(
+       "<mujoco><worldbody><body><joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 1 0'/><geom size='.1'/>"
+       "</body></worldbody></mujoco>")
+      .time_limit(9);
+  const mjenv::Carry target = r.carry(2);
+  const auto reward = [](const mjenv::Goal& achieved, const mjenv::Goal& desired) {
+    if (desired[0] > 9) throw std::runtime_error("the goal is out of reach");
+    return -std::abs(achieved[0] - desired[0]) - 2 * std::abs(achieved[1] - desired[1]);
+  };
+  r.observe("achieved_goal", [](const mjenv::Sim& s) { return s.qpos(); });
+  r.observe("desired_goal", [=](const mjenv::Sim& s) { return s[target]; });
+  r.observe("observation", [](const mjenv::Sim& s) { return s.qvel(); });
+  r.compute_reward(reward);
+  r.reset([=](mjenv::Start& start, mjenv::Rng& rng) {
+    for (int i = 0; i < 2; ++i) start.qvel[i] = rng.uniform(-1, 1);
+    for (int i = 0; i < 2; ++i) start[target][i] = rng.uniform(-1, 1);
+  });
+  r.step([=](const mjenv::Sim& s, mjenv::Info&) -> mjenv::Outcome { return {reward(s.qpos(), s[target]), false}; });
 }

@@ -23,6 +23,8 @@ MJENV_TASK("Wrong-v0", r) {
   r.step([](const Sim& s, Info&) { return s.qpos()[0]; });
   // says: the lambda of before_step and before_substep takes (const Sim &s, Control &control)
   r.before_step([](const Sim&, Rng&) {});
+  // says: the lambda of compute_reward takes (const Goal &achieved, const Goal &desired), returns a number
+  r.compute_reward([](const Sim&, const Goal&, const Goal&) { return 0.0; });
   // says: the lambda of reset_info takes (const Sim &s, Info &info), and is not mutable
   r.reset_info([](const Sim&, Row&, Info&) {});
 }

@@ -275,6 +275,7 @@ export const mjenv_perturbation = struct(112, {
  * @property {(env: number, role: number) => bigint} mjenv_field_count
  * @property {(env: number, role: number, index: bigint, field: number) => number} mjenv_field_at
  * @property {(env: number, mask: number, seeds: number, words: bigint) => number} mjenv_seed
+ * @property {(env: number, achieved: number, desired: number, count: bigint, rewards: number, reward_count: bigint) => number} mjenv_compute_reward
  * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_get_stream
  * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_set_stream
  * @property {(env: number, seed: bigint) => number} mjenv_seed_actions

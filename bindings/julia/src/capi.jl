@@ -378,6 +378,7 @@ Base.@kwdef struct mjenv_task
     fixed_frame_skip::Int32 = 0
     before_step::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     before_substep::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    compute_reward::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_plugin
@@ -574,6 +575,7 @@ const FUNCTIONS = (
     :mjenv_field_count,
     :mjenv_field_at,
     :mjenv_seed,
+    :mjenv_compute_reward,
     :mjenv_get_stream,
     :mjenv_set_stream,
     :mjenv_seed_actions,
@@ -839,17 +841,19 @@ mjenv_seed(env, mask, seeds, words) = ccall(
     words,
 )
 
-mjenv_get_stream(env, row, words, count) = ccall(
+mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
     address(env, 29),
     mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
+    (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
-    row,
-    words,
+    achieved,
+    desired,
     count,
+    rewards,
+    reward_count,
 )
 
-mjenv_set_stream(env, row, words, count) = ccall(
+mjenv_get_stream(env, row, words, count) = ccall(
     address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
@@ -859,8 +863,18 @@ mjenv_set_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_seed_actions(env, seed) = ccall(
+mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 31),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -868,7 +882,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 32),
+    address(env, 33),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Int64),
     env,
@@ -877,7 +891,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 33),
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -886,7 +900,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 34),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -898,7 +912,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 35),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
     env,
@@ -910,7 +924,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 36),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
     env,
@@ -923,7 +937,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 37),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -935,7 +949,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 38),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -943,7 +957,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 39),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     env,
@@ -955,7 +969,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 40),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -964,7 +978,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 41),
+    address(env, 42),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -974,7 +988,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 42),
+    address(env, 43),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -984,7 +998,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 43),
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -996,7 +1010,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_write(env, mask, array, values, count) = ccall(
-    address(env, 44),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
     env,
@@ -1007,7 +1021,7 @@ mjenv_write(env, mask, array, values, count) = ccall(
 )
 
 mjenv_set_constants(env, mask) = ccall(
-    address(env, 45),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}),
     env,
@@ -1015,7 +1029,7 @@ mjenv_set_constants(env, mask) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 46),
+    address(env, 47),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
     env,
@@ -1026,7 +1040,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, mask, from) = ccall(
-    address(env, 47),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
     env,
@@ -1035,7 +1049,7 @@ mjenv_copy_row(env, mask, from) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 48),
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
     env,
@@ -1046,7 +1060,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 49),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
     env,
@@ -1056,7 +1070,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 50),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
     env,
@@ -1065,7 +1079,7 @@ mjenv_randomize(env, items, count) = ccall(
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 51),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1073,7 +1087,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 52),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1081,7 +1095,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 53),
+    address(env, 54),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1090,21 +1104,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 54),
+    address(renderer, 55),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 55),
+    address(renderer, 56),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 56),
+    address(renderer, 57),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
     renderer,
@@ -1116,7 +1130,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_render_segmentation(renderer, row, objects, count) = ccall(
-    address(renderer, 57),
+    address(renderer, 58),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
     renderer,
@@ -1126,7 +1140,7 @@ mjenv_render_segmentation(renderer, row, objects, count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 58),
+    address(env, 59),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1135,21 +1149,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 59),
+    address(window, 60),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 60),
+    address(window, 61),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 61),
+    address(window, 62),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1157,21 +1171,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 62),
+    address(engine, 63),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 63),
+    address(engine, 64),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 64),
+    address(engine, 65),
     Ptr{mjenv_task_api},
     (),
 )

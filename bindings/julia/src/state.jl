@@ -167,6 +167,23 @@ function simulate!(env::Env, ctrl::Numbers, frames::Integer; row::Integer = 1)
 end
 
 """
+    MJEnv.compute_reward(env, achieved, desired)
+
+Returns the rewards of pairs of goals by the task's `compute_reward`, for hindsight experience replay. The columns of
+`achieved` and `desired`, of the size `(n, ...)`, are goals; the rewards have the other dimensions. Throws an `MJEnvError` if
+the task has no `compute_reward`.
+"""
+function compute_reward(env::Env, achieved::AbstractArray{<:Real}, desired::AbstractArray{<:Real})
+    size(achieved) == size(desired) ||
+        throw(DimensionMismatch("the goals have the sizes $(size(achieved)) and $(size(desired))"))
+    from, to = (convert(Array{Float64}, goals) for goals in (achieved, desired))
+    rewards = zeros(size(achieved)[2:end])
+    count = length(rewards)
+    check(env.handle, inside(handle -> mjenv_compute_reward(handle, from, to, length(from), rewards, count), env))
+    return rewards
+end
+
+"""
     MJEnv.stream(env; row = 1)
 
 Returns a row's random stream, a PCG64 as NumPy has it, as a tuple of six `UInt64`: the low and high half of the state,

@@ -364,6 +364,48 @@ MJEnv.register(
     groups = (policy = (:height, :speeds), critic = (:mass,)),
 )
 
+# The task tests/Goal-v0 in tests/tasks/groups.cpp written again.
+struct Goals <: MJEnv.Task
+    target::UnitRange{Int}
+end
+MJEnv.build(::Type{Goals}, b) = Goals(MJEnv.keep!(b, 2))
+function MJEnv.reset!(task::Goals, start, rng)
+    foreach(i -> start.qvel[i] = MJEnv.uniform(rng, -1, 1), 1:2)
+    foreach(i -> start.carried[i] = MJEnv.uniform(rng, -1, 1), task.target)
+end
+MJEnv.observe(task::Goals, sim) =
+    (achieved_goal = sim.qpos, desired_goal = sim.carried[task.target], observation = sim.qvel)
+MJEnv.compute_reward(::Goals, achieved, desired) =
+    desired[1] > 9 ? error("the goal is out of reach") :
+    -abs(achieved[1] - desired[1]) - 2 * abs(achieved[2] - desired[2])
+MJEnv.step!(task::Goals, sim, row) =
+    (reward = MJEnv.compute_reward(task, sim.qpos, sim.carried[task.target]), terminated = false)
+
+@testset "rewards of goals equal those in C++" begin
+    MJEnv.load_tasks(joinpath(REPOSITORY, "build", "tests", "tasks", "libgroups.so"))
+    MJEnv.register(
+        "tests/JuliaGoal-v0",
+        Goals;
+        model = """
+            <mujoco><worldbody><body><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><geom size=".1"/>
+            </body></worldbody></mujoco>""",
+        time_limit = 9,
+    )
+    envs = map(name -> Env("tests/$(name)Goal-v0"; rows = 3), ("Julia", ""))
+    foreach(env -> seed!(env, 1), envs)
+    foreach(reset!, envs)
+    outputs = map(env -> step!(env, zeros(0, 3)), envs)
+    @test outputs[1].obs == outputs[2].obs
+    for env in envs
+        achieved, desired = outputs[1].obs[1:2, :], outputs[1].obs[3:4, :]
+        @test MJEnv.compute_reward(env, achieved, desired) == outputs[1].reward == outputs[2].reward
+        @test MJEnv.compute_reward(env, [0.0, 1.0], [0.5, -1.0])[] == -4.5
+        @test refuses(() -> MJEnv.compute_reward(env, [0.0, 1.0], [10.0, 0.0]), MJENV_E_TASK, "out of reach")
+        @test refuses(() -> MJEnv.compute_reward(env, zeros(3), zeros(3)), MJENV_E_SIZE, "3, not 1 times 2")
+    end
+    @test refuses(() -> MJEnv.compute_reward(Env("Hopper-v5"), [0.0], [0.0]), MJENV_E_TASK, "has no compute_reward")
+end
+
 @testset "groups of terms" begin
     env = Env("Grouped-v0"; rows = 3)
     found = MJEnv.fields(env, :groups)

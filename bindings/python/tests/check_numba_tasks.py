@@ -292,6 +292,57 @@ class NumbaTerrain(mjenv.Task):
 
 mjenv.register("tests/NumbaTerrain-v0", NumbaTerrain)
 mjenv.load_tasks(LIBRARY / "tests" / "tasks" / "libterrain.so")
+mjenv.load_tasks(LIBRARY / "tests" / "tasks" / "libgroups.so")
+
+
+class NumbaGoal(mjenv.Task):
+    """The task tests/Goal-v0 in tests/tasks/groups.cpp written again."""
+
+    model = mjenv.model_xml("tests/Goal-v0")
+    time_limit = 9
+    state = {"target": (2,)}  # noqa: RUF012
+    observation_fields = {"achieved_goal": 2, "desired_goal": 2, "observation": 2}  # noqa: RUF012
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> Any:  # type: ignore[override]
+        for i in range(2):
+            jit.array(start.qvel, 2)[i] = jit.uniform(start.random, -1, 1)
+        for i in range(2):
+            jit.array(start.carried, 2)[i] = jit.uniform(start.random, -1, 1)
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> Any:  # type: ignore[override]
+        for i in range(2):
+            observation[i] = jit.array(sim.qpos, 2)[i]
+            observation[2 + i] = jit.array(sim.carried, 2)[i]
+            observation[4 + i] = jit.array(sim.qvel, 2)[i]
+
+    @jit.compute_reward
+    def compute_reward(self: Any, achieved: Any, desired: Any) -> Any:  # type: ignore[override]
+        return -abs(achieved[0] - desired[0]) - 2 * abs(achieved[1] - desired[1])
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> Any:  # type: ignore[override]
+        at, to = jit.array(sim.qpos, 2), jit.array(sim.carried, 2)
+        outcome.reward = -abs(at[0] - to[0]) - 2 * abs(at[1] - to[1])
+
+
+mjenv.register("tests/NumbaGoal-v0", NumbaGoal)
+
+
+def test_rewards_of_goals_equal_those_in_cpp() -> None:
+    for id in ("tests/Goal-v0", "tests/NumbaGoal-v0"):
+        envs = mjenv.make_vec(id, 3, observation="dict")
+        envs.reset(seed=1)
+        obs, reward, *_ = envs.step(np.zeros((3, 0)))
+        goals = obs["achieved_goal"], obs["desired_goal"]
+        assert np.array_equal(envs.compute_reward(*goals, {}), reward)
+        away = np.abs(goals[0] - goals[1])
+        assert np.array_equal(reward, -away[:, 0] - 2 * away[:, 1])
+        many = [np.broadcast_to(goal, (4, 3, 2)) for goal in goals]
+        assert np.array_equal(envs.compute_reward(*many, {}), np.broadcast_to(reward, (4, 3)))
+        with pytest.raises(mjenv.InvalidValueError, match="the count of the goals is 9, not 3 times 2"):
+            envs.compute_reward(np.zeros((3, 3)), np.zeros((3, 3)), {})
 
 
 def test_wrong_parameters() -> None:

@@ -576,6 +576,13 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
  * Errors: SIZE (words). */
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
+/* Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
+ *   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all
+ *   rewards            [reward_count]
+ * Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length). */
+MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achieved, const double *desired,
+                                            int64_t count, double *rewards, int64_t reward_count);
+
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
  * and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from
  * RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */

@@ -353,6 +353,12 @@ class Env {
   void simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
     check(mjenv_simulate(handle(), row, ctrl.data(), int64(ctrl.size()), frames));
   }
+  /* The rewards of pairs of goals (mjenv_compute_reward). rewards: one number for each pair. */
+  void compute_reward(Span<const double> achieved, Span<const double> desired, Span<double> rewards) {
+    if (achieved.size() != desired.size()) throw Error(MJENV_E_SIZE, "the goals have different sizes");
+    check(mjenv_compute_reward(handle(), achieved.data(), desired.data(), int64(achieved.size()), rewards.data(),
+                               int64(rewards.size())));
+  }
   /* All six words of mjenv_get_stream. */
   std::vector<std::uint64_t> stream(std::int64_t row) {
     std::vector<std::uint64_t> words(6);

@@ -273,6 +273,12 @@ typedef struct mjenv_task {
 
   /* Changes ctrl or forces before each mj_step. NULL: ctrl and forces stay the same during a step. */
   int32_t (*before_substep)(const void *self, const mjenv_sim *sim, mjenv_control *control);
+
+  /* Computes the reward of one pair of goals, for hindsight experience replay (mjenv_compute_reward). The observation
+   * needs the groups or terms achieved_goal and desired_goal. It depends on the goals alone. NULL: the task has none.
+   * achieved, desired  [size] */
+  int32_t (*compute_reward)(const void *self, const mjenv_task_api *api, const double *achieved, const double *desired,
+                            int64_t size, double *reward);
 } mjenv_task;
 
 /* Registers a task for the rest of the process, on any thread at any time.
@@ -302,7 +308,7 @@ typedef struct mjenv_plugin {
   {sizeof(mjenv_task_camera), MJENV_BODY_UNSET, MJENV_NAN, {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN}
 #define MJENV_TASK_INIT \
   {sizeof(mjenv_task), 0, NULL, NULL, NULL, 1, 0, 0, 0, 0, NULL, NULL, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL, \
-   NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL}
+   NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL, NULL}
 #define MJENV_PLUGIN_INIT {sizeof(mjenv_plugin), MJENV_ABI_VERSION, NULL, 0}
 /* clang-format on */
 

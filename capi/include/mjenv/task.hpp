@@ -407,6 +407,9 @@ class Row {
 /* The vector that the lambda of Robot::carry returned for the state before the step. */
 using Carried = Eigen::Map<const Eigen::VectorXd>;
 
+/* A goal, achieved or desired (Robot::compute_reward). */
+using Goal = Eigen::Map<const Eigen::VectorXd>;
+
 /* Counts how long each of some geoms, such as feet, has been in the air. time: a Robot::carry of N numbers (row[air]),
  * which is 0 for a geom that touches the ground, and otherwise grows by dt in each step. Returns for each geom how long
  * the flight was that ended in this step, s; 0 if none did. */
@@ -622,6 +625,7 @@ struct Functions {
   std::function<void(const Sim &, double *)> carry;
   std::function<Outcome(const Sim &, Row &, Info &)> step;
   std::function<void(const Sim &, Row &, Control &)> before_step, before_substep;
+  std::function<double(const Goal &, const Goal &)> compute_reward;
   std::vector<Info::Entry> info, reset_infos;
 };
 
@@ -972,6 +976,16 @@ class Robot {
     detail::check_map<F>();
     functions_.before_substep = control_of(map);
   }
+  /* Sets the lambda that computes the reward of one pair of goals, (achieved, desired), for hindsight experience replay.
+   * The observation needs the groups or terms achieved_goal and desired_goal. step may call the same lambda. */
+  template <typename F>
+  void compute_reward(const F &reward) {
+    static_assert(
+        std::is_invocable_r_v<double, const F &, const Goal &, const Goal &>,
+        "the lambda of compute_reward takes (const Goal &achieved, const Goal &desired), returns a number, and "
+        "is not mutable");
+    functions_.compute_reward = reward;
+  }
   /* Sets the lambda that writes the info of a reset. */
   template <typename F>
   void reset_info(const F &info) {
@@ -1185,6 +1199,10 @@ struct Definition {
       (of(self).*kMap)(Sim(c), row, control);
     });
   }
+  static std::int32_t compute_reward(const void *self, const mjenv_task_api *api, const double *achieved,
+                                     const double *desired, std::int64_t size, double *reward) {
+    return guarded(api, [&] { *reward = of(self).compute_reward(Goal(achieved, size), Goal(desired, size)); });
+  }
   static std::int32_t step(const void *self, const mjenv_sim *c, mjenv_outcome *outcome) {
     return guarded(c->api, [&] {
       const Functions &functions = of(self);
@@ -1243,6 +1261,7 @@ class Description {
     task_.step = Definition::step;
     task_.fixed_model = outline_.fixed_model;
     task_.fixed_frame_skip = outline_.fixed_frame_skip;
+    if (functions.compute_reward) task_.compute_reward = Definition::compute_reward;
     if (functions.before_step) task_.before_step = Definition::control<&Functions::before_step>;
     if (functions.before_substep) task_.before_substep = Definition::control<&Functions::before_substep>;
   }

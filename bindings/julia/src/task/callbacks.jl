@@ -178,7 +178,8 @@ function text_of(reason)
 end
 
 # Tells the library of which raw is a struct why a callback fails, and returns what the callback returns.
-@noinline failed(raw, reason) = task_fail_with(member(raw, Val(:api)), replace(text_of(reason), '\0' => "\\0"))
+@noinline failed(raw::Ptr, reason) = fail_with(member(raw, Val(:api)), reason)
+fail_with(api::Ptr{mjenv_task_api}, reason) = task_fail_with(api, replace(text_of(reason), '\0' => "\\0"))
 
 @inline object(pointer::Ptr{T}) where {T} = unsafe_pointer_to_objref(Ptr{Cvoid}(pointer))::T
 
@@ -271,6 +272,21 @@ on_before_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control})
 on_before_substep(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control}) where {T} =
     on_control(before_substep!, self, sim, to)
 
+const Goal = ReadOnly{Float64,1}
+
+function on_compute_reward(
+    self::Ptr{Built{T}}, api::Ptr{mjenv_task_api}, achieved::Ptr{Float64}, desired::Ptr{Float64}, size::Int64, to::Ptr{Float64}
+)::Int32 where {T}
+    built = object(self)
+    try
+        reward = compute_reward(built.task, Goal(achieved, (Int(size),)), Goal(desired, (Int(size),)))
+        unsafe_store!(to, number(reward))
+    catch reason
+        return fail_with(api, reason)
+    end
+    return 0
+end
+
 # The addresses of the callbacks, compiled for one type of task.
 function callbacks(::Type{T}) where {T<:Task}
     return (
@@ -283,5 +299,10 @@ function callbacks(::Type{T}) where {T<:Task}
         step = @cfunction(on_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_outcome})),
         before_step = @cfunction(on_before_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_control})),
         before_substep = @cfunction(on_before_substep, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_control})),
+        compute_reward = @cfunction(
+            on_compute_reward,
+            Int32,
+            (Ptr{Built{T}}, Ptr{mjenv_task_api}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64})
+        ),
     )
 end

@@ -16,6 +16,9 @@ A robot and what it has to do. Derive a type from it, define these methods for i
   its first timestep; otherwise `ctrl` is the action. `MJEnv.before_substep!(task::T, sim, row, control)`, if wanted, changes
   `ctrl` or forces before each timestep. Both take an [`MJEnv.Control`](@ref). Of `sim`, only the time, the action, the carried
   numbers, live parameters, the state and the arrays of mjModel are valid in them.
+- `MJEnv.compute_reward(task::T, achieved, desired)`, if wanted, returns the reward of one pair of goals, for hindsight
+  experience replay ([`MJEnv.compute_reward`](@ref)). The observation has the groups or parts `achieved_goal` and
+  `desired_goal`.
 - `MJEnv.reset_info(task::T, sim)`, if wanted, returns the info of a reset, a NamedTuple.
 - `MJEnv.carry!(task::T, sim, carried)`, if wanted, writes into `carried` what the next step needs to know of the
   present state. It is called at the end of each reset and step, and after `set_state!` and `simulate!`.
@@ -43,6 +46,7 @@ function build end
 function carry! end
 function before_step! end
 function before_substep! end
+function compute_reward end
 
 """
     MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false)
@@ -181,6 +185,7 @@ function register(
         caller_thread = 1,
         before_step = hasmethod(before_step!, Tuple{T,Sim,Row,Control}) ? called.before_step : C_NULL,
         before_substep = hasmethod(before_substep!, Tuple{T,Sim,Row,Control}) ? called.before_substep : C_NULL,
+        compute_reward = hasmethod(compute_reward, Tuple{T,Goal,Goal}) ? called.compute_reward : C_NULL,
     )
     in_libraries(REGISTRATIONS, registration) do library
         register(library, registration)

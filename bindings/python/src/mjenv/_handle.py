@@ -30,7 +30,6 @@ from mjenv.errors import (
     ClosedError,
     InvalidValueError,
     OptionError,
-    TaskError,
     UnknownIdError,
     UnknownNameError,
 )
@@ -234,6 +233,15 @@ class Batch:
         self.struct.status = pointer_to(self.status, c_int32)
 
 
+def check_goals(id: str, achieved: NDArray[Any], desired: NDArray[Any]) -> None:
+    if achieved.shape != desired.shape or not achieved.ndim:
+        raise InvalidValueError(
+            f"{id}: compute_reward: the goals have the shapes {achieved.shape} and {desired.shape}, which must"
+            " be equal",
+            Status.E_SIZE,
+        )
+
+
 class Rows:
     """An owned environment handle of one or many rows. Pickling keeps every row's episode and random stream.
 
@@ -330,8 +338,14 @@ class Rows:
         self.check(self.engine.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
-        """The rewards of goals; of NumPy tasks that compute them."""
-        raise TaskError(f"{self.id} has no compute_reward, which a NumPy task defines", Status.E_TASK)
+        """The rewards of goals, of tasks that compute them. info is for NumPy tasks."""
+        achieved, desired = (np.ascontiguousarray(goals, np.float64) for goals in (achieved_goal, desired_goal))
+        check_goals(self.id, achieved, desired)
+        rewards = np.empty(achieved.shape[:-1])
+        goals = [pointer_to(array, c_double) for array in (achieved, desired)]
+        to = pointer_to(rewards, c_double), rewards.size
+        self.call(self.engine.mjenv_compute_reward, *goals, achieved.size, *to)
+        return rewards
 
     def check_sendable(self) -> None:
         """Raises if rows cannot be stepped one by one, which send does."""

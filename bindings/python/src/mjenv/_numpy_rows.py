@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
 from mjenv._engine import ENGINES, Engine
-from mjenv._handle import Batch, Float64Array, Options, Rows, open_rows, pointer_to
+from mjenv._handle import Batch, Float64Array, Options, Rows, check_goals, open_rows, pointer_to
 from mjenv._registered import Checked, Registered, Resetting, out_of_bounds
 from mjenv._schema import Field
 from mjenv._step import views
@@ -168,12 +168,7 @@ class NumpyRows(Rows):
         if type(self._task).compute_reward is Task.compute_reward:
             return super().compute_reward(achieved_goal, desired_goal, info)
         achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
-        if achieved.shape != desired.shape or not achieved.ndim:
-            raise InvalidValueError(
-                f"{self.id}: compute_reward: the goals have the shapes {achieved.shape} and {desired.shape}, which must"
-                " be equal",
-                Status.E_SIZE,
-            )
+        check_goals(self.id, achieved, desired)
         rewards = np.asarray(self._task.compute_reward(achieved, desired, info))
         if rewards.shape != achieved.shape[:-1]:
             raise TaskError(

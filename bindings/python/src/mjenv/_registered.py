@@ -53,7 +53,7 @@ CONTACT = {
     "efc_address": (),
     "force": (6,),
 }
-_METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep")
+_METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep", "compute_reward")
 _TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 _FIELD_TYPES: dict[Any, Dtype] = {
     float: Dtype.NATIVE_FLOAT,

@@ -177,7 +177,7 @@ class mjenv_builder(Structure):
 
 
 CALLBACKS = ("reset", "reset_info", "carry", "observe", "step")
-MAPS = ("before_step", "before_substep")
+MORE_CALLBACKS = ("before_step", "before_substep", "compute_reward")
 
 
 class mjenv_task(Structure):
@@ -205,7 +205,7 @@ class mjenv_task(Structure):
         ("physics_only", c_int32),
         ("fixed_model", c_int32),
         ("fixed_frame_skip", c_int32),
-        *((name, c_void_p) for name in MAPS),
+        *((name, c_void_p) for name in MORE_CALLBACKS),
     )
 
 

@@ -1,7 +1,7 @@
 """Tasks in machine code that numba compiles from Python. Needs the package numba.
 
-The decorators reset, reset_info, carry, observe, step, before_step and before_substep turn functions into callbacks of
-mjenv/task.h:
+The decorators reset, reset_info, carry, observe, step, before_step, before_substep and compute_reward turn functions
+into callbacks of mjenv/task.h:
 
     class Reach(mjenv.Task):
         @jit.observe
@@ -295,6 +295,18 @@ def _map(function: Callable[..., Any], name: str) -> Any:
 def before_step(function: Callable[..., Any]) -> Any:
     """Compiles before_step(self, sim, control)."""
     return _map(function, "before_step")
+
+
+def compute_reward(function: Callable[..., Any]) -> Any:
+    """Compiles compute_reward(self, achieved, desired), which returns the reward of one pair of goals, two arrays."""
+    body = _body(function, "compute_reward", "self", "achieved", "desired")
+
+    def callback(self: Any, api: Any, achieved: Any, desired: Any, size: Any, reward: Any) -> int:
+        reward[0] = body(self, numba.carray(achieved, (size,)), numba.carray(desired, (size,)))
+        return 0
+
+    kinds = (_NUMBERS, types.voidptr, _NUMBERS, _NUMBERS, types.int64, _NUMBERS)
+    return numba.cfunc(types.int32(*kinds))(callback)
 
 
 def before_substep(function: Callable[..., Any]) -> Any:

@@ -57,10 +57,11 @@ class Task:
     the class of its own, with an attribute for each option, and nq, nv, na, nu, qpos0 (the model's initial positions)
     and timestep and dt (s). Do not store in it what changes from step to step; that belongs into `state`.
 
-    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step and before_substep, are
-    functions that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses. They have the types of
-    mjenv/task.h, and run for one row on the library's threads, without Python. Their argument `self` points to the
-    float64 numbers that build returns. observation_fields, info_fields and reset_info_fields say what they write.
+    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step, before_substep and
+    compute_reward, are functions that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses.
+    They have the types of mjenv/task.h, and run for one row on the library's threads, without Python. Their argument
+    `self` points to the float64 numbers that build returns. observation_fields, info_fields and reset_info_fields say
+    what they write.
     """
 
     model: ClassVar[str | os.PathLike[str]]
@@ -171,9 +172,10 @@ class Task:
         Called after each reset and step, and after set_state. Must depend on nothing but sim."""
 
     def compute_reward(self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: Any) -> NDArray[Any]:
-        """NumPy: returns the rewards (...) of goals (..., n), for tasks whose observation has the groups observation,
+        """Returns the rewards (...) of goals (..., n), for tasks whose observation has the groups observation,
         achieved_goal and desired_goal. env.compute_reward returns them, as in gymnasium-robotics: hindsight experience
-        replay calls it. step may call it, too."""
+        replay calls it. step may call it, too. Machine code has no info, and computes the reward of one pair of goals.
+        """
         raise NotImplementedError
 
     def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:

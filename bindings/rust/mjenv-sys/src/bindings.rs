@@ -761,6 +761,20 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay."]
+    #[doc = "   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all"]
+    #[doc = "   rewards            [reward_count]"]
+    #[doc = " Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length)."]
+    pub fn mjenv_compute_reward(
+        env: *mut mjenv_env,
+        achieved: *const f64,
+        desired: *const f64,
+        count: i64,
+        rewards: *mut f64,
+        reward_count: i64,
+    ) -> mjenv_status;
+}
+extern "C" {
     #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,"]
     #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from"]
     #[doc = " RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
@@ -1531,6 +1545,19 @@ pub struct mjenv_task {
             self_: *const ::std::os::raw::c_void,
             sim: *const mjenv_sim,
             control: *mut mjenv_control,
+        ) -> i32,
+    >,
+    #[doc = " Computes the reward of one pair of goals, for hindsight experience replay (mjenv_compute_reward). The observation"]
+    #[doc = " needs the groups or terms achieved_goal and desired_goal. It depends on the goals alone. NULL: the task has none."]
+    #[doc = " achieved, desired  [size]"]
+    pub compute_reward: ::std::option::Option<
+        unsafe extern "C" fn(
+            self_: *const ::std::os::raw::c_void,
+            api: *const mjenv_task_api,
+            achieved: *const f64,
+            desired: *const f64,
+            size: i64,
+            reward: *mut f64,
         ) -> i32,
     >,
 }

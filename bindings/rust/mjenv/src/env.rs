@@ -331,6 +331,28 @@ impl Env {
         check(unsafe { sys::mjenv_seed(self.raw(), mask, seeds.as_ptr().cast(), int64(S::WORDS)) })
     }
 
+    /// Computes the rewards of pairs of goals by the task's `compute_reward`, for hindsight experience replay. `achieved`
+    /// and `desired` hold one goal after the other, and `rewards` one number for each pair.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Task`] (the task has no `compute_reward`, or it failed), [`ErrorKind::Size`] (the lengths do not fit
+    /// together).
+    pub fn compute_reward(&self, achieved: &[f64], desired: &[f64], rewards: &mut [f64]) -> Result<()> {
+        check_length("desired", desired.len(), achieved.len())?;
+        let (from, to) = (achieved.as_ptr(), desired.as_ptr());
+        // SAFETY: the pointers are valid for these numbers of elements, which the library compares.
+        check(unsafe {
+            sys::mjenv_compute_reward(
+                self.raw(),
+                from,
+                to,
+                int64(achieved.len()),
+                rewards.as_mut_ptr(),
+                int64(rewards.len()),
+            )
+        })
+    }
+
     /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
     /// high half of the increment, and `has_uint32` and `uinteger`, which keep the half of a 64-bit draw that is not
     /// used yet.

@@ -245,6 +245,24 @@ unsafe extern "C" fn before_substep<T: Task>(
     unsafe { control::<T>(this, raw, to, |task, sim, row, control| task.before_substep(sim, row, control)) }
 }
 
+unsafe extern "C" fn compute_reward<T: Task>(
+    this: *const c_void,
+    api: *const sys::mjenv_task_api,
+    achieved: *const f64,
+    desired: *const f64,
+    count: i64,
+    reward: *mut f64,
+) -> i32 {
+    unsafe {
+        let this = &*(this as *const Instance<T>);
+        guarded(api, || {
+            let goal = |numbers| std::slice::from_raw_parts(numbers, size(count));
+            *reward = this.task.compute_reward(goal(achieved), goal(desired))?;
+            Ok(())
+        })
+    }
+}
+
 /// A task as the library takes it, and the memory that this points to.
 #[doc(hidden)]
 pub struct Description {
@@ -320,6 +338,7 @@ impl Description {
             step: Some(step::<T>),
             before_step: if T::BEFORE_STEP { Some(before_step::<T>) } else { None },
             before_substep: if T::BEFORE_SUBSTEP { Some(before_substep::<T>) } else { None },
+            compute_reward: if T::COMPUTE_REWARD { Some(compute_reward::<T>) } else { None },
             ..Default::default()
         };
         this

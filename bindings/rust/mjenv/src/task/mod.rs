@@ -185,6 +185,9 @@ pub trait Task: Sized + Send + Sync + 'static {
     /// Whether the task has the method [`Task::before_substep`].
     const BEFORE_SUBSTEP: bool = false;
 
+    /// Whether the task has the method [`Task::compute_reward`].
+    const COMPUTE_REWARD: bool = false;
+
     /// Reads the options and looks up names in the model.
     fn build(b: &mut Builder<'_>) -> Result<Self>;
 
@@ -222,6 +225,17 @@ pub trait Task: Sized + Send + Sync + 'static {
     fn before_substep(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
         let _ = (sim, row, control);
         Ok(())
+    }
+
+    /// Computes the reward of one pair of goals, for hindsight experience replay
+    /// ([`Env::compute_reward`](crate::Env::compute_reward)), if [`Task::COMPUTE_REWARD`] is true. The observation needs the
+    /// groups or terms `achieved_goal` and `desired_goal`. `step` may call it, too.
+    ///
+    /// # Errors
+    /// The reason why it failed.
+    fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64> {
+        let _ = (achieved, desired);
+        Err("the task has no compute_reward".into())
     }
 
     /// Computes the reward, the info and whether the episode has terminated. It is called once in each step, after the

@@ -911,6 +911,76 @@ fn maps_of_actions_and_own_arrays_equal_those_in_cpp() {
     assert!(error.message().contains("RustFollow-v0: before_substep: the trunk flies"), "{error}");
 }
 
+/// The task tests/Goal-v0 in tests/tasks/groups.cpp written again.
+struct Goals {
+    target: Carry<2>,
+}
+
+impl Task for Goals {
+    const ID: &'static str = "tests/RustGoal-v0";
+    const MODEL: Model = Model::Text(
+        r#"<mujoco><worldbody><body><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><geom size=".1"/>
+           </body></worldbody></mujoco>"#,
+    );
+    const TIME_LIMIT: u64 = 9;
+    const COMPUTE_REWARD: bool = true;
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        Ok(Self { target: b.carry() })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        for speed in start.qvel.iter_mut() {
+            *speed = rng.uniform(-1.0, 1.0);
+        }
+        start.carried.set(self.target, [rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0)]);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("achieved_goal", sim.qpos());
+        observation.put_all("desired_goal", sim.carried(self.target));
+        observation.put_all("observation", sim.qvel());
+        Ok(())
+    }
+
+    fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64> {
+        if desired[0] > 9.0 {
+            return Err("the goal is out of reach".into());
+        }
+        Ok(-(achieved[0] - desired[0]).abs() - 2.0 * (achieved[1] - desired[1]).abs())
+    }
+
+    fn step(&self, sim: &Sim, _: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: self.compute_reward(sim.qpos(), &sim.carried(self.target))?, terminated: false })
+    }
+}
+
+#[test]
+fn rewards_of_goals_equal_those_in_cpp() {
+    register::<Goals>().unwrap();
+    let folder = std::env::var("MJENV_LIB_DIR").unwrap();
+    load_tasks(format!("{folder}/tests/tasks/libgroups.so")).unwrap();
+    let mut envs = [Goals::ID, "tests/Goal-v0"].map(|id| env(id).unwrap());
+    let mut batches = [envs[0].batch::<f64>(), envs[1].batch::<f64>()];
+    for (env, batch) in envs.iter_mut().zip(&mut batches) {
+        env.seed(.., &[3; 4]).unwrap();
+        env.reset(.., batch).unwrap();
+        env.step(.., &[0.0f64; 0], batch).unwrap();
+        let goals = |first: usize| (0..4).flat_map(|row| batch.obs(row)[first..first + 2].to_vec()).collect::<Vec<_>>();
+        let mut rewards = [0.0; 4];
+        env.compute_reward(&goals(0), &goals(2), &mut rewards).unwrap();
+        equal::assert_bits("rewards", [&rewards, batch.reward()]);
+        env.compute_reward(&[0.0, 1.0], &[0.5, -1.0], &mut rewards[..1]).unwrap();
+        assert_eq!(rewards[0], -4.5);
+        let error = env.compute_reward(&[0.0, 1.0], &[10.0, 0.0], &mut rewards[..1]).unwrap_err();
+        assert!(error.message().contains("compute_reward: the goal is out of reach"), "{error}");
+        assert_eq!(env.compute_reward(&[0.0], &[0.0, 1.0], &mut rewards).unwrap_err().kind(), ErrorKind::Size);
+        assert_eq!(env.compute_reward(&[0.0], &[0.0], &mut rewards).unwrap_err().kind(), ErrorKind::Size);
+    }
+    equal::assert_bits("observations", [batches[0].observations(), batches[1].observations()]);
+}
+
 /// tests/tasks/terrain.cpp written again.
 struct Terrain {
     heights: Own,
