@@ -76,7 +76,6 @@ def test_a_notebook_shows_environments_and_the_viewer(lab: str, browser: Browser
 
     viewer = page.frame_locator(".jp-OutputArea-output iframe")
     viewer.get_by_role("tab", name="Draw").wait_for()
-    viewer.get_by_text("step 30").wait_for()
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
     page.wait_for_timeout(10_000)  # until the frame has drawn the robots
     page.screenshot(path=SCREENSHOTS / "notebook.png")

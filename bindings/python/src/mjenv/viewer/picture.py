@@ -84,7 +84,7 @@ class Picture:
     def _look_at(self) -> float:
         """Where the camera is at first: before the rows, and above them. Returns how far away they are."""
         height = float(np.asarray(self.rows[0].data.xpos)[self._root][2])
-        distance = 2.6 * self.scene.radius + 1.6 * float(np.abs(self.stage.offsets).max(initial=0))
+        distance = 2.6 * self.scene.radius + 1.8 * float(np.abs(self.stage.offsets).max(initial=0))
         camera = self.server.viser.initial_camera
         camera.fov = _FIELD_OF_VIEW
         camera.position = (0.35 * distance, -1.2 * distance, height + 0.6 * distance)
