@@ -23,14 +23,15 @@ std::size_t distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 6, kLongest = 100;
+  constexpr std::size_t kMaxNames = 6, kLongest = 100;
   if (given.empty() || given.size() > kLongest) return {};
   const auto is_last_word_of = [&](const std::string& name) {
     const std::size_t at = name.size() - given.size();
     return name.size() > given.size() && name.compare(at, given.size(), given) == 0 &&
            (name[at - 1] == '.' || name[at - 1] == '_');
   };
-  std::vector<std::pair<std::size_t, const std::string*>> found;  // of equal ones, the pointers keep the order of names
+  // Distances and names. Sorting keeps the order of names at equal distances, because it compares the pointers.
+  std::vector<std::pair<std::size_t, const std::string*>> found;
   for (const std::string& name : names) {
     if (is_last_word_of(name))
       found.emplace_back(0, &name);
@@ -41,7 +42,7 @@ std::vector<std::string> nearest(const std::string& given, const std::vector<std
   }
   std::sort(found.begin(), found.end());
   std::vector<std::string> likeliest;
-  for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) likeliest.push_back(*found[i].second);
+  for (std::size_t i = 0; i < std::min(found.size(), kMaxNames); ++i) likeliest.push_back(*found[i].second);
   return likeliest;
 }
 

@@ -59,7 +59,7 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether all points of the height field are lower than the box, in the cells above or below which the box is. heights:
+// Whether the box is higher than all points of the height field in the cells that it covers, as seen from above. heights:
 // hfield_data.
 bool is_above_ground(const mjModel& m, const float* heights, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
