@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.videos import Gif, Mp4
 from mjenv.cli import terminal
 from mjenv.cli.arguments import (
     GROUP_COUNT,
@@ -29,6 +28,7 @@ from mjenv.cli.arguments import (
     positive,
 )
 from mjenv.cli.policies import NORMALIZER, Action, policy_of
+from mjenv.videos import Gif, Mp4
 
 Colours = NDArray[np.uint8]
 
