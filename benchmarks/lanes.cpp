@@ -11,9 +11,11 @@
 //   lanes stages [ID...]    prints CSV: id, number of lanes, stage, how it is computed for this model, and the share of the
 //     time of the physics that its functions take in lanes. Then what belongs to no stage: copying, and `row by row`, which
 //     is the rest.
-//   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run counts from outside
+//   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run and
+//     benchmarks/compare_lanes.py count from outside
 //
 // Instead of an ID, FILE.xml or FILE.xml:FRAME_SKIP steps a model without a task, whose rows are reset after 50 steps.
+// After differing: as in differing:Ant-v5, the rows have masses, frictions and gains of their own, and pushes.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -47,6 +49,7 @@ struct Case {
   std::string id, model;
   bool needs_forces = false;    // the task observes cfrc_ext
   std::int64_t frame_skip = 0;  // of a model without a task
+  bool differs = false;         // rows have numbers of their own, and are pushed
 };
 
 const std::array<Case, 11> cases{{{"Ant-v5", "ant.xml", true},
@@ -151,6 +154,7 @@ Code count(const Code& code) {
   count<&Code::scatter, &Shares::copying>(result, "scatter");
   result.solPGS = solve<&Code::solPGS>;
   result.solNewton = solve<&Code::solNewton>;
+  result.solCG = solve<&Code::solCG>;
   return result;
 }
 
@@ -159,7 +163,8 @@ class Player {
  public:
   Player(const Case& c, int lanes) {
     mjenv_options* options = nullptr;
-    check(mjenv_options_create(c.frame_skip > 0 ? "Model-v0" : c.id.c_str(), &options));
+    const std::string id = c.differs ? c.id.substr(c.id.find(':') + 1) : c.id;
+    check(mjenv_options_create(c.frame_skip > 0 ? "Model-v0" : id.c_str(), &options));
     if (c.frame_skip > 0) {
       check(mjenv_options_set_string(options, "xml_file", c.model.c_str()));
       check(mjenv_options_set_integer(options, "frame_skip", c.frame_skip));
@@ -169,6 +174,7 @@ class Player {
     check(mjenv_options_set_string(options, "autoreset_mode", "same_step"));
     check(mjenv_create(options, kRows, &env_));
     mjenv_options_destroy(options);
+    if (c.differs) make_differ();
     std::vector<std::uint64_t> seeds(kRows);
     for (std::size_t row = 0; row < seeds.size(); ++row) seeds[row] = row;
     check(mjenv_seed(env_, nullptr, seeds.data(), 1));
@@ -227,6 +233,32 @@ class Player {
   mjenv_batch batch_ = MJENV_BATCH_INIT;
   std::vector<double> observations_, rewards_;
   std::vector<float> actions_;
+
+  // Resets draw masses, frictions and gains, and the first moving body is pushed every 4 to 8 steps.
+  void make_differ() {
+    const std::array<double, 2> range{0.8, 1.2};
+    std::vector<mjenv_randomization> items;
+    for (const char* array : {"body_mass", "geom_friction", "actuator_gainprm"}) {
+      items.push_back(MJENV_RANDOMIZATION_INIT);
+      items.back().array = array;
+      items.back().parameters = range.data();
+      items.back().parameter_count = range.size();
+      items.back().effect = MJENV_EFFECT_SCALE;
+    }
+    check(mjenv_randomize(env_, items.data(), static_cast<std::int64_t>(items.size())));
+    mjenv_push push = MJENV_PUSH_INIT;
+    push.body = 1;
+    push.min_steps = 4;
+    push.max_steps = 8;
+    for (int i = 0; i < 3; ++i) {
+      push.low[i] = -5;
+      push.high[i] = 5;
+    }
+    mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
+    perturbation.pushes = &push;
+    perturbation.push_count = 1;
+    check(mjenv_perturb(env_, &perturbation));
+  }
 };
 
 // Steps the rows of an environment in the lanes of one instruction set, beside it, and counts shares of the time.
@@ -352,6 +384,13 @@ void print_stages(const Case& c, const std::vector<int>& widths) {
 
 // The robot with this id, or the model of a file
 Case case_of(const std::string& name) {
+  const std::string differing = "differing:";
+  if (name.rfind(differing, 0) == 0) {
+    Case c = case_of(name.substr(differing.size()));
+    c.id = name;
+    c.differs = true;
+    return c;
+  }
   const auto found = std::find_if(cases.begin(), cases.end(), [&](const Case& c) { return c.id == name; });
   if (found != cases.end()) return *found;
   const std::size_t end = name.rfind(".xml");

@@ -45,7 +45,7 @@ mjenv_options* add_options(Options options) {
 template <typename F>
 mjenv_status change_options(mjenv_options* handle, const F& body) noexcept {
   return change(handle, [&](Options& options) {
-    if (handle->borrowed) fail(MJENV_E_ARGUMENT, "options are an environment's, which do not change");
+    if (handle->borrowed) fail(MJENV_E_ARGUMENT, "the options belong to an environment and cannot be changed");
     body(options);
   });
 }

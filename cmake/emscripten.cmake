@@ -1,4 +1,5 @@
-# Makes mjenv.wasm, the library as one WebAssembly module without threads. bindings/javascript/build makes the package of it.
+# Makes mjenv.wasm, the library as one WebAssembly module without threads, and mjenv-suite.wasm, which also has dm_control's
+# suite, in a file of its own because most programs need not load it. bindings/javascript/build makes the package of them.
 set(MJENV_TASK_SOURCES "" CACHE STRING "C sources (mjenv/task.h) or C++ sources (mjenv/task.hpp) of tasks that are compiled in")
 
 # All functions of the header but those that draw.
@@ -36,6 +37,9 @@ function(mjenv_add_module target name)
 endfunction()
 
 mjenv_add_module(mjenv_wasm mjenv ${MJENV_TASK_SOURCES})
+mjenv_add_module(mjenv_wasm_suite mjenv-suite ${mjenv_suite_sources} ${MJENV_TASK_SOURCES})
+mjenv_use_math(mjenv_wasm_suite_tasks)
+target_include_directories(mjenv_wasm_suite_tasks PRIVATE suite)
 if(MJENV_BUILD_TESTS)
   mjenv_add_module(mjenv_wasm_tasks mjenv-tasks examples/tasks/cartpole/cartpole.cpp)
 endif()

@@ -9,6 +9,15 @@ set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, 
 glibc's, compiled in (LGPL-2.1-or-later), for the same bits on every CPU and system")
 set_property(CACHE MJENV_MATH PROPERTY STRINGS system portable)
 set(MJENV_MATH_SOURCES "" CACHE PATH "Folder with the folder glibc; empty: tools/engine-sources fetches it")
+# mjenv_use_math(TARGET): its calls, too, go to mjenv_math if there is one.
+function(mjenv_use_math target)
+  if(TARGET mjenv_math)
+    # gcc would make one call of the C library's sincos of a sin and a cos.
+    target_compile_options(${target} PUBLIC "SHELL:-include ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/math/redirect.h" -fno-builtin-sin
+                                            -fno-builtin-cos)
+    target_link_libraries(${target} PUBLIC mjenv_math)
+  endif()
+endfunction()
 if(MJENV_MATH STREQUAL system AND math_default STREQUAL system)
   return()
 elseif(NOT MJENV_MATH STREQUAL portable)
@@ -121,9 +130,6 @@ target_compile_options(mjenv_math PRIVATE -w $<$<COMPILE_LANGUAGE:CXX>:-Wno-narr
 set_target_properties(mjenv_math PROPERTIES C_STANDARD 11 UNITY_BUILD OFF EXPORT_COMPILE_COMMANDS OFF
                                             INTERPROCEDURAL_OPTIMIZATION OFF)
 
-# gcc would make one call of the C library's sincos of a sin and a cos.
-target_compile_options(mjenv_engine PUBLIC "SHELL:-include ${CMAKE_CURRENT_LIST_DIR}/math/redirect.h" -fno-builtin-sin
-                                           -fno-builtin-cos)
-target_link_libraries(mjenv_engine PUBLIC mjenv_math)
+mjenv_use_math(mjenv_engine)
 
 configure_file(${math_sources}/glibc/COPYING.LIB ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses/glibc.txt COPYONLY)

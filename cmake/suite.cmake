@@ -1,5 +1,5 @@
-# The plug-in libmjenv-suite.so with dm_control's suite. Its models are compiled into it, each as one text without includes,
-# so that it is one file.
+# dm_control's suite: the plug-in libmjenv-suite.so, and in WebAssembly, which has no plug-ins, mjenv_suite_sources for a
+# module of its own. Its models are compiled into it, each as one text without includes, so that it is one file.
 
 # Sets output to a file's text, in which each <include file="..."/> is replaced by what that file contains.
 function(mjenv_read_model file output)
@@ -38,9 +38,14 @@ const std::size_t model_count = sizeof models / sizeof models[0];
 }  // namespace suite
 ")
 
+file(GLOB mjenv_suite_sources CONFIGURE_DEPENDS suite/*.cpp)
+list(APPEND mjenv_suite_sources ${CMAKE_CURRENT_BINARY_DIR}/generated/suite_models.cpp)
+if(EMSCRIPTEN)
+  return()
+endif()
 include(mjenv-tasks)
-file(GLOB suite_sources CONFIGURE_DEPENDS suite/*.cpp)
-mjenv_add_tasks(mjenv_suite ${suite_sources} ${CMAKE_CURRENT_BINARY_DIR}/generated/suite_models.cpp)
+mjenv_add_tasks(mjenv_suite ${mjenv_suite_sources})
 set_target_properties(mjenv_suite PROPERTIES OUTPUT_NAME mjenv-suite)
+mjenv_use_math(mjenv_suite)
 target_include_directories(mjenv_suite PRIVATE suite)
 target_compile_options(mjenv_suite PRIVATE -Wall -Wextra -Wpedantic -Wshadow $<$<BOOL:${MJENV_WERROR}>:-Werror>)

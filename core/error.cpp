@@ -30,18 +30,18 @@ std::vector<std::string> nearest(const std::string& given, const std::vector<std
     return name.size() > given.size() && name.compare(at, given.size(), given) == 0 &&
            (name[at - 1] == '.' || name[at - 1] == '_');
   };
-  std::vector<std::pair<std::size_t, std::string>> found;
+  std::vector<std::pair<std::size_t, const std::string*>> found;  // of equal ones, the pointers keep the order of names
   for (const std::string& name : names) {
     if (is_last_word_of(name))
-      found.emplace_back(0, name);
+      found.emplace_back(0, &name);
     else if (name.find(given) != std::string::npos)
-      found.emplace_back(1, name);
+      found.emplace_back(1, &name);
     else if (const std::size_t letters = distance(given, name); letters <= given.size() / 4)
-      found.emplace_back(1 + letters, name);
+      found.emplace_back(1 + letters, &name);
   }
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::sort(found.begin(), found.end());
   std::vector<std::string> likeliest;
-  for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) likeliest.push_back(found[i].second);
+  for (std::size_t i = 0; i < std::min(found.size(), kMost); ++i) likeliest.push_back(*found[i].second);
   return likeliest;
 }
 

@@ -259,6 +259,14 @@ const char* mjenv_policy_id(const mjenv_policy* policy) {
   return id;
 }
 
+mjenv_status mjenv_policy_sizes(const mjenv_policy* policy, std::int64_t* observations, std::int64_t* actuators) {
+  return read(policy, [&](const Policy& held) {
+    std::int64_t &inputs = need(observations, "observations"), &outputs = need(actuators, "actuators");
+    inputs = static_cast<std::int64_t>(held.observations());
+    outputs = static_cast<std::int64_t>(held.actuators());
+  });
+}
+
 mjenv_status mjenv_policy_act(const mjenv_policy* policy, mjenv_precision precision, std::int64_t rows,
                               const double* obs, std::int64_t obs_count, float* action, std::int64_t action_count) {
   return read(policy, [&](const Policy& held) {

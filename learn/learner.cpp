@@ -307,8 +307,8 @@ void Learner::finish_rollout() {
 
 double Learner::learning_rate() const {
   const std::int64_t steps = settings_->decay_steps > 0 ? settings_->decay_steps : settings_->steps;
-  const auto all = static_cast<double>((steps + settings_.batch() - 1) / settings_.batch());
-  const double done = std::min(1.0, static_cast<double>(updates()) / all);
+  const std::int64_t all = (steps + settings_.batch() - 1) / settings_.batch();  // updates
+  const double done = std::min(1.0, static_cast<double>(updates()) / static_cast<double>(all));
   return settings_->learning_rate + (settings_->final_learning_rate - settings_->learning_rate) * done;
 }
 
@@ -343,6 +343,9 @@ mjenv_learn_report Learner::update() {
     const double kl = (all.kl - kl_before) / static_cast<double>(order_.size());
     if (settings_->target_kl > 0 && kl > settings_->target_kl) break;
   }
+  if (!std::isfinite(kernels_.squares(parameters_.data(), parameters_.size())))
+    core::fail(MJENV_E_VALUE, "update " + std::to_string(report.updates) +
+                                  " made weights of the networks infinite: a smaller settings.learning_rate may help");
   const double steps = static_cast<double>(order_.size()) * static_cast<double>(report.epochs);
   report.policy_loss = all.policy / steps;
   report.value_loss = all.value / steps;

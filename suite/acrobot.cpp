@@ -15,13 +15,13 @@ void swingup(Robot& r, bool sparse) {
     return Vector4d(s.xmat(upper)(0, 2), s.xmat(lower)(0, 2), s.xmat(upper)(2, 2), s.xmat(lower)(2, 2));
   });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([](Start& start, RandomState& random) {
+  const auto reset = [](Start& start, RandomState& random) {
     for (double& angle : start.qpos) angle = random.uniform(-kPi, kPi);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double radius = s[site_size][3 * target];
     const double distance = norm((s.site_xpos(target) - s.site_xpos(tip)).eval());
-    return {tolerance(distance, {0, radius}, {sparse ? 0.0 : 1.0}), false};
+    return tolerance(distance, {0, radius}, {sparse ? 0.0 : 1.0});
   });
 }
 

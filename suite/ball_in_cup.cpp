@@ -11,17 +11,17 @@ MJENV_TASK("dm_control/ball_in_cup-catch-v0", r) {
 
   r.observe("position", [](const Sim& s) { return s.qpos(); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     draw_without_contacts(start, [&] {
       start.qpos[x.qpos] = random.uniform(-.2, .2);
       start.qpos[z.qpos] = random.uniform(.2, .5);
     });
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const auto is_inside = [&](int axis) {
       const double distance = std::fabs(s.site_xpos(target)[axis] - s.xpos(ball)[axis]);
       return distance < s[site_size][3 * target + axis] - s[geom_size][3 * ball_geom];
     };
-    return {is_inside(0) && is_inside(2) ? 1.0 : 0.0, false};
+    return is_inside(0) && is_inside(2) ? 1.0 : 0.0;
   });
 }

@@ -20,7 +20,7 @@ void balance(Robot& r, bool swing_up, bool sparse, int poles = 1) {
     return position;
   });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     auto& q = start.qpos;
     if (swing_up) {
       q[0] = .01 * random.randn();
@@ -31,20 +31,20 @@ void balance(Robot& r, bool swing_up, bool sparse, int poles = 1) {
       for (int i = 0; i < poles; ++i) q[1 + i] = random.uniform(-.034, .034);
     }
     for (double& v : start.qvel) v = 0.01 * random.randn();
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double cart = s.qpos()[0];
     const auto cosine = [&](Eigen::Index i) { return s.xmat(first + static_cast<int>(i))(2, 2); };
     if (sparse) {
       double upright = 1;
       for (int i = 0; i < poles; ++i) upright *= tolerance(cosine(i), {.995, 1});
-      return {tolerance(cart, {-.25, .25}) * upright, false};
+      return tolerance(cart, {-.25, .25}) * upright;
     }
     const double upright = np::sum(poles, [&](Eigen::Index i) { return (cosine(i) + 1) / 2; }) / poles;
     const double centered = (1 + tolerance(cart, {}, {2})) / 2;
     double slow = 1;
     for (const double v : s.qvel(1)) slow = std::min(slow, tolerance(v, {}, {5}, square_of_element));
-    return {upright * small_control(s) * ((1 + slow) / 2) * centered, false};
+    return upright * small_control(s) * ((1 + slow) / 2) * centered;
   });
 }
 

@@ -11,13 +11,13 @@ MJENV_TASK("dm_control/cheetah-run-v0", r) {
 
   r.observe("position", [](const Sim& s) { return s.qpos(1); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     for (Eigen::Index i = 0; i < limited.count; ++i)
       if (start[limited][i]) start.qpos[i] = random.uniform(start[range][2 * i], start[range][2 * i + 1]);
     start.advance(200);  // falls to the ground
     start.set_time(0);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
-    return {tolerance(s.sensor(velocity)[0], {10, kInfinity}, {10, Sigmoid::linear, 0}), false};
+  };
+  episodes(r, reset, [=](const Sim& s) {
+    return tolerance(s.sensor(velocity)[0], {10, kInfinity}, {10, Sigmoid::linear, 0});
   });
 }

@@ -58,7 +58,7 @@ void turn(Robot& r, const char* name) {
   };
   r.observe("target_position", [=](const Sim& s) { return finger.place(s, finger.target); });
   r.observe("dist_to_target", distance);
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     const double angle = random.uniform(-kPi, kPi);
     const double radius = np::sum(start[geom_size].segment<3>(3 * cap));
     const auto at = start.sim()[xanchor].segment<3>(3 * hinge.index);
@@ -66,8 +66,8 @@ void turn(Robot& r, const char* name) {
     start[site_pos][3 * target + 2] = at[2] + radius * std::cos(angle);
     draw_without_contacts(
         start, [&] { joints.randomize_limited_and_rotational_joints(start, random); }, kAttempts);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome { return {distance(s) <= 0 ? 1.0 : 0.0, false}; });
+  };
+  episodes(r, reset, [=](const Sim& s) { return distance(s) <= 0 ? 1.0 : 0.0; });
 }
 
 }  // namespace
@@ -79,13 +79,11 @@ MJENV_TASK("dm_control/finger-spin-v0", r) {
   r.reward_type(MJENV_DTYPE_NATIVE_FLOAT);
   const Finger finger = observe_finger(r);
   const Randomizer joints(r);
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     draw_without_contacts(
         start, [&] { joints.randomize_limited_and_rotational_joints(start, random); }, kAttempts);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
-    return {s.sensor(finger.hinge_velocity)[0] <= -15 ? 1.0 : 0.0, false};
-  });
+  };
+  episodes(r, reset, [=](const Sim& s) { return s.sensor(finger.hinge_velocity)[0] <= -15 ? 1.0 : 0.0; });
 }
 MJENV_TASK("dm_control/finger-turn_easy-v0", r) { suite::turn(r, "finger_turn_easy"); }
 MJENV_TASK("dm_control/finger-turn_hard-v0", r) { suite::turn(r, "finger_turn_hard"); }

@@ -23,7 +23,7 @@ void fish(Robot& r, bool swims) {
   r.observe("upright", [=](const Sim& s) { return upright(s, torso); });
   if (swims) r.observe("target", to_target);
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     start.qpos.segment<4>(3) = random_quaternion(norm, [&] { return random.randn(); });
     for (double& angle : start.qpos.tail<kJoints>()) angle = random.uniform(-.2, .2);
     if (!swims) return;
@@ -31,12 +31,12 @@ void fish(Robot& r, bool swims) {
     place[0] = random.uniform(-.4, .4);
     place[1] = random.uniform(-.4, .4);
     place[2] = random.uniform(.1, .3);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
-    if (!swims) return {tolerance(upright(s, torso), {1, 1}, {1}), false};
+  };
+  episodes(r, reset, [=](const Sim& s) {
+    if (!swims) return tolerance(upright(s, torso), {1, 1}, {1});
     const double radii = s[geom_size][3 * mouth] + s[geom_size][3 * target];
     const double in_target = tolerance(norm(to_target(s)), {0, radii}, {2 * radii});
-    return {(7 * in_target + 0.5 * (upright(s, torso) + 1)) / 8, false};
+    return (7 * in_target + 0.5 * (upright(s, torso) + 1)) / 8;
   });
 }
 

@@ -15,11 +15,13 @@ void hopper(Robot& r, bool hops) {
   r.observe("position", [](const Sim& s) { return s.qpos(1); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
   r.observe("touch", [=](const Sim& s) { return log1p(s, touch); });
-  r.reset([=](Start& start, RandomState& random) { joints.randomize_limited_and_rotational_joints(start, random); });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  const auto reset = [=](Start& start, RandomState& random) {
+    joints.randomize_limited_and_rotational_joints(start, random);
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double standing = tolerance(s.xipos(torso)[2] - s.xipos(foot)[2], {0.6, 2});
-    if (!hops) return {standing * small_control(s), false};
-    return {standing * tolerance(s.sensor(velocity)[0], {2, kInfinity}, {1, Sigmoid::linear, 0.5}), false};
+    if (!hops) return standing * small_control(s);
+    return standing * tolerance(s.sensor(velocity)[0], {2, kInfinity}, {1, Sigmoid::linear, 0.5});
   });
 }
 

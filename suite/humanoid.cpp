@@ -40,17 +40,17 @@ void humanoid(Robot& r, const Body& body, double speed, bool pure_state = false)
     r.observe("com_velocity", [=](const Sim& s) { return s.sensor(velocity); });
   }
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     draw_without_contacts(start, [&] { joints.randomize_limited_and_rotational_joints(start, random); });
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double standing = tolerance(s.xpos(head)[2], {1.4, kInfinity}, {1.4 / 4});
     const double upright = tolerance(s.xmat(trunk)(2, up), {0.9, kInfinity}, {1.9, Sigmoid::linear, 0});
     const double posture = small_control(s) * (standing * upright);
     const Vector2d across = s.sensor(velocity).head<2>();
-    if (speed == 0) return {posture * mean_tolerance(across, {2}), false};
+    if (speed == 0) return posture * mean_tolerance(across, {2});
     const double move = tolerance(norm(across), {speed, kInfinity}, {speed, Sigmoid::linear, 0});
-    return {posture * ((5 * move + 1) / 6), false};
+    return posture * ((5 * move + 1) / 6);
   });
 }
 

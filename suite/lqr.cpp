@@ -8,6 +8,9 @@ constexpr int kMaxBalls = 6;
 
 void lqr(Robot& r, int balls, int motors) {
   r.model_text(lqr_model(balls, motors).c_str()).current();  // without a limit of time
+  // The motors have no bounds. dm_control's action_spec has MuJoCo's largest number.
+  r.action(motors, -1e10, 1e10);
+  r.before_step([](const Sim& s, Control& control) { control.ctrl = s.action.vector(); });
   const auto norm = r.norm();
   const Own stiffness = r.own("jnt_stiffness");
   // numpy.dot(v, v)
@@ -19,7 +22,7 @@ void lqr(Robot& r, int balls, int motors) {
 
   r.observe("position", [](const Sim& s) { return s.qpos(); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     // dm_control draws the springs, and dampers of 0, when it makes the environment: as the first that a seed gives.
     if (random.is_new())
       for (double& spring : start[stiffness]) {
@@ -30,8 +33,8 @@ void lqr(Robot& r, int balls, int motors) {
     for (double& x : direction) x = random.randn();
     const double length = norm(direction);
     for (int i = 0; i < balls; ++i) start.qpos[i] = std::sqrt(2.0) * direction[i] / length;
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) -> Outcome {
     Vector<2 * kMaxBalls> state(2 * balls);
     state << s.qpos(), s.qvel();
     return {1 - (0.5 * dot(s.qpos()) + 0.5 * dot(s.ctrl()) * 0.1), norm(state) < 1e-6};

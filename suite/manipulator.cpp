@@ -23,7 +23,7 @@ void bring(Robot& r, const char* name, bool peg, bool insert) {
     r.observe("object_vel", [=](const Sim& s) { return Vector3d(s.qvel(x), s.qvel(z), s.qvel(y)); });
     r.observe("target_pos", [=](const Sim& s) { return Arm::pose(s, target); });
   }
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     const auto place = [&](int body, double at_x, double at_z, double angle) {
       start[body_pos][3 * body] = at_x;
       start[body_pos][3 * body + 2] = at_z;
@@ -58,22 +58,22 @@ void bring(Robot& r, const char* name, bool peg, bool insert) {
       start.qpos[z.qpos] = object_z;
       start.qpos[y.qpos] = object_angle;
     });
-  });
+  };
 
   const auto is_close = [=](const Sim& s, int site, int other) {
     constexpr double close = .01;
     return tolerance(arm.distance(s, site, other), {0, close}, {close * 2});
   };
   if (!peg) {
-    r.step([=](const Sim& s, Info&) -> Outcome { return {is_close(s, of_object, of_target), false}; });
+    episodes(r, reset, [=](const Sim& s) { return is_close(s, of_object, of_target); });
     return;
   }
   const int peg_grasp = r.site("peg_grasp"), peg_pinch = r.site("peg_pinch"), tip = r.site("peg_tip"),
             target_tip = r.site("target_peg_tip");
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  episodes(r, reset, [=](const Sim& s) {
     const double grasping = (is_close(s, peg_grasp, grasp) + is_close(s, peg_pinch, pinch)) / 2;
     const double bringing = (is_close(s, of_object, of_target) + is_close(s, target_tip, tip)) / 2;
-    return {std::max(bringing, grasping / 3), false};
+    return std::max(bringing, grasping / 3);
   });
 }
 

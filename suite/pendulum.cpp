@@ -10,6 +10,6 @@ MJENV_TASK("dm_control/pendulum-swingup-v0", r) {
 
   r.observe("orientation", [=](const Sim& s) { return Vector2d(s.xmat(pole)(2, 2), s.xmat(pole)(0, 2)); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([](Start& start, RandomState& random) { start.qpos[0] = random.uniform(-kPi, kPi); });
-  r.step([=](const Sim& s, Info&) -> Outcome { return {tolerance(s.xmat(pole)(2, 2), {upright, 1}), false}; });
+  const auto reset = [](Start& start, RandomState& random) { start.qpos[0] = random.uniform(-kPi, kPi); };
+  episodes(r, reset, [=](const Sim& s) { return tolerance(s.xmat(pole)(2, 2), {upright, 1}); });
 }

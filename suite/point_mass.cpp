@@ -14,7 +14,7 @@ void point_mass(Robot& r, bool hard) {
 
   r.observe("position", [](const Sim& s) { return s.qpos(); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     joints.randomize_limited_and_rotational_joints(start, random);
     if (!hard) return;
     const auto direction = [&] {
@@ -28,11 +28,11 @@ void point_mass(Robot& r, bool hard) {
     Vector2d second = direction();
     while (std::fabs(dot(first, second)) > 0.9) second = direction();
     start[wrap_prm].head<4>() << first, second;
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double radius = s[geom_size][3 * target];
     const double distance = norm((s.geom_xpos(target) - s.geom_xpos(ball)).eval());
-    return {tolerance(distance, {0, radius}, {radius}) * small_control(s), false};
+    return tolerance(distance, {0, radius}, {radius}) * small_control(s);
   });
 }
 

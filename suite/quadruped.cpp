@@ -9,6 +9,28 @@ constexpr std::array<const char*, 8> kToes{"force_toe_front_left",  "force_toe_f
                                            "force_toe_back_left",   "torque_toe_front_left", "torque_toe_front_right",
                                            "torque_toe_back_right", "torque_toe_back_left"};
 
+// asinh(x) = log(x + sqrt(x^2 + 1)), computed as glibc does, by a sum without cancellation for each range of x: other C
+// libraries round it otherwise.
+double asinh(double x) {
+  const double size = std::fabs(x), square = size * size;
+  constexpr double largest = 268435456, ln2 = 0.6931471805599453;  // above 2^28, x^2 + 1 rounds to x^2
+  double result = size;
+  if (size > largest)
+    result = std::log(size) + ln2;
+  else if (size > 2)
+    result = std::log(2 * size + 1 / (std::sqrt(square + 1) + size));
+  else if (size >= 1 / largest)
+    result = std::log1p(size + square / (1 + std::sqrt(1 + square)));
+  return std::copysign(result, x);
+}
+
+// NumPy multiplies matrices by OpenBLAS, which fuses on each CPU with FMA, also on those where it does not in norms. On such
+// CPUs the C library's sine of 692 has this value.
+bool fuses_matrices(const np::Norm& norm) {
+  volatile double angle = 692;  // keeps the compiler from computing the sine
+  return norm.fused() || std::sin(angle) == 0x1.80869e3fad89ap-1;
+}
+
 void observe_quadruped(Robot& r) {
   const int torso = r.body("torso");
   const Sensor velocity = r.sensor("velocimeter"), accelerometer = r.sensor("imu_accel"), gyro = r.sensor("imu_gyro");
@@ -31,7 +53,7 @@ void observe_quadruped(Robot& r) {
     Eigen::Matrix<double, 3 * kToes.size(), 1> signals;
     Eigen::Index at = 0;
     for (const Sensor& toe : toes)
-      for (const double x : s.sensor(toe)) signals[at++] = std::asinh(x);
+      for (const double x : s.sensor(toe)) signals[at++] = asinh(x);
     return signals;
   });
 }
@@ -60,12 +82,12 @@ void move(Robot& r, const char* name, double speed) {
   const int torso = r.body("torso");
   const Sensor velocity = r.sensor("velocimeter");
   observe_quadruped(r);
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     rise_without_contacts(start, random_quaternion(norm, [&] { return random.randn(); }), 0, 0);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double forward = tolerance(s.sensor(velocity)[0], {speed, kInfinity}, {speed, Sigmoid::linear, 0.5});
-    return {upright_reward(s, torso) * forward, false};
+    return upright_reward(s, torso) * forward;
   });
 }
 
@@ -84,18 +106,18 @@ MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
   const auto geom_size = r.array("geom_size"), site_size = r.array("site_size");
 
   observe_quadruped(r);
-  r.observe("ball_state", [=](const Sim& s) {
+  r.observe("ball_state", [=, fused = fuses_matrices(norm)](const Sim& s) {
     const auto velocity = [&](const Joint& joint) { return s.qvel().segment<3>(joint.qvel); };
     const std::array<Vector3d, 3> seen{s.xpos(ball) - s.xpos(torso), velocity(ball_root) - velocity(root),
                                        s.qvel().segment<3>(ball_root.qvel + 3)};
     Eigen::Matrix<double, 9, 1> state;
     for (int i = 0; i < 3; ++i)
-      state.segment<3>(3 * i) = in_frame(norm, seen[static_cast<std::size_t>(i)], s.xmat(torso));
+      state.segment<3>(3 * i) = in_frame(fused, seen[static_cast<std::size_t>(i)], s.xmat(torso));
     return state;
   });
   r.observe("target_position",
             [=](const Sim& s) { return in_frame(norm, s.site_xpos(target) - s.xpos(torso), s.xmat(torso)); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     const double azimuth = random.uniform(0, 2 * kPi);
     const double far = 0.9 * start[geom_size][3 * floor];
     const double x = random.uniform(-far, far), y = random.uniform(-far, far);
@@ -103,13 +125,13 @@ MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
     for (int i = 0; i < 2; ++i) start.qpos[ball_root.qpos + i] = random.uniform(-far, far);
     start.qpos[ball_root.qpos + 2] = 2;
     for (int i = 0; i < 2; ++i) start.qvel[ball_root.qvel + i] = 5 * random.randn();
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const auto across = [&](int site) { return norm((s.site_xpos(site) - s.xpos(ball)).head<2>().eval()); };
     const Margin arena{s[geom_size][3 * floor] * std::sqrt(2.0), Sigmoid::linear, 0};
     const double reach =
         tolerance(across(workspace), {0, s[site_size][3 * workspace] + s[geom_size][3 * ball_geom]}, arena);
     const double fetch = tolerance(across(target), {0, s[site_size][3 * target]}, arena);
-    return {upright_reward(s, torso) * (reach * (0.5 + 0.5 * fetch)), false};
+    return upright_reward(s, torso) * (reach * (0.5 + 0.5 * fetch));
   });
 }

@@ -19,14 +19,14 @@ void reacher(Robot& r, const char* name) {
   r.observe("position", [](const Sim& s) { return s.qpos(); });
   r.observe("to_target", to_target);
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     joints.randomize_limited_and_rotational_joints(start, random);
     const double angle = random.uniform(0, 2 * kPi), radius = random.uniform(.05, .20);
     start[geom_pos].segment<2>(3 * target) << radius * std::sin(angle), radius * std::cos(angle);
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double radii = s[geom_size][3 * target] + s[geom_size][3 * finger];
-    return {tolerance(norm(to_target(s)), {0, radii}), false};
+    return tolerance(norm(to_target(s)), {0, radii});
   });
 }
 

@@ -44,7 +44,7 @@ void stack(Robot& r, const char* name, int count) {
     });
     r.observe("target_pos", [=](const Sim& s) { return Vector2d(s.xpos(target)[0], s.xpos(target)[2]); });
   }
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     draw_without_contacts(start, [&] {
       arm.randomize(start, random);
       const auto height = static_cast<double>(2 * random.randint(0, count) + 1);
@@ -57,14 +57,14 @@ void stack(Robot& r, const char* name, int count) {
         start.qpos[box.y.qpos] = random.uniform(0, 2 * kPi);
       }
     });
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     double nearest = kInfinity;
     for (int i = 0; i < count; ++i)
       nearest = std::min(nearest, arm.distance(s, boxes[static_cast<std::size_t>(i)].site, target_site));
     const double close = tolerance(nearest, {}, {2 * s[geom_size][3 * target_geom]});
     const double released = tolerance(arm.distance(s, grasp, target_site), {.1, kInfinity}, {.01});
-    return {close * released, false};
+    return close * released;
   });
 }
 

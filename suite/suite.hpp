@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <mjenv/task.hpp>
 #include <stdexcept>
+#include <type_traits>
+#include <utility>
 
 #include "models.hpp"
 
@@ -77,16 +79,49 @@ double mean_tolerance(const V& v, const Margin& margin) {
 // 1 for motors at rest, and 4 / 5 for motors at full strength.
 inline double small_control(const Sim& s) { return (4 + mean_tolerance(s.ctrl(), {1, Sigmoid::quadratic, 0})) / 5; }
 
+// ---- Episodes ----
+
+// Sets how episodes begin and what a step earns: reward(sim) returns a number, or an Outcome.
+//
+// With the option visualize_reward, the info of a reset has the reward by which dm_control colours the materials until the
+// first step. dm_control computes it when the reset has written the state, but mostly before MuJoCo has computed what follows
+// from that state.
+template <typename Reset, typename Reward>
+void episodes(Robot& r, const Reset& reset, const Reward& reward) {
+  constexpr bool is_number = std::is_arithmetic_v<decltype(reward(std::declval<const Sim&>()))>;
+  const auto outcome = [=](const Sim& s) -> Outcome {
+    if constexpr (is_number)
+      return {reward(s), false};
+    else
+      return reward(s);
+  };
+  const bool colours = r.flag("visualize_reward", false, "put the reward that colours a reset's picture into its info");
+  const Carry colour = r.carry(colours ? 1 : 0);
+  r.step([=](const Sim& s, Info&) { return outcome(s); });
+  r.reset([=](Start& start, RandomState& random) {
+    reset(start, random);
+    if (colours) start[colour][0] = outcome(start.sim()).reward;
+  });
+  r.reset_info([=](const Sim& s, Info& info) {
+    if (colours) info("visualized_reward", s[colour][0]);
+  });
+}
+
 // ---- Vectors ----
 
-// v.dot(frame): a vector in the axes of a frame. Rounds as the option "norm" says.
+// v.dot(frame): a vector in the axes of a frame.
 template <typename M>
-Vector3d in_frame(const np::Norm& norm, const Vector3d& v, const M& frame) {
+Vector3d in_frame(bool fused, const Vector3d& v, const M& frame) {
   Vector3d local;
   for (int k = 0; k < 3; ++k)
-    local[k] = norm.fused() ? std::fma(v[2], frame(2, k), std::fma(v[1], frame(1, k), v[0] * frame(0, k)))
-                            : v[0] * frame(0, k) + v[1] * frame(1, k) + v[2] * frame(2, k);
+    local[k] = fused ? std::fma(v[2], frame(2, k), std::fma(v[1], frame(1, k), v[0] * frame(0, k)))
+                     : v[0] * frame(0, k) + v[1] * frame(1, k) + v[2] * frame(2, k);
   return local;
+}
+// Rounds as the option "norm" says.
+template <typename M>
+Vector3d in_frame(const np::Norm& norm, const Vector3d& v, const M& frame) {
+  return in_frame(norm.fused(), v, frame);
 }
 
 // numpy.log1p of sensors.

@@ -30,16 +30,16 @@ void swimmer(Robot& r, int links) {
     }
     return velocities;
   });
-  r.reset([=](Start& start, RandomState& random) {
+  const auto reset = [=](Start& start, RandomState& random) {
     joints.randomize_limited_and_rotational_joints(start, random);
     const double reach = random.rand() < .2 ? .3 : 2;
     const double x = random.uniform(-reach, reach), y = random.uniform(-reach, reach);
     start[geom_pos].segment<2>(3 * target) << x, y;
     start[light_pos].segment<2>(3 * light) << x, y;
-  });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double size = s[geom_size][3 * target];
-    return {tolerance(norm(to_target(s)), {0, size}, {5 * size, Sigmoid::long_tail}), false};
+    return tolerance(norm(to_target(s)), {0, size}, {5 * size, Sigmoid::long_tail});
   });
 }
 

@@ -20,13 +20,15 @@ void walker(Robot& r, double speed) {
   });
   r.observe("height", [=](const Sim& s) { return s.xpos(torso)[2]; });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
-  r.reset([=](Start& start, RandomState& random) { joints.randomize_limited_and_rotational_joints(start, random); });
-  r.step([=](const Sim& s, Info&) -> Outcome {
+  const auto reset = [=](Start& start, RandomState& random) {
+    joints.randomize_limited_and_rotational_joints(start, random);
+  };
+  episodes(r, reset, [=](const Sim& s) {
     const double standing = tolerance(s.xpos(torso)[2], {1.2, kInfinity}, {1.2 / 2});
     const double stand = (3 * standing + (1 + s.xmat(torso)(2, 2)) / 2) / 4;
-    if (speed == 0) return {stand, false};
+    if (speed == 0) return stand;
     const double move = tolerance(s.sensor(velocity)[0], {speed, kInfinity}, {speed / 2, Sigmoid::linear, 0.5});
-    return {stand * (5 * move + 1) / 6, false};
+    return stand * (5 * move + 1) / 6;
   });
 }
 

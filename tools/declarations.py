@@ -106,16 +106,22 @@ def python_library(api: header.Header, functions: Sequence[header.Function]) -> 
         yield from (line, f"        self.{function.name}.restype = {python_type(api, function.result)}")
 
 
-def python_learn_module(api: header.Header) -> str:
-    """The text of _learn_abi.py."""
+def learn_parts(api: header.Header) -> tuple[header.Header, header.Header]:
+    """What mjenv.h and learn.h declare together, and what learn.h alone declares."""
     both = header.parse(header.PATH, header.LEARN)
     own = header.Header(
         tuple(one for one in both.constants if one not in api.constants),
-        (),
+        tuple(one for one in both.opaques if one not in api.opaques),
         tuple(one for one in both.enums if one not in api.enums),
         tuple(one for one in both.structs if one not in api.structs),
         tuple(one for one in both.functions if one not in api.functions),
     )
+    return both, own
+
+
+def python_learn_module(api: header.Header) -> str:
+    """The text of _learn_abi.py."""
+    both, own = learn_parts(api)
     known = replace(own, opaques=both.opaques, enums=both.enums, structs=both.structs)
     lines = [
         '"""learn.h in ctypes. Written by tools/declarations.py: do not edit."""',
@@ -253,31 +259,61 @@ def julia_module(_: header.Header) -> str:
     return "\n".join(lines) + "\n"
 
 
+def julia_learn_module(api: header.Header) -> str:
+    """The text of learn_capi.jl."""
+    both, own = learn_parts(api)
+    lines = ["# Written by tools/declarations.py from learn.h in learn/include/mjenv: do not edit.", ""]
+    lines.extend(f"const {name} = {value}" for name, value in own.constants)
+    lines.append("")
+    lines.extend(f"struct {name} end" for name in own.opaques)
+    for enum in own.enums:
+        lines.extend(["", *julia_enum(enum)])
+    for struct in own.structs:
+        lines.extend(["", *julia_struct(both, struct)])
+    lines.extend(["", "# learn_address(index) is the function at this index in LEARN_FUNCTIONS."])
+    lines.extend(["const LEARN_FUNCTIONS = (", *(f"    :{function.name}," for function in own.functions), ")"])
+    for index, function in enumerate(own.functions, start=1):
+        lines.extend(["", *julia_function(function, f"learn_address({index})")])
+    return "\n".join(lines) + "\n"
+
+
 # ---- Rust ----
 
 BINDGEN_OPTIONS = (
     *("--rust-target", "1.47", "--size_t-is-usize", "--default-enum-style", "consts", "--no-prepend-enum-name"),
     # Sizes and offsets are those of the header; tests/abi has them, and repr(C) keeps them.
-    *("--no-layout-tests", "--with-derive-default", "--blocklist-type", "__.*", "--allowlist-function", "mjenv_.*"),
-    *("--allowlist-type", "mjenv_.*", "--allowlist-var", "MJENV_.*"),
+    *("--no-layout-tests", "--with-derive-default", "--blocklist-type", "__.*"),
     # An empty configuration, so that a user's own settings of rustfmt do not change the file.
     *("--rustfmt-configuration-file", "/dev/null"),
 )
+RUST_ALLOWED = ("--allowlist-function", "mjenv_.*", "--allowlist-type", "mjenv_.*", "--allowlist-var", "MJENV_.*")
 
 
-def rust_module(_: header.Header) -> str:
-    """The text of bindings.rs, which bindgen writes from task.h and the header that it includes."""
+def bindgen(path: Path, *options: str) -> str:
+    """What bindgen writes from a header and those that it includes."""
     setup = [str(ROOT / "tools" / "setup"), "bindgen"]
     bindgen = subprocess.run(setup, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "bindings.rs")
-        arguments = [str(header.TASK.relative_to(ROOT)), "--output", str(output), *BINDGEN_OPTIONS]
+        arguments = [str(path.relative_to(ROOT)), "--output", str(output), *BINDGEN_OPTIONS, *options]
         clang = ["-std=c99", "-fparse-all-comments", "-Icapi/include"]
         subprocess.run([bindgen, *arguments, "--", *clang], check=True, cwd=ROOT)
         text = output.read_text(encoding="utf-8")
     # The values of an enum get the type that the header gives the enum.
     text = re.sub(r": (mjenv_[a-z]+)_value = ", r": \1 = ", text)
     return re.sub(r"(?m)^pub type mjenv_[a-z]+_value = .*\n", "", text)
+
+
+def rust_module(_: header.Header) -> str:
+    """The text of bindings.rs, from task.h and mjenv.h."""
+    return bindgen(header.TASK, *RUST_ALLOWED)
+
+
+def rust_learn_module(_: header.Header) -> str:
+    """The text of learn.rs, from learn.h alone."""
+    return bindgen(
+        header.LEARN, "--allowlist-file", ".*/learn\\.h", "--no-recursive-allowlist", "--raw-line", "use crate::*;"
+    )
 
 
 # ---- JavaScript ----
@@ -368,8 +404,10 @@ LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
     "python": ("bindings/python/src/mjenv/_abi.py", python_module),
     "python-learn": ("bindings/python/src/mjenv/_learn_abi.py", python_learn_module),
     "julia": ("bindings/julia/src/capi.jl", julia_module),
+    "julia-learn": ("bindings/julia/src/learn_capi.jl", julia_learn_module),
     "javascript": ("bindings/javascript/src/abi.js", javascript_module),
     "rust": ("bindings/rust/mjenv-sys/src/bindings.rs", rust_module),
+    "rust-learn": ("bindings/rust/mjenv-sys/src/learn.rs", rust_learn_module),
 }
 
 

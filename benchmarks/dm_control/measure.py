@@ -33,12 +33,20 @@ PAIRS = (
     ("mjenv-64", "envpool-64", "64 rows, one thread"),
 )
 PEERS = ("dm_control", "mjenv-suite", "mjenv-single", "mjenv-64", "envpool-64")
+# With --pixels: CPU time for a picture and the two steps before it, drawn by EGL or OSMesa.
+PIXEL_PAIRS = (
+    ("mjenv-pixels", "dm_control-pixels", "pictures, one environment, `make_vec`"),
+    ("mjenv-pixels-64", "dm_control-pixels", "pictures, 64 rows, one thread"),
+)
+PIXEL_PEERS = ("dm_control-pixels", "mjenv-pixels", "mjenv-pixels-64")
+PIXEL_TASKS = ("cartpole-swingup", "cheetah-run", "walker-walk", "reacher-easy", "quadruped-walk", "humanoid-stand")
 
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="benchmarks/dm_control/run", description=__doc__)
     add = parser.add_argument
-    add("--tasks", nargs="+", default=TASKS, help="DOMAIN-TASK; default: all")
+    add("--tasks", nargs="+", help="DOMAIN-TASK; default: all, with --pixels some")
+    add("--pixels", choices=("egl", "osmesa"), help="measure pictures that this OpenGL draws")
     add("--seconds", type=float, default=0.3, help="CPU seconds of a block")
     add("--rounds", type=int, default=5, help="blocks of each peer")
     add("--output", type=Path, default=Path("build/dm_control"), help="a folder")
@@ -50,60 +58,65 @@ def parse() -> argparse.Namespace:
 
 def main() -> None:
     arguments = parse()
+    peers = PIXEL_PEERS if arguments.pixels else PEERS
     environment = {
         "OMP_NUM_THREADS": "1",
         "OPENBLAS_NUM_THREADS": "1",
-        "MUJOCO_GL": "disabled",
+        "LP_NUM_THREADS": "1",  # of Mesa
+        "MUJOCO_GL": arguments.pixels or "disabled",
         "TASKS": " ".join(TASKS),
     }
     workers = {}
-    for peer in PEERS:
+    for peer in peers:
         python = arguments.peers_python if peer.startswith("envpool") else arguments.dm_control_python
         own = {"PYTHONPATH": arguments.package} if peer.startswith("mjenv") else {}
         workers[peer] = Worker(peer, [python, str(HERE / "worker.py"), peer], environment | own)
     has = {peer: set(worker.ask("tasks").split()) for peer, worker in workers.items()}
     rows = []
-    for task in arguments.tasks:
-        chosen = [workers[peer] for peer in PEERS if task in has[peer]]
+    for task in arguments.tasks or (PIXEL_TASKS if arguments.pixels else TASKS):
+        chosen = [workers[peer] for peer in peers if task in has[peer]]
         rates = rates_in_turns(chosen, task, arguments.seconds, arguments.rounds)
         microseconds = {peer: 1e6 / median(found) for peer, found in rates.items()}
         rows.append(
-            {"task": task, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in PEERS}}
+            {"task": task, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in peers}}
         )
         print(task, *(f"{peer} {value:.1f}" for peer, value in microseconds.items()), flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    with (arguments.output / "dm_control.csv").open("w", newline="") as file:
-        table = csv.DictWriter(file, ["task", *PEERS])
+    name = f"dm_control-{arguments.pixels}" if arguments.pixels else "dm_control"
+    with (arguments.output / f"{name}.csv").open("w", newline="") as file:
+        table = csv.DictWriter(file, ["task", *peers])
         table.writeheader()
         table.writerows(rows)
     text = report(rows, [worker.about for worker in workers.values()], arguments)
-    (arguments.output / "dm_control.md").write_text(text)
+    (arguments.output / f"{name}.md").write_text(text)
     print(text)
     for worker in workers.values():
         worker.end()
 
 
 def report(rows: list[dict[str, str]], about: list[str], arguments: argparse.Namespace) -> str:
+    peers, pairs = (PIXEL_PEERS, PIXEL_PAIRS) if arguments.pixels else (PEERS, PAIRS)
+    unit = f"picture ({arguments.pixels}) and two steps" if arguments.pixels else "environment step"
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     lines = [
-        "CPU microseconds per environment step; "
-        f"medians of {arguments.rounds} blocks of {arguments.seconds} s, in turns.",
+        f"CPU microseconds per {unit}; medians of {arguments.rounds} blocks of {arguments.seconds} s, in turns.",
         f"{cpu_model()}, {len(os.sched_getaffinity(0))} CPUs, {date}. " + "; ".join(sorted(set(about))) + ".",
         "",
-        "| task | " + " | ".join(PEERS) + " |",
-        "|---|" + "---:|" * len(PEERS),
-        *(f"| {row['task']} | " + " | ".join(row[peer] or "-" for peer in PEERS) + " |" for row in rows),
+        "| task | " + " | ".join(peers) + " |",
+        "|---|" + "---:|" * len(peers),
+        *(f"| {row['task']} | " + " | ".join(row[peer] or "-" for peer in peers) + " |" for row in rows),
         "",
         "| how many times as fast as the other | geometric mean | least | most | tasks |",
         "|---|---:|---:|---:|---:|",
     ]
-    for mine, other, name in PAIRS:
+    for mine, other, name in pairs:
         ratios = {row["task"]: float(row[other]) / float(row[mine]) for row in rows if row[mine] and row[other]}
         if not ratios:
             continue
         least, most = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
+        against = other.removesuffix("-64").removesuffix("-pixels")
         lines.append(
-            f"| {name}, against {other.removesuffix('-64')} | {geometric_mean(ratios.values()):.2f} | "
+            f"| {name}, against {against} | {geometric_mean(ratios.values()):.2f} | "
             f"{ratios[least]:.2f} ({least}) | {ratios[most]:.2f} ({most}) | {len(ratios)} |"
         )
     return "\n".join(lines) + "\n"

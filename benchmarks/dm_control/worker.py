@@ -2,7 +2,7 @@
 
 about -> what runs here | tasks -> the tasks that the peer has | open DOMAIN-TASK -> ok | run SECONDS -> env steps and
 CPU seconds taken | close -> ok
-Each peer plays its own episodes under random actions drawn beforehand.
+Each peer plays its own episodes under random actions drawn beforehand. Peers with pixels draw pictures of 64 x 64.
 """
 
 from __future__ import annotations
@@ -87,6 +87,48 @@ def mjenv_rows(task: str) -> Task:
     return Task((ENVS, *space.shape), space.low, space.high, step)
 
 
+PIXELS = {"height": 64, "width": 64, "camera_id": 0}
+REPEAT = 2  # of each action before a picture
+
+
+def dm_control_pixels(task: str) -> Task:
+    """As agents that learn from pixels use dm_control: a picture after two steps with the same action."""
+    from dm_control import suite
+
+    env = suite.load(*task.split("-"), task_kwargs={"random": 1})
+    env.reset()
+    spec = env.action_spec()
+
+    def step(action: Any) -> int:
+        for _ in range(REPEAT):
+            if env.step(action).last():
+                break
+        env.physics.render(**PIXELS)
+        return 1
+
+    return Task(spec.shape, spec.minimum, spec.maximum, step)
+
+
+def mjenv_pixels(rows: int) -> Callable[[str], Task]:
+    def open_task(task: str) -> Task:
+        import mjenv
+
+        size = PIXELS["height"], PIXELS["width"]
+        envs = mjenv.make_vec(
+            f"dm_control/{task}-v0", rows, num_threads=1, pixels=size, camera=PIXELS["camera_id"], action_repeat=REPEAT
+        )
+        envs.reset(seed=1)
+        space = envs.single_action_space
+
+        def step(actions: Any) -> int:
+            envs.step(actions)
+            return rows
+
+        return Task((rows, *space.shape), space.low, space.high, step)
+
+    return open_task
+
+
 def envpool_id(task: str) -> str:
     """EnvPool's name: ball_in_cup-catch is BallInCupCatch-v1."""
     words = task.replace("-", "_").split("_")
@@ -125,6 +167,9 @@ PEERS: dict[str, tuple[Callable[[str], Task], str]] = {
     "mjenv-single": (mjenv_single, "numpy gymnasium"),
     "mjenv-64": (mjenv_rows, "numpy gymnasium"),
     "envpool-64": (envpool_rows, "numpy envpool"),
+    "dm_control-pixels": (dm_control_pixels, "dm_control mujoco numpy"),
+    "mjenv-pixels": (mjenv_pixels(1), "numpy gymnasium"),
+    "mjenv-pixels-64": (mjenv_pixels(ENVS), "numpy gymnasium"),
 }
 
 

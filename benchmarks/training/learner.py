@@ -1,63 +1,169 @@
 """Trains with the native learner and with train_cleanrl.py, both on one thread, and compares CPU time and returns.
 
-    learner.py [ID ...] [--seeds 1 2 3] [--alone] [--steps N]
+    learner.py [ID ...] [--seeds 1 2 3] [--trainers learner script]     trains, and writes learner.csv
+    learner.py --table                                                  prints learner.csv as tables
 
-Both have the same settings and numbers of steps. For each id and seed the two trainings follow each other. Prints the
-CPU seconds of each process, start-up included, and the mean and standard deviation of the returns of the deterministic
-policy over 20 episodes, which begin with the resets of the seeds 100 to 119. --alone leaves the script out, which needs
-the Python of `tools/setup torch`.
+Both trainers have the same settings and numbers of steps; for each id and seed they follow each other. learner.csv has
+a line for each training: the CPU seconds of its process, start-up included, the mean and standard deviation of the
+returns of the deterministic policy over 20 episodes, which begin with the resets of the seeds 100 to 119, and the
+length of the shortest of them. For the learner it also has the CPU seconds and the steps after which the mean return of
+the last 20 episodes, which explored, first reached the id's goal. The script needs the Python of `tools/setup torch`.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import math
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 import mjenv
+from mjenv.training import Training
 
 SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "python" / "train_cleanrl.py"
 IDS = tuple(path.stem for path in sorted((SCRIPT.parents[1] / "policies").glob("*.txt")))
+TABLE = Path(__file__).with_suffix(".csv")
 EPISODES, SEED = 20, 100
+# Returns at which a robot hops, runs or walks well.
+GOALS = {"Hopper-v5": 3000, "HalfCheetah-v5": 5000, "Ant-v5": 4000, "Walker2d-v5": 3000, "Humanoid-v5": 5000}
 
 
-def cpu_seconds(command: list[str]) -> float:
-    """The CPU time of a command and its threads."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+@dataclass(frozen=True)
+class Result:
+    """One training. goal_seconds and goal_steps are nan if the goal was not reached, or if there is none."""
+
+    id: str
+    seed: int
+    trainer: str
+    steps: int
+    cpu_seconds: float
+    mean_return: float
+    std_return: float
+    shortest: int
+    goal_seconds: float = math.nan
+    goal_steps: float = math.nan
 
 
-def measure(name: str, command: list[str], id: str, seed: int, steps: int | None) -> float:
-    """Trains by a command, prints a line, and returns the CPU time."""
+def measure(id: str, seed: int, trainer: str) -> Result:
     with tempfile.TemporaryDirectory() as folder:
-        more = ["--steps", str(steps)] if steps else []
-        seconds = cpu_seconds([sys.executable, *command, id, "--seed", str(seed), "--out", folder, *more])
+        command = [__file__, "--train"] if trainer == "learner" else [str(SCRIPT)]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        made = subprocess.run(
+            [sys.executable, *command, id, "--seed", str(seed), "--out", folder],
+            check=True,
+            text=True,
+            stdout=subprocess.PIPE,
+        )
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        with (Path(folder) / "curve.csv").open() as curve:
+            steps = [int(row["steps"]) for row in csv.DictReader(curve)][-1]
         played = mjenv.evaluate(Path(folder) / "policy.txt", EPISODES, seed=SEED)
-    print(
-        f"{id:26} {seed:4} {name:8} {seconds:8.2f} s  {played.mean_return:12,.1f} +- {played.std_return:,.1f}",
-        flush=True,
+    return Result(
+        id,
+        seed,
+        trainer,
+        steps,
+        after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        played.mean_return,
+        played.std_return,
+        int(played.lengths.min()),
+        *map(float, made.stdout.split() if trainer == "learner" else ()),
     )
-    return seconds
+
+
+def train(id: str, seed: int, out: Path) -> None:
+    """Trains as `mjenv train` does, and prints the CPU seconds and the steps until the goal."""
+    reached = (math.nan, math.nan)
+
+    def look(training: Training) -> None:
+        nonlocal reached
+        if math.isnan(reached[0]) and training.curve[-1].mean_return >= GOALS.get(id, math.inf):
+            reached = time.process_time(), training.steps
+
+    mjenv.train(id, seed=seed, out=out, callback=look)
+    print(*reached)
+
+
+def read() -> list[Result]:
+    if not TABLE.exists():
+        return []
+    with TABLE.open() as file:
+        return [
+            Result(row["id"], int(row["seed"]), row["trainer"], int(row["steps"]), float(row["cpu_seconds"]),
+                   float(row["mean_return"]), float(row["std_return"]), int(row["shortest"]),
+                   float(row["goal_seconds"]), float(row["goal_steps"]))
+            for row in csv.DictReader(file)
+        ]  # fmt: skip
+
+
+def keep(result: Result) -> None:
+    """Writes a result into the table, in place of an earlier one of the same training."""
+    key = (result.id, result.seed, result.trainer)
+    others = [one for one in read() if (one.id, one.seed, one.trainer) != key]
+    with TABLE.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(one.name for one in fields(Result))
+        for one in sorted([*others, result], key=lambda one: (one.id, one.trainer, one.seed)):
+            writer.writerow(f"{value:.6g}" if isinstance(value, float) else value for value in astuple(one))
+
+
+def table(results: Iterable[Result]) -> Iterator[str]:
+    """Markdown: the returns of all seeds, and the medians of the times until the goals."""
+    trainings: dict[tuple[str, str], list[Result]] = {}
+    for one in results:
+        trainings.setdefault((one.id, one.trainer), []).append(one)
+    yield "| id | trainer | steps | CPU time, median | return by seed | shortest episode |"
+    yield "|---|---|---:|---:|---|---:|"
+    for (id, trainer), ones in trainings.items():
+        seconds = statistics.median(one.cpu_seconds for one in ones)
+        digits = 1 if abs(ones[0].mean_return) < 100 else 0
+        returns = " / ".join(f"{one.mean_return:,.{digits}f}" for one in ones)
+        shortest = min(one.shortest for one in ones)
+        yield f"| {id} | {trainer} | {ones[0].steps:,} | {seconds:.1f} s | {returns} | {shortest} |"
+    yield ""
+    yield "| id | return | CPU time by seed | median | steps, median |"
+    yield "|---|---:|---|---:|---:|"
+    for id, goal in GOALS.items():
+        if ones := trainings.get((id, "learner"), []):
+            times = [math.inf if math.isnan(one.goal_seconds) else one.goal_seconds for one in ones]
+            steps = [math.inf if math.isnan(one.goal_steps) else one.goal_steps for one in ones]
+            middle = statistics.median_high(times), statistics.median_high(steps)
+            yield f"| {id} | {goal:,} | {' / '.join(map(shown, times))} | {shown(middle[0])} | {middle[1]:,.0f} |"
+
+
+def shown(seconds: float) -> str:
+    return "not reached" if math.isinf(seconds) else f"{seconds:.1f} s"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("id", nargs="*", default=IDS)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
-    parser.add_argument("--steps", type=int, help="instead of those of the settings")
-    parser.add_argument("--alone", action="store_true")
+    parser.add_argument("--trainers", nargs="+", choices=("learner", "script"), default=("learner", "script"))
+    parser.add_argument("--table", action="store_true")
+    parser.add_argument("--train", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--seed", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args()
-    for id in given.id:
-        for seed in given.seeds:
-            ours = measure("learner", ["-m", "mjenv", "train"], id, seed, given.steps)
-            if not given.alone:
-                theirs = measure("script", [str(SCRIPT)], id, seed, given.steps)
-                print(f"{id:26} {seed:4} ratio    {theirs / ours:8.2f}", flush=True)
+    if given.train:
+        train(given.id[0], given.seed, given.out)
+    elif given.table:
+        print(*table(read()), sep="\n")
+    else:
+        for id in given.id:
+            for seed in given.seeds:
+                for trainer in given.trainers:
+                    result = measure(id, seed, trainer)
+                    keep(result)
+                    print(*astuple(result), flush=True)
 
 
 if __name__ == "__main__":

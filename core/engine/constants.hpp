@@ -10,8 +10,8 @@
 
 namespace mjenv::core {
 
-// Those arrays that mj_setConst computes and of which rows can have their own values. Without arrays that the model or
-// this MuJoCo lacks.
+// The arrays that mj_setConst computes and for which rows can have their own values, as far as the model and this
+// MuJoCo have them.
 std::vector<std::string> constant_arrays(const Model& model);
 
 // Calls mj_setConst for one row after the other. mj_setConst changes the model, so it is given a view of it with copies
@@ -25,12 +25,12 @@ class Constants {
   // Computes the constants of the model with a row's own arrays, or if block is null, of the compiled model. Afterwards
   // data is in the position qpos_spring, for which mj_setConst computes last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
-  // Computes them in an mjData of this object, as if that were new.
+  // Computes them in this object's own mjData. The result is the same as with a new mjData.
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates this object's mjData.
   void make_data();
-  // The arrays that mj_setConst has changed and of which rows have no own values yet. Fails with MJENV_E_MODEL if rows
-  // cannot have own values of one of them.
+  // The arrays that mj_setConst has changed and for which rows do not have their own values yet. Fails with
+  // MJENV_E_MODEL if rows cannot have own values of one of them.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;
@@ -40,7 +40,7 @@ class Constants {
   struct Part {
     enum class Kind { own, shared, unchecked };
     std::string name;
-    Kind kind;  // own: rows can have own values; else whether a change by mj_setConst is an error (shared) or not
+    Kind kind;  // own: rows can have own values; shared: a change by mj_setConst is an error; unchecked: it is not
     std::byte* values;
     const void* original;
     std::size_t bytes;

@@ -85,9 +85,9 @@ bool frames_unread(const mjModel& m) {
   return true;
 }
 
-// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list. Frames that no
-// step reads are not computed, or are copied from their body, which is the cheapest way. Work::complete computes them
-// later.
+// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list. The view
+// leaves out frames that no step reads. Where MuJoCo computes them nevertheless, it copies them from their body, which
+// is the cheapest way. Work::complete computes them later.
 std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
                                             std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);
@@ -167,7 +167,6 @@ Model::Model(std::string label, Compiled model, Origin origin)
       nu_(static_cast<int>(model_->nu)),
       nbody_(static_cast<int>(model_->nbody)) {}
 
-double Model::timestep() const { return model_->opt.timestep; }
 int Model::more_state() const { return core::more_state(*model_); }
 bool Model::is_valid_more(const double* state) const { return core::is_valid_more(*model_, state); }
 

@@ -59,7 +59,7 @@ class Model {
   const mjModel_* stepped() const { return stepped_.get(); }
   // The list of geom pairs in that view; null if MuJoCo has to search for pairs.
   const Pairs* pairs() const { return pairs_ ? &*pairs_ : nullptr; }
-  bool trusted() const { return origin_ != Origin::stranger; }
+  bool trusted() const { return origin_ != Origin::untrusted; }
   const std::string& label() const { return label_; }
   const std::vector<Array>& arrays() const { return arrays_; }
 
@@ -72,7 +72,6 @@ class Model {
   int more_state() const;
   // Whether MuJoCo can compute with these more_state() numbers.
   bool is_valid_more(const double* state) const;
-  double timestep() const;
   // How much memory an mjData of the model takes.
   std::size_t work_bytes() const;
   // The bounds of the actuators, rounded to float32 as in Gymnasium's action space.
@@ -94,7 +93,7 @@ class Model {
   std::uint64_t fingerprint() const;
 
  private:
-  enum class Origin { built_in, trusted, stranger };
+  enum class Origin { built_in, trusted, untrusted };
   struct Source {
     std::string label, path, text;
     Origin origin;

@@ -32,7 +32,8 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
   X(mj_contactForce) X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) \
   X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption) \
   X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) \
-  X(mjr_freeContext) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
+  X(mjr_freeContext) X(mjr_uploadHField) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) \
+  X(_mjPRIVATE_setTlsLogHandler)
 // clang-format on
 
 namespace mjenv::core {

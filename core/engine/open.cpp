@@ -125,7 +125,7 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
   if (platform::begins_path(xml_file)) {
     const std::string path = expanded(xml_file);
     return open({xml_file, path, read_file(path, max_text(trusted), "model file ", MJENV_E_FILE),
-                 trusted ? Origin::trusted : Origin::stranger});
+                 trusted ? Origin::trusted : Origin::untrusted});
   }
   std::vector<std::string> names;
   for (std::size_t i = 0; i < asset_count; ++i) {
@@ -137,7 +137,7 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
 }
 
 std::shared_ptr<const Model> Model::parse(const std::string& label, const std::string& xml, bool trusted) {
-  return open({label, "", xml, trusted ? Origin::trusted : Origin::stranger});
+  return open({label, "", xml, trusted ? Origin::trusted : Origin::untrusted});
 }
 
 std::shared_ptr<const Model> Model::open(const Source& source) {
@@ -150,7 +150,7 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
     run_with_stack(kStack, [&] {
       const platform::ClassicLocale locale;
       const bool built_in = source.origin == Origin::built_in;
-      const Limits limits(source.origin != Origin::stranger);
+      const Limits limits(source.origin != Origin::untrusted);
       const Mjcf given = built_in ? Mjcf{source.text, false} : checked(source.path, source.text, limits.trusted());
       refers_to_files = given.refers_to_files;
       compiled.reset(compile(folder_of(source.path), given.text, limits.of(kHullWork)));

@@ -15,7 +15,8 @@ namespace {
 
 using Names = std::vector<const char*>;
 
-// Arrays whose names begin so cannot be a row's own, because they are large or because MuJoCo uses them as indices.
+// Rows cannot have their own values of arrays whose names begin like this, because the arrays are large or because
+// MuJoCo uses them as indices.
 const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_", "vis."};
 
 // The integers that are neither sizes nor indices, with their bounds.
@@ -32,13 +33,13 @@ const std::vector<IntegerRule> kIntegers{
     {"actuator_forcelimited", 0, 1},
     {"geom_contype", 0, std::numeric_limits<int>::max()},
     {"geom_conaffinity", 0, std::numeric_limits<int>::max()},
-    {"opt.iterations", 1, static_cast<double>(kIterations.stranger)},
-    {"opt.noslip_iterations", 0, static_cast<double>(kIterations.stranger)},
-    {"opt.mpr_iterations", 1, static_cast<double>(kIterations.stranger)},
-    {"opt.ccd_iterations", 1, static_cast<double>(kIterations.stranger)},
+    {"opt.iterations", 1, static_cast<double>(kIterations.untrusted)},
+    {"opt.noslip_iterations", 0, static_cast<double>(kIterations.untrusted)},
+    {"opt.mpr_iterations", 1, static_cast<double>(kIterations.untrusted)},
+    {"opt.ccd_iterations", 1, static_cast<double>(kIterations.untrusted)},
 };
 
-// MuJoCo divides by the elements of these arrays. So 0 is accepted only for elements that are 0 in the model.
+// MuJoCo divides by the elements of these arrays. So an element may be 0 only if it is 0 in the model.
 const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfield_size",
                       "cam_fovy",      "opt.timestep",  "opt.impratio",    "stat.extent",
                       "stat.meansize", "stat.meanmass", "stat.meaninertia"};
@@ -149,7 +150,8 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
     double square = 0;
     for (std::size_t j = i; j < i + columns; ++j) square += value_of(j) * value_of(j);
     if (square < mjMINVAL)
-      refuse(i, std::string(", which begins a ") + (columns == 4 ? "quaternion" : "direction") + " that is too short");
+      refuse(i, std::string(", the first number of a ") + (columns == 4 ? "quaternion" : "direction") +
+                    " that is too short");
   }
 }
 
@@ -244,8 +246,18 @@ bool OwnArray::checks_elements_alone() const {
   return !is_in(kQuaternions, original.name) && !is_in(kDirections, original.name);
 }
 
+void OwnArray::read(const std::byte* block, double* values) const {
+  with_type(original.type, [&](auto zero) {
+    const auto* from = reinterpret_cast<const decltype(zero)*>(block + offset);
+    std::copy_n(from, original.count(), values);
+  });
+}
+
 void OwnArray::write(const double* values, std::byte* block) const {
-  for (std::size_t i = 0; i < original.count(); ++i) write(i, values[i], block);
+  with_type(original.type, [&](auto zero) {
+    auto* to = reinterpret_cast<decltype(zero)*>(block + offset);
+    std::transform(values, values + original.count(), to, [](double x) { return static_cast<decltype(zero)>(x); });
+  });
 }
 
 void OwnArray::write(std::size_t index, double value, std::byte* block) const {

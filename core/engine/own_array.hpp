@@ -1,4 +1,4 @@
-// An array of which rows can have their own values, and the rules for these values. It is an array or option of
+// An array whose values can differ from row to row, and the rules for these values. It is an array or option of
 // mjModel, or an input of mjData that is no part of a row's state.
 #pragma once
 
@@ -35,6 +35,8 @@ struct OwnArray {
   // Whether `check` can judge each element without the others.
   bool checks_elements_alone() const;
 
+  // The values in a row's block as doubles.
+  void read(const std::byte* block, double* values) const;
   void write(const double* values, std::byte* block) const;
   void write(std::size_t element, double value, std::byte* block) const;
 };

@@ -1,4 +1,4 @@
-// The arrays of which each row of an environment has its own values. An array is added when it is first written.
+// The arrays whose values differ from row to row in an environment. An array is added when it is first written.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ class OwnArrays {
   const std::vector<OwnArray>& list() const { return list_; }
   bool empty() const { return list_.empty(); }
   // An empty layout for the same model.
-  OwnArrays none() const { return OwnArrays(*model_); }
+  OwnArrays empty_layout() const { return OwnArrays(*model_); }
   std::size_t block_bytes() const { return block_bytes_; }
   bool has_inputs() const { return has_inputs_; }  // of mjData
   const OwnArray* find(const std::string& name) const;

@@ -87,8 +87,8 @@ class Work {
   // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
   void keep_current();
   bool keeps_current() const { return is_current_; }
-  // The qpos with which the last mj_step1 or mj_forward began. MuJoCo 2.2.2 normalises the quaternions in qpos. If the
-  // next step began with the normalised ones, it would normalise them again, which can change last bits.
+  // The qpos with which the last mj_step1 or mj_forward began. MuJoCo 2.2.2 normalises the quaternions in qpos. A step
+  // that began with the normalised ones would normalise them again, which can change their last bits.
   const std::vector<double>& raw_qpos() const { return raw_qpos_; }
   // For resets: simulates `count` timesteps. The first one continues from what was computed last.
   void simulate(std::int64_t count);
@@ -103,7 +103,7 @@ class Work {
   using BeforeSubstep = std::function<void(std::int64_t)>;
   // For a step, call act, then step, which calls mj_step `frames` times and writes the state before the last call to
   // `before`. before_substep may be null. If lanes::Stepper advances mjData instead of `step`, it calls note_step at
-  // the end. shows_current: it has also computed the stages of mj_step1, and has called keep_raw_qpos before.
+  // the end. shows_current: the stepper has called keep_raw_qpos and then computed the stages of mj_step1.
   void act(const Action& action);
   void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
   // has_forces: the stepper has also computed what complete_forces computes.
@@ -127,7 +127,7 @@ class Work {
   int constraint_count() const;
   // Whether MuJoCo found bad numbers in qpos, qvel or qacc during the last step or forward.
   bool diverged() const;
-  // Whether MuJoCo then reset the simulation, as it does unless the model disables that.
+  // Whether MuJoCo reset the simulation because of that. It does unless the model disables it.
   bool was_reset() const;
   // Whether MuJoCo found bad numbers in an mj_step before the last one of the step.
   bool diverged_early() const { return diverged_early_; }

@@ -38,7 +38,7 @@ ActionTransform::ActionTransform(const Options& options, const Task& task)
         fail(MJENV_E_MODEL, "option \"rescale_actions\" is set, but " +
                                 task.action_label(static_cast<std::int64_t>(i)) + " has the bounds " +
                                 number(clip_low_[i]) + " and " + number(clip_high_[i]) +
-                                ", from which nothing can be rescaled");
+                                ", to which no action can be rescaled");
       const long double extent = static_cast<long double>(clip_high_[i]) - static_cast<long double>(clip_low_[i]);
       gradient_.push_back(static_cast<float>((high - low) / extent));
       const float start = gradient_[i] * -clip_low_[i];

@@ -33,7 +33,7 @@ class ActionTransform {
   std::vector<double> low_, high_;
   std::vector<float> clip_low_, clip_high_, gradient_, intercept_;
 
-  // Number: the type in which NumPy computes, which is the action's.
+  // Number: the action's type, in which NumPy computes.
   template <typename Number>
   Number transformed(Number value, std::size_t i) const;
 };

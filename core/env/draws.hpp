@@ -16,8 +16,8 @@ class Draws {
  public:
   void reserve(std::size_t bytes) { block_.reserve(bytes); }
   void clear() { block_.clear(); }
-  // Draws the values. Of the row, this changes only the random stream; `adopt` stores the values. values: the row's own
-  // values before the draw.
+  // Draws the values. This changes the row's random stream and nothing else of the row; `adopt` stores the values.
+  // values: the row's own values before the draw.
   void draw(Rows& rows, std::int64_t row, const std::byte* values, const Randomization& randomization,
             RowConstants& constants) {
     const OwnArrays& arrays = rows.arrays();

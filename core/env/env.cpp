@@ -127,7 +127,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 
 LaneChoice Env::lanes() const {
   if (lanes_.width == 0) return lanes_;
-  if (!rows_.fit_lanes()) return {0, "rows have values of their own of " + listed(beyond_lanes(rows_.arrays()))};
+  if (!rows_.fit_lanes()) return {0, "rows have their own values of " + listed(beyond_lanes(rows_.arrays()))};
   return lanes_;
 }
 
@@ -493,7 +493,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   perturbation_ = std::move(next);
 }
 
-// Sets to 0 the pushing forces that the last step of each row has left in its own values.
+// Sets the forces to 0 that the pushes of each row's last step have left in its own values.
 void Env::end_pushes() {
   if (!perturbation_.applies_forces()) return;
   for (std::int64_t row = 0; row < rows(); ++row) {

@@ -1,6 +1,7 @@
 // An environment: its task, its rows, and the workers that step the rows.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -37,9 +38,13 @@ class Env {
   const Schema& schema() const { return schema_; }
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
+  // Whether the task itself writes the rows' own copies of this array (mjenv_build_own).
+  bool task_writes(const std::string& array) const {
+    return std::find(task_.needs.own.begin(), task_.needs.own.end(), array) != task_.needs.own.end();
+  }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together, given the rows' present values. Forces are considered only while no row
-  // is under way.
+  // How many rows each thread steps together with the rows' present values. While rows are under way, the answer
+  // ignores the forces on them.
   LaneChoice lanes() const;
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 

@@ -10,8 +10,8 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: MJENV_E_TASK, or MJENV_E_VALUE or MJENV_E_MODEL (a drawn value was
-// refused) if that is the error's, otherwise MJENV_E_PHYSICS.
+// Calls body. If it throws, writes the row's status: the error's own if that is MJENV_E_TASK, or MJENV_E_VALUE or
+// MJENV_E_MODEL (a drawn value was refused), otherwise MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {

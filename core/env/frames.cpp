@@ -91,9 +91,9 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
       keys_.empty() ? std::vector<Field>{{MJENV_ROLE_OBSERVATION, "", "", MJENV_DTYPE_FLOAT64, {}, 0, total(fields_)}}
                     : keys_;
   if (whole > 0)
-    take_whole(blocks, whole);
+    stack_whole(blocks, whole);
   else
-    take_terms(history.text);
+    stack_terms(history.text);
 
   std::size_t count = 0;
   for (const Stack& stack : stacks_) count += stack.count * stack.frames;
@@ -107,12 +107,12 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
     name_frames(blocks, whole);
   else if (!keys_.empty())
     keys_ = keys_of(fields_);
-  take_bounds(count);
+  set_bounds(count);
 }
 
 // Sets up a history in which each block is stacked as a whole. The blocks together are the task's observation and the
 // time.
-void Frames::take_whole(const std::vector<Field>& blocks, std::size_t frames) {
+void Frames::stack_whole(const std::vector<Field>& blocks, std::size_t frames) {
   std::size_t to = 0;
   for (const Field& block : blocks) {
     const Stack stack{to, static_cast<std::size_t>(block.count), frames};
@@ -151,7 +151,7 @@ void Frames::name_frames(const std::vector<Field>& blocks, std::size_t frames) {
 }
 
 // Sets up a history of single terms: `lengths` names them and the number of their frames.
-void Frames::take_terms(const std::string& lengths) {
+void Frames::stack_terms(const std::string& lengths) {
   std::vector<std::size_t> frames(fields_.size(), 0);
   std::istringstream words(lengths);
   for (std::string word; words >> word;) {
@@ -185,8 +185,8 @@ void Frames::take_terms(const std::string& lengths) {
   shape_ = {static_cast<std::int64_t>(to)};
 }
 
-// Sets the bounds of the observation's `count` numbers, for which the caller has checked that there is enough memory.
-void Frames::take_bounds(std::size_t count) {
+// Sets the bounds of the observation's `count` numbers. The caller has checked that there is enough memory for them.
+void Frames::set_bounds(std::size_t count) {
   low_.assign(count, -kInfinity);
   high_.assign(count, kInfinity);
   if (!is_timed_) return;

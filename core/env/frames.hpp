@@ -83,14 +83,14 @@ class Frames {
   std::vector<Piece> pieces_;  // of the task's observation
   std::size_t time_at_ = 0;    // where the observation has the newest time
 
-  void take_whole(const std::vector<Field>& blocks, std::size_t frames);
-  void take_terms(const std::string& lengths);
+  void stack_whole(const std::vector<Field>& blocks, std::size_t frames);
+  void stack_terms(const std::string& lengths);
   void name_frames(const std::vector<Field>& blocks, std::size_t frames);
-  void take_bounds(std::size_t count);
+  void set_bounds(std::size_t count);
   void place(const double* observation, std::int64_t steps, double* to) const;
 };
 
-// Declares these three options, which every id has.
+// Declares the options that concern observations, which every id has.
 void declare_frame_options(Options& options);
 
 }  // namespace mjenv::core

@@ -20,9 +20,9 @@ namespace {
 //   - an Entry for each part that some row of the image has, in the order of kParts, with the bytes that one row has
 //   - an Entry for each array in which some row has own values that are not the model's, in alphabetical order, with
 //     its bytes in a block of own values, where the arrays follow each other at multiples of 8 bytes
-//   - each row's parts, one after the other. Head::kept says which of the kept parts the row has. Rows in equal states
-//   have equal images, whatever calls led to the states. So an image leaves out arrays whose values equal the model's,
-//   and the own values of a version that equal those that would apply without them (Version).
+//   - each row's parts, one after the other. Head::kept says which of the kept parts the row has
+// Rows in equal states have equal images, whatever calls led to the states. So an image leaves out arrays whose values
+// equal the model's, and the own values of a version that equal those that would apply without them (Version).
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint16_t version = 5;
@@ -73,7 +73,7 @@ std::size_t bytes_of(const PartKind& kind, const Rows& rows, const OwnArrays& ar
 // What an image of these rows contains.
 class Plan {
  public:
-  Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().none()) {
+  Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().empty_layout()) {
     if (!rows.arrays().empty()) choose_arrays(range);
     size_ = sizeof(ImageHeader) + arrays_.list().size() * sizeof(Entry);
     std::uint16_t present = 0;
@@ -392,7 +392,7 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
   };
   std::vector<Entry> parts;
   for (std::uint32_t i = 0; i < header.parts; ++i) parts.push_back(take_entry());
-  OwnArrays arrays = rows.arrays().none();
+  OwnArrays arrays = rows.arrays().empty_layout();
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < header.arrays; ++i) {
     const Entry entry = take_entry();

@@ -14,8 +14,8 @@
 
 namespace mjenv::core {
 
-// An image fits an environment of the same identity, MuJoCo, math library and number of rows, if this version of the
-// library wrote it.
+// An image fits an environment with the same identity, version of MuJoCo, math library and number of rows, if this
+// version of the library wrote it.
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 

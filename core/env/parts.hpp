@@ -1,4 +1,4 @@
-// The parts of which a row consists. The code that allocates, copies and saves rows loops over this table.
+// The parts of a row. The code that allocates, copies and saves rows loops over this table.
 #pragma once
 
 #include <array>

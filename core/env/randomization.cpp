@@ -87,9 +87,7 @@ void Randomization::add(const mjenv_randomization& given, const Model& model) {
     item.is_checked = item.is_checked || drawn->distribution == MJENV_DISTRIBUTION_NORMAL;
     if (item.array.checks_elements_alone()) check_ends(item, *drawn, ranges_.data() + drawn->first);
   } else {
-    if (given.parameter_count < 1 || given.parameter_count > kMaxParameters)
-      fail(MJENV_E_SIZE, "parameter_count is " + std::to_string(given.parameter_count) + ", not 1 to " +
-                             std::to_string(kMaxParameters));
+    check_range("parameter_count", given.parameter_count, 1, kMaxParameters, MJENV_E_SIZE);
     const bool is_choice = item.distribution == MJENV_DISTRIBUTION_CHOICE;
     const std::int64_t needed = item.distribution == MJENV_DISTRIBUTION_TRUNCATED_NORMAL ? 4 : 2;
     if (!is_choice) check_count("parameter_count", given.parameter_count, needed);
@@ -151,15 +149,10 @@ void Randomization::take_elements(Item& item, const mjenv_randomization& given) 
     item.elements.resize(count);
     std::iota(item.elements.begin(), item.elements.end(), std::size_t{0});
   } else {
-    if (given.element_count < 0 || given.element_count > static_cast<std::int64_t>(count))
-      fail(MJENV_E_SIZE,
-           "element_count is " + std::to_string(given.element_count) + ", not 0 to " + std::to_string(count));
+    check_range("element_count", given.element_count, 0, static_cast<std::int64_t>(count), MJENV_E_SIZE);
     for (std::int64_t i = 0; i < given.element_count; ++i) {
-      const std::int64_t element = given.elements[i];
-      if (element < 0 || element >= static_cast<std::int64_t>(count))
-        refuse("element " + std::to_string(element) + " is outside 0.." +
-               std::to_string(static_cast<std::int64_t>(count) - 1));
-      item.elements.push_back(static_cast<std::size_t>(element));
+      check_index("element", given.elements[i], count);
+      item.elements.push_back(static_cast<std::size_t>(given.elements[i]));
     }
   }
   for (const std::size_t element : item.elements) item.originals.push_back(all[element]);

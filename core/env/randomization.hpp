@@ -25,7 +25,7 @@ class Randomization {
   bool empty() const { return items_.empty(); }
   // Whether mj_setConst is called after the draws.
   bool computes_constants() const { return computes_constants_; }
-  // The arrays of which rows need their own values.
+  // The arrays for which rows need their own values.
   std::vector<std::string> arrays() const;
   // A hash of the list; 0 if it is empty.
   std::uint64_t fingerprint() const { return fingerprint_; }

@@ -71,7 +71,7 @@ class Rows {
   double* ranges(std::int64_t row) { return numbers(Part::ranges, row); }
   bool has_perturbation() const { return sizes_[index_of(Part::perturbation)] > 0; }
 
-  // The arrays of which rows have own values.
+  // The arrays for which rows have their own values.
   const OwnArrays& arrays() const { return arrays_; }
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
   // The row's own values in this version. If the version `constants` has none of its own, returns null.
@@ -83,7 +83,7 @@ class Rows {
   // mj_resetData sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
-  // Whether lanes support all arrays of which rows have own values.
+  // Whether lanes support all arrays for which rows have their own values.
   bool fit_lanes() const { return fit_lanes_; }
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
@@ -97,15 +97,15 @@ class Rows {
   // Call this before the row's state or own values are written. Keeps the values from which the derived arrays were
   // computed.
   void keep(std::int64_t row);
-  // Call this before set_state replaces the version `computed` after a step. Keeps that of the step as `stepped`.
+  // Call this after a step, before set_state replaces the version `computed`. Keeps the step's version as `stepped`.
   void keep_step(std::int64_t row);
-  // Call this before the results of mj_setConst replace the present state and values, which this keeps as `constants`.
-  // Replaces what an earlier call has kept.
+  // Call this before the results of mj_setConst replace the present state and values. Keeps these as `constants`, in
+  // place of what an earlier call has kept.
   void keep_constants(std::int64_t row);
   // Call this when all derived arrays have been computed from the present state and values.
   void drop_kept(std::int64_t row) { head(row).kept = 0; }
-  // Call this instead of drop_kept when set_state has computed after a step, because what keep_step has kept is still
-  // needed.
+  // Call this instead of drop_kept when set_state has computed the derived arrays after a step, because what keep_step
+  // has kept is still needed.
   void drop_all_but_step(std::int64_t row) {
     head(row).kept &= kept_bit(Part::stepped_state) | kept_bit(Part::stepped_values);
   }
@@ -120,7 +120,7 @@ class Rows {
   // make_perturbation returns records of `size` numbers for all rows, for set_perturbation.
   std::vector<double> make_perturbation(std::uint64_t size) const;
   void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
-  // ranges: those with which all rows begin.
+  // ranges: those that all rows have at first.
   std::vector<double> make_ranges(const std::vector<double>& ranges) const;
   void set_ranges(std::vector<double> of_rows, std::size_t size) noexcept;
 

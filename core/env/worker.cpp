@@ -142,18 +142,15 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   inputs_.assign(rows.values(row), rows.values(row) + rows.block_bytes());
   if (arrays.has_inputs()) arrays.clear_inputs(inputs_.data());
   if (!arrays.empty()) use(arrays, inputs_.data());
-  for (std::size_t i = 0; i < written_.size(); ++i) {
-    const OwnArray* array = arrays.find(task_.needs.own[i]);
-    const bool is_force = array->place == OwnArray::Place::data_input;
-    written_[i] = is_force ? nullptr : reinterpret_cast<double*>(inputs_.data() + array->offset);
-  }
+  for (OwnValues& own : own_values_)
+    if (own.is_converted) own.array->read(inputs_.data(), own.values.data());
   work_.clear();
   work_.forward();
   view_.complete();
   show_kept(rows, row);
 
   const Work::State state = work_.state();
-  ResetSimulation simulation{work_, view_, state.time, written_.data()};
+  ResetSimulation simulation{work_, view_, state.time, written_.data(), take_own_};
   Random random(&rng);
   np::RandomState stream;
   if (rows.has_random_state()) {
@@ -165,6 +162,7 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
     random.state = &stream;
   }
   task_.calls->reset(view_.sim(), {state.qpos, state.qvel, state.act, view_.carried()}, random, &simulation);
+  take_own();
   for (const std::string& name : task_.needs.own) arrays.find(name)->check(inputs_.data());
   work_.save(before_.data());
   work_.forward();
@@ -184,6 +182,14 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   if (arrays.empty()) return;
   std::copy(inputs_.begin(), inputs_.end(), rows.values(row));
   use(rows, row);
+}
+
+void Worker::take_own() {
+  for (const OwnValues& own : own_values_) {
+    if (!own.is_converted) continue;
+    own.array->check(own.values.data());
+    own.array->write(own.values.data(), inputs_.data());
+  }
 }
 
 void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
@@ -225,19 +231,22 @@ void Worker::prepare(const OwnArrays& arrays) {
   release();
   draws_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
-  written_.resize(task_.needs.own.size());
   own_values_.clear();
   controlled_.assign(task_.needs.own.size(), nullptr);
-  forces_of_task_ = controlled_;
+  written_ = forces_of_task_ = controlled_;
   own_values_.reserve(controlled_.size());
   for (std::size_t i = 0; i < controlled_.size(); ++i) {
     const OwnArray* array = arrays.find(task_.needs.own[i]);
     if (!array) continue;  // not yet added to the rows' arrays
     const bool is_force = array->place == OwnArray::Place::data_input;
-    own_values_.push_back({array, is_force, std::vector<double>(array->original.count()), {}});
+    const bool is_converted = array->original.type != MJENV_DTYPE_FLOAT64;
+    own_values_.push_back({array, is_force, is_converted, std::vector<double>(array->original.count()), {}});
     own_values_.back().before = own_values_.back().values;
     controlled_[i] = own_values_.back().values.data();
-    if (is_force) forces_of_task_[i] = controlled_[i];
+    if (is_force)
+      forces_of_task_[i] = controlled_[i];
+    else
+      written_[i] = is_converted ? controlled_[i] : reinterpret_cast<double*>(inputs_.data() + array->offset);
   }
   arrays.fill(0, inputs_.data());
   use(arrays, inputs_.data());
@@ -292,7 +301,7 @@ void Worker::apply_own_forces() {
 mjenv_outcome Worker::step(Rows& rows, std::int64_t row, const Action& action, Random& random) {
   for (OwnValues& own : own_values_) {
     if (!own.is_force)
-      std::memcpy(own.values.data(), rows.values(row) + own.array->offset, own.array->bytes);
+      own.array->read(rows.values(row), own.values.data());
     else if (!random_)
       std::copy_n(work_.force(own.array->original.name), own.values.size(), own.values.data());
     own.before = own.values;
@@ -307,7 +316,7 @@ void Worker::commit(Rows& rows, std::int64_t row) { save(rows, row, Origin::step
 
 void Worker::commit_step(Rows& rows, std::int64_t row) {
   const auto is_changed = [](const OwnValues& own) {
-    return std::memcmp(own.values.data(), own.before.data(), own.array->bytes) != 0;
+    return std::memcmp(own.values.data(), own.before.data(), own.values.size() * sizeof(double)) != 0;
   };
   const auto put = [&](std::vector<double> OwnValues::*values) {
     for (const OwnValues& own : own_values_)

@@ -36,7 +36,7 @@ class Worker {
     transformed.resize(static_cast<std::size_t>(task_.action_count()));
   }
 
-  // True if the work space holds the row's derived arrays.
+  // Whether the work space holds the row's derived arrays.
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
   // Makes the work space hold the row's derived arrays, by computing them again if necessary.
   void hold(Rows& rows, std::int64_t row);
@@ -78,7 +78,7 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  // Must be prepared if mj_setConst was called for a row, or if resets call it.
+  // Call its prepare() if mj_setConst was called for a row, and its prepare_draw() if resets call mj_setConst.
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
   Perturbation::Step perturbed;
@@ -115,7 +115,7 @@ class Worker {
   // Own values that the work space uses instead of the row's: in `begin` those with cleared inputs, in `hold` those
   // with which mj_setConst was called.
   std::vector<std::byte> inputs_;
-  std::vector<double*> written_;          // where a reset writes own arrays, in inputs_
+  std::vector<double*> written_;          // mjenv_start.own
   const Work::Pushes* pushes_ = nullptr;  // those of the last step, for commit
   bool is_kicked_ = false;                // the task's step has changed the velocities
   // The stream of the current step, if it began with begin_step; otherwise null.
@@ -125,10 +125,13 @@ class Worker {
   struct OwnValues {
     const OwnArray* array;
     bool is_force;
+    // A reset writes doubles of the model directly to the block that MuJoCo reads. float32 numbers are converted.
+    bool is_converted;
     std::vector<double> values, before;
   };
   std::vector<OwnValues> own_values_;
   std::vector<double*> controlled_, forces_of_task_;  // mjenv_outcome.own, mjenv_control.own
+  const std::function<void()> take_own_ = [this] { take_own(); };
   const Work::BeforeSubstep before_substep_ = [this](std::int64_t substep) { before_substep(substep); };
   const std::vector<Array> arrays_;
 
@@ -137,6 +140,8 @@ class Worker {
   void show_kept(Rows& rows, std::int64_t row);
   // `begin` for a task with Needs::current, whose reset can simulate.
   void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
+  // Copies the float32 numbers that a reset has written to inputs_. Throws if MuJoCo cannot compute with them.
+  void take_own();
   // Copies the forces that the task has written to mjData. Throws if MuJoCo cannot compute with them.
   void apply_own_forces();
   void load_carried(Rows& rows, std::int64_t row) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
+#include <utility>
 
 #include "numpy/shared_draws.hpp"
 
@@ -112,6 +114,13 @@ std::int64_t RandomState::randint(std::int64_t low, std::int64_t high) {
   return low + drawn;
 }
 
-std::int64_t RandomState::choice(std::int64_t count, const double* p) { return chosen_by(rand(), count, p); }
+std::int64_t RandomState::choice(std::int64_t count, const double* p) {
+  return p ? chosen_by(rand(), count, p) : randint(0, count);
+}
+
+void RandomState::permutation(std::int64_t count, std::int64_t* order) {
+  std::iota(order, order + count, std::int64_t{0});
+  for (std::int64_t i = count - 1; i > 0; --i) std::swap(order[i], order[randint(0, i + 1)]);
+}
 
 }  // namespace mjenv::core::np

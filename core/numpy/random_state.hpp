@@ -39,8 +39,10 @@ class RandomState {
   double randn();
   // randint(low, high): low <= number < high. high - low is at most 2^32.
   std::int64_t randint(std::int64_t low, std::int64_t high);
-  // choice(count, p=p). Does not check p.
+  // choice(count, p=p), or choice(count) if p is null. Does not check p.
   std::int64_t choice(std::int64_t count, const double* p);
+  // permutation(count)
+  void permutation(std::int64_t count, std::int64_t* order);
 
  private:
   static constexpr std::size_t kWords = 624;

@@ -1,4 +1,4 @@
-// Estimates the memory and time that drawing a model takes, before OpenGL is called. For drivers end the process when
+// Estimates the memory and time that drawing a model takes, before OpenGL is called: drivers end the process when
 // memory runs out, and a picture of an untrusted model must not take hours.
 #pragma once
 

@@ -126,6 +126,19 @@ void Drawing::make_context(const mjModel& row, int framebuffer) {
   }
 }
 
+bool Drawing::needs_fields(const mjModel& row) const {
+  return follows_fields_ && (heights_.empty() || !std::equal(heights_.begin(), heights_.end(), row.hfield_data));
+}
+
+void Drawing::upload_fields(const mjModel& row) {
+  heights_.clear();  // in case MuJoCo fails
+  use(row);
+  drawing([&] {
+    for (int i = 0; i < static_cast<int>(model.nhfield); ++i) mjr_uploadHField(&model, &context, i);
+  });
+  heights_.assign(row.hfield_data, row.hfield_data + row.nhfielddata);
+}
+
 void Drawing::free_in(gl::Context& owner) noexcept {
   if (!gl::here()) return;
   try {

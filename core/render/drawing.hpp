@@ -1,6 +1,8 @@
 // MuJoCo's structures for drawing one model, which renderers and windows share.
 #pragma once
 
+#include <vector>
+
 #include "engine/model.hpp"
 #include "engine/mujoco.hpp"
 #include "error.hpp"
@@ -40,11 +42,20 @@ struct Drawing {
   // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
 
+  // Makes pictures show each row's own height fields, of a task that writes them. Otherwise they show those of the
+  // first row that is drawn, as in Gymnasium.
+  void follow_fields() { follows_fields_ = true; }
+  // Whether the row's height fields differ from those that follow_fields has made the context draw.
+  bool needs_fields(const mjModel& row) const;
+  // Makes the context, in the current OpenGL context, draw the row's height fields.
+  void upload_fields(const mjModel& row);
+
   // Shows a row.
   void update(const mjModel& row, mjData* data);
 
  private:
-  bool trusted_, shown_ = false;
+  bool trusted_, shown_ = false, follows_fields_ = false;
+  std::vector<float> heights_;  // the hfield_data in the context, if it follows them
 
   // The public constructor delegates to this one, so that the destructor runs if the public one throws.
   Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted), trusted_(trusted) {}

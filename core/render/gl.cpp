@@ -122,7 +122,8 @@ auto first_or_next(const Open& open_context) {
   const std::int32_t before = bound.process;
   // Checked before the lock is taken, because in a forked child the lock may stay locked for ever.
   if (before != 0 && before != platform::process_id())
-    fail(MJENV_E_RENDER, "OpenGL was used before this process was forked: spawn the process, or draw in it alone");
+    fail(MJENV_E_RENDER,
+         "OpenGL was used before this process was forked: start the process with spawn, or draw in no other process");
   const std::lock_guard lock(bound.mutex);
   bound.process = platform::process_id();
   try {

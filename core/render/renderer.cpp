@@ -57,7 +57,7 @@ mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camer
   return settings;
 }
 
-Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
+Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields)
     : model_(std::move(model)),
       width_(settings.width),
       height_(settings.height),
@@ -72,6 +72,7 @@ Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settin
   traits_ = gl::traits_of(*context_);
   check_size();
   drawing_->make_context(mjFB_OFFSCREEN);
+  if (follows_fields) drawing_->follow_fields();
 }
 
 Renderer::~Renderer() { drawing_->free_in(*context_); }
@@ -109,6 +110,10 @@ void Renderer::look_at(const mjModel_& model, mjData_* data) {
   if (drawing_->needs_context(model)) {
     const gl::Current current(*context_);
     drawing_->make_context(model, mjFB_OFFSCREEN);
+  }
+  if (drawing_->needs_fields(model)) {
+    const gl::Current current(*context_);
+    drawing_->upload_fields(model);
   }
   place_camera(model, *data);
   drawing_->update(model, data);

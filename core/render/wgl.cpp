@@ -130,8 +130,8 @@ class HiddenWindow {
       made.set_exception(std::current_exception());
       return;
     }
-    // Handles the window's messages, because Windows would wait for a window that does not. Only the owner of this
-    // object closes the window.
+    // Handles the window's messages, because Windows would wait for a window that does not handle its own. Only the
+    // owner of this object closes the window.
     Message message{};
     while (wgl_.get_message(&message, nullptr, 0, 0) > 0)
       if (message.number != kClose) wgl_.dispatch_message(&message);

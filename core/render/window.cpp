@@ -33,7 +33,7 @@ std::string formatted(const char* format, Values... values) {
 
 }  // namespace
 
-Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
+Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields)
     : model_(std::move(model)),
       drawing_(*model_, sized_for_a_window(settings)),
       context_(gl::open_window(settings.width, settings.height, "mjenv")),
@@ -59,6 +59,7 @@ Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& 
   glfw_.set_scroll_callback(window, [](GLFWwindow* w, double, double y) { owner_of(w).zoom(-0.05 * y); });
   const gl::Current current(*context_);
   drawing_.make_context(mjFB_WINDOW);
+  if (follows_fields) drawing_.follow_fields();
   glfw_.swap_interval(1);
 }
 
@@ -85,6 +86,10 @@ void Window::look_at(const mjModel& model, mjData* data) {
   if (drawing_.needs_context(model)) {
     const gl::Current current(*context_);
     drawing_.make_context(model, mjFB_WINDOW);
+  }
+  if (drawing_.needs_fields(model)) {
+    const gl::Current current(*context_);
+    drawing_.upload_fields(model);
   }
   drawing_.geom_rgba = transparent_ ? geom_rgba_.data() : nullptr;
   drawing_.update(model, data);

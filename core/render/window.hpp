@@ -13,7 +13,8 @@ namespace mjenv::core {
 
 class Window {
  public:
-  Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings);
+  // follows_fields: whether pictures show each row's own height fields (Drawing::follow_fields).
+  Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields);
   ~Window();
 
   bool is_open() const { return open_; }

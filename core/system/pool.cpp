@@ -31,7 +31,7 @@ bool spin_until(const Condition& condition) {
 }  // namespace
 
 Pool::Pool(int threads, bool pinned) : owner_(platform::process_id()) {
-  const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // here, as nothing below may throw
+  const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // before the threads start, because this may throw
   try {
     const platform::BlockedSignals blocked;
     for (int worker = 1; worker < threads; ++worker) {

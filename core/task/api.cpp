@@ -201,10 +201,15 @@ void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) 
 
 // ---- RandomState ----
 
+constexpr std::int64_t kMostOfState = std::int64_t{1} << 32;  // numbers, among which one 32-bit word can choose
+
 template <typename T, typename Draw>
 T attempt_state(mjenv_random* random, T fallback, const Draw& draw) {
   np::RandomState* state = cast(random).state;
-  if (!state) return refuse_draw(random, "RandomState: only reset draws from it, of tasks that ask for it", fallback);
+  if (!state)
+    return refuse_draw(random,
+                       "RandomState: only the reset of a task that called mjenv_build_random_state can draw from it",
+                       fallback);
   return draw(*state);
 }
 
@@ -222,17 +227,27 @@ double state_randn(mjenv_random* random) {
 }
 
 std::int64_t state_randint(mjenv_random* random, std::int64_t low, std::int64_t high) {
-  constexpr std::uint64_t limit = std::uint64_t{1} << 32;
   if (low >= high) return refuse_draw(random, "randint: low >= high", low);
-  if (static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low) > limit)
+  if (static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low) > kMostOfState)
     return refuse_draw(random, "randint: high - low is more than 2^32", low);
   return attempt_state(random, low, [&](auto& state) { return state.randint(low, high); });
 }
 
 std::int64_t state_choice(mjenv_random* random, std::int64_t count, const double* p) {
-  if (count < 1 || !p) return refuse_draw(random, "choice: count is less than 1, or p is NULL", std::int64_t{0});
-  if (const char* why = bad_probabilities(count, p)) return refuse_draw(random, why, std::int64_t{0});
+  if (count < 1 || count > kMostOfState) return refuse_draw(random, "choice: count is not 1 to 2^32", std::int64_t{0});
+  if (const char* why = p ? bad_probabilities(count, p) : nullptr) return refuse_draw(random, why, std::int64_t{0});
   return attempt_state(random, std::int64_t{0}, [&](auto& state) { return state.choice(count, p); });
+}
+
+void state_permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
+  if (count < 0 || count > kMostOfState) {
+    refuse_draw(random, "permutation: count is not 0 to 2^32", 0);
+    return;
+  }
+  attempt_state(random, 0, [&](auto& state) {
+    state.permutation(count, order);
+    return 0;
+  });
 }
 
 std::int32_t state_is_new(mjenv_random* random) {
@@ -248,6 +263,7 @@ std::int32_t simulate(mjenv_start* start, const Body& body) {
   if (!simulation)
     return refuse_draw(start->random, "only tasks that call mjenv_build_current can simulate in reset", 1);
   try {
+    simulation->take_own();
     body(*simulation);
     simulation->view.complete();
     return 0;
@@ -285,7 +301,8 @@ constexpr mjenv_task_api api{
     sizeof(mjenv_task_api), MJENV_ABI_VERSION, fail_with, integer, reals, is_integer, text, index, option_index,
     norm_is_fused, need, array, field, carry, carry_bounds, random_real, uniform, normal, integers, choice, sample,
     permutation, parameter, keep, current, own, random_state, forward, advance, restart, contact_count, state_rand,
-    state_uniform, state_randn, state_randint, state_choice, state_is_new, action};
+    state_uniform, state_randn, state_randint, state_choice, state_is_new, action,
+    state_permutation};
 // clang-format on
 
 }  // namespace

@@ -35,8 +35,7 @@ void Builder::carry_bounds(const CarryBounds& bounds) {
 
 void Builder::action(std::int64_t count, const double* low, const double* high) {
   constexpr std::int64_t most = std::int64_t{1} << 20;
-  if (count < 1 || count > most)
-    fail(MJENV_E_VALUE, "action: the count is " + std::to_string(count) + ", not 1 to " + std::to_string(most));
+  check_range("action: the count", count, 1, most);
   ActionBounds bounds;
   for (std::int64_t i = 0; i < count; ++i) {
     const double from = low ? low[i] : -kInfinity, to = high ? high[i] : kInfinity;

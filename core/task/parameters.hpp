@@ -1,4 +1,4 @@
-// The live parameters of a task: options of which each row has its own numbers, which the caller can write while the
+// The live parameters of a task: options for which each row has its own numbers. The caller can write these while the
 // task runs.
 #pragma once
 

@@ -112,7 +112,7 @@ void RegisteredTask::take_options(const mjenv_task& given) {
       check_default(from.value);
       if (from.value != std::floor(from.value) || std::fabs(from.value) > static_cast<double>(kMaxInteger))
         fail(MJENV_E_VALUE,
-             what + ": its default " + number(from.value) + " is not an integer of at most 2^53 - 1 either way");
+             what + ": its default " + number(from.value) + " is not an integer between -(2^53 - 1) and 2^53 - 1");
       option.integer = static_cast<std::int64_t>(from.value);
     };
     if (std::isnan(from.low) || std::isnan(from.high) || from.low > from.high)
@@ -212,17 +212,18 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
         "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with \".\", \"/\" or \"~\"", "",
         Scope::service);
   if (!given_.fixed_frame_skip)
-    options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many mj_steps make a step");
+    options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many times a step calls mj_step");
   for (const auto& option : of_task) options.add(option);
   // xml_file, xml_string, trust_xml and norm are of Scope::service, because an image's identity contains the model and
   // the rounding.
   if (given_.fixed_model == 0) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
                  Scope::service);
-    options.text("trust_xml", "auto",
-                 "whether the model may be of any size and read any file (yes), or its size is limited and it reads "
-                 "files only in its folder, with xml_string none (no); auto: yes for xml_file, no for xml_string",
-                 "auto yes no", Scope::service);
+    options.text(
+        "trust_xml", "auto",
+        "yes: the model may have any size and read any file; no: its size is limited, and it reads only files in "
+        "its folder, with xml_string none; auto: yes for xml_file, no for xml_string",
+        "auto yes no", Scope::service);
   }
   options.integer("max_episode_steps", given_.time_limit, 0, kMaxInteger,
                   "the number of steps after which an episode is truncated; 0: never");

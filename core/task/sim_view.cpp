@@ -73,9 +73,12 @@ void SimView::need_action(ActionBounds bounds) {
 int SimView::need_own(const std::string& array) {
   const OwnArray own = OwnArray::of(work_.compiled(), array);
   const bool is_force = array == "qfrc_applied" || array == "xfrc_applied";
-  if ((own.place != OwnArray::Place::model_array && !is_force) || own.original.type != MJENV_DTYPE_FLOAT64)
-    fail(MJENV_E_TYPE,
-         "array " + quoted(array) + " is neither an array of mjModel with doubles nor qfrc_applied nor xfrc_applied");
+  const bool is_real = own.original.type == MJENV_DTYPE_FLOAT64 || own.original.type == MJENV_DTYPE_FLOAT32;
+  if ((own.place != OwnArray::Place::model_array && !is_force) || !is_real)
+    fail(MJENV_E_TYPE, "array " + quoted(array) +
+                           " is neither an array of mjModel with real numbers nor qfrc_applied nor xfrc_applied");
+  if (std::find(needs_.own.begin(), needs_.own.end(), array) != needs_.own.end())
+    fail(MJENV_E_VALUE, "array " + quoted(array) + " is already an own array of this task");
   needs_.own.push_back(array);
   return static_cast<int>(needs_.own.size()) - 1;
 }
@@ -107,7 +110,7 @@ const Array& SimView::share(const std::string& name) {
   if (!found) found = find(work_.compiled().arrays(), name);
   if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
   if (found->stride)
-    fail(MJENV_E_NAME, quoted(name) + " does not lie in one piece: ask for \"contacts\" with mjenv_build_need");
+    fail(MJENV_E_NAME, quoted(name) + " is not one contiguous array: ask for \"contacts\" with mjenv_build_need");
   needs_.arrays.push_back(name);
   shared_.push_back(found->data);
   shared_originals_.push_back(found->data);

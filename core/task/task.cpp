@@ -19,12 +19,12 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Makes the action visible to a callback while this object lives.
-struct Shown {
+struct ShownAction {
   SimView& view;
-  Shown(SimView& to, const Action& action) : view(to) { view.show(action); }
-  ~Shown() { view.hide_action(); }
-  Shown(const Shown&) = delete;
-  Shown& operator=(const Shown&) = delete;
+  ShownAction(SimView& to, const Action& action) : view(to) { view.show(action); }
+  ~ShownAction() { view.hide_action(); }
+  ShownAction(const ShownAction&) = delete;
+  ShownAction& operator=(const ShownAction&) = delete;
 };
 
 // The buffer for an info. Numbers that the callback does not write stay NaN.
@@ -154,7 +154,7 @@ void Calls::map(const char* name, Map* callback, SimView& view, const Action& ac
                 Random& random) const {
   mjenv_control to{sizeof to,  static_cast<std::int32_t>(control.substep), control.ctrl, view.carried(), &random,
                    control.own};
-  const Shown shown(view, action);
+  const ShownAction shown(view, action);
   call(
       name, [&] { return callback(self_, &view.sim(), &to); }, &random);
   check_carried(name, view.carried());
@@ -169,7 +169,7 @@ mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random, d
   std::copy_n(view.sim().qvel, qvel.size(), qvel.data());
   mjenv_outcome to{sizeof to, 0, 0, nan_info(view, info_count_), view.carried(), &random, own, qvel.data()};
   if (!callbacks_.step) return to;
-  const Shown shown(view, action);
+  const ShownAction shown(view, action);
   call(
       "step", [&] { return callbacks_.step(self_, &view.sim(), &to); }, &random);
   check_carried("step", view.carried());

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +35,8 @@ struct ResetSimulation {
   Work& work;
   SimView& view;
   double *time, *const *own;
+  // Gives the simulation what the reset has written to own arrays. Throws if MuJoCo could not compute with it.
+  const std::function<void()>& take_own;
 };
 
 // What before_step and before_substep write: the part of mjenv_control that does not belong to the row.
@@ -84,7 +87,7 @@ class Calls {
   void reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation = nullptr) const;
   // Returns the numbers of the reset info, which are stored in the view.
   const double* reset_info(SimView& view) const;
-  // Writes the numbers that the next step needs to know of the present state to SimView::carried.
+  // Writes what the next step needs to know of the present state to SimView::carried.
   void carry(SimView& view) const;
   void observe(SimView& view, double* to) const;
   // Turns the action into ctrl.

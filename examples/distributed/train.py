@@ -53,7 +53,7 @@ class Learner:
         torch.manual_seed(seed)
         self._settings = settings
         self.agent = Agent(observations, actions)
-        self._optimizer = torch.optim.Adam(self.agent.parameters(), settings.rate, eps=1e-5)
+        self._optimizer = torch.optim.Adam(self.agent.parameters(), settings.rate, eps=1e-5, fused=True)
         self.moments, self._returns = Moments(observations), Moments(1)
 
     def brain(self) -> pool.Brain:

@@ -283,7 +283,7 @@ def train(
     envs = make(id, s.envs, backend, **stages[0].options)
     (observations,), (actions,) = envs.single_observation_space.shape, envs.single_action_space.shape
     agent = Agent(observations, actions, s.deviation)
-    optimizer = torch.optim.Adam(agent.parameters(), s.rate, eps=1e-5)
+    optimizer = torch.optim.Adam(agent.parameters(), s.rate, eps=1e-5, fused=True)
     normalizer = Normalizer(observations, s.envs, s.gamma)
     batch = s.rollout * s.envs
     updates = [-(-stage.steps // batch) for stage in stages]

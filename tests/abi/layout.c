@@ -522,6 +522,7 @@ int main(void) {
   FIELD(mjenv_task_api, state_choice);
   FIELD(mjenv_task_api, state_is_new);
   FIELD(mjenv_task_api, action);
+  FIELD(mjenv_task_api, state_permutation);
 
   STRUCT(mjenv_builder);
   FIELD(mjenv_builder, struct_size);

@@ -194,7 +194,8 @@ static void disturb(struct player* p, int step) {
     assert_ok(mjenv_reset(p->env, NULL, NULL));
   }
   if (step == 43) rub(p->env, 1);
-  if (step == 46) scale_array(p->env, 1, "geom_size", 1.1);  // from now on one by one
+  if (step == 46) scale_array(p->env, 1, "geom_size", 1.1);
+  if (step == 49) scale_array(p->env, 1, "actuator_gear", 1.1);  // from now on one by one
   free(qpos);
   free(qvel);
 }
@@ -388,9 +389,11 @@ static void test_forces(void** state) {
   assert_ok(mjenv_recv(env, ROWS, -1, rows, ROWS, &size, NULL));
   assert_refused(MJENV_E_ARGUMENT, mjenv_info_of(env, NULL), "info");
   scale_array(env, 1, "geom_size", 1.1);
-  assert_lanes(env, 0, "geom_size");
+  assert_lanes(env, 2, "");
+  scale_array(env, 1, "actuator_gear", 1.1);
+  assert_lanes(env, 0, "actuator_gear");
   assert_ok(mjenv_reset(env, NULL, NULL));
-  assert_lanes(env, 0, "geom_size");
+  assert_lanes(env, 0, "actuator_gear");
   mjenv_destroy(env);
 }
 

@@ -71,8 +71,8 @@ class Scene {
         work_(model_),
         tables_(*model_) {
     const auto numbers = [](int count) { return std::vector<lanes::V>(static_cast<std::size_t>(count)); };
-    for (const int count :
-         {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kMost, 3 * lanes::Contacts::kMost, 9 * lanes::Contacts::kMost})
+    for (const int count : {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kCapacity, 3 * lanes::Contacts::kCapacity,
+                            9 * lanes::Contacts::kCapacity})
       memory_.push_back(numbers(count));
     d_.model = &m_;
     d_.geom_xpos = numbers_of(0);
@@ -83,7 +83,7 @@ class Scene {
     c_.dist = numbers_of(2);
     c_.pos = numbers_of(3);
     c_.frame = numbers_of(4);
-    hits_.resize(tables_.pairs.size());
+    may_touch_.resize(tables_.pairs.size());
     assert_true(tables_.lists_pairs);
   }
 
@@ -94,7 +94,7 @@ class Scene {
 
   void compare() {
     reject(false);
-    const std::vector<unsigned char> spheres = hits_;
+    const std::vector<unsigned char> spheres = may_touch_;
     reject(true);
     for (std::size_t i = 0; i < tables_.pairs.size(); ++i) {
       const lanes::ContactPair& pair = tables_.contact_pairs[i];
@@ -103,7 +103,7 @@ class Scene {
         const bool is_near = spheres[i] >> lane & 1;  // else MuJoCo asks no function
         if (is_near) expected[lane] = contacts_of(lane, pair);
         counts_.boxes += is_near && expected[lane].empty() && tables_.pairs[i].boxes >= 0;
-        const bool is_rejected = !(hits_[i] >> lane & 1);
+        const bool is_rejected = !(may_touch_[i] >> lane & 1);
         if (is_near && is_box(pair.geom1) && is_box(pair.geom2) && contacts_of(lane, pair, slack_).empty()) {
           ++counts_.true_boxes;
           counts_.rejected_boxes += is_rejected;
@@ -134,7 +134,7 @@ class Scene {
   std::vector<std::vector<lanes::V>> memory_;
   lanes::Lanes d_{};
   lanes::Contacts c_{};
-  std::vector<unsigned char> hits_;
+  std::vector<unsigned char> may_touch_;
   Counts counts_;
 
   double* numbers_of(std::size_t index) { return reinterpret_cast<double*>(memory_[index].data()); }
@@ -146,7 +146,7 @@ class Scene {
     d_.pairs = pairs.data();
     d_.pair_count = static_cast<int>(pairs.size());
     d_.box_pairs = tables_.box_pairs.data();
-    d_.hits = hits_.data();
+    d_.may_touch = may_touch_.data();
     lanes::reject(d_);
   }
 
@@ -169,7 +169,7 @@ class Scene {
   void compare_contacts(std::size_t index, const std::array<std::vector<mjContact>, kWidth>& expected) {
     d_.pairs = &tables_.pairs[index];
     d_.pair_count = 1;
-    d_.hits = &hits_[index];
+    d_.may_touch = &may_touch_[index];
     c_.pairs = &tables_.contact_pairs[index];
     for (int& count : c_.constraints) count = 0;
     if (!lanes::collision(d_, c_)) return;  // of parallel capsules, or where the search may miss it
@@ -179,7 +179,7 @@ class Scene {
       std::vector<mjContact> included;  // a contact at its margin makes no constraint
       for (const mjContact& con : expected[lane])
         if (con.dist < c_.pairs->includemargin) included.push_back(con);
-      const bool is_near = hits_[index] >> lane & 1;
+      const bool is_near = may_touch_[index] >> lane & 1;
       for (int i = 0; i < c_.contact_count; ++i) {
         if (!(c_.contacts[i].rows >> lane & 1)) continue;
         if (next == included.size()) fail_msg("lanes find too many contacts of geoms %s", name.c_str());

@@ -103,9 +103,9 @@ class Generator {
     for (const char* flag : {"limit", "frictionloss", "contact", "equality", "warmstart", "filterparent", "clampctrl",
                              "actuation", "passive", "gravity", "refsafe", "sensor", "constraint"})
       if (chance(25)) flags += attribute(flag, "disable");
-    return "<option" << attribute("timestep", number(in(0.001, 0.006))) << perhaps(4, "integrator", "RK4")
-                     << perhaps(3, "cone", "elliptic")
-                     << attribute("solver", pick({"Newton", "Newton", "Newton", "PGS", "PGS", "CG"}))
+    return "<option" << attribute("timestep", number(in(0.001, 0.006)))
+                     << perhaps(3, "integrator", pick({"RK4", "RK4", "implicit"})) << perhaps(3, "cone", "elliptic")
+                     << attribute("solver", pick({"Newton", "Newton", "Newton", "PGS", "PGS", "CG", "CG"}))
                      << perhaps(4, "jacobian", pick({"dense", "sparse"}))
                      << perhaps(4, "iterations", std::to_string(1 + below(30)))
                      << perhaps(6, "tolerance", pick({"0", "1e-4", "1e-12"}))

@@ -81,6 +81,7 @@ void test_models(void** /*state*/) {
     assert_string_equal(found[stage].c_str(), "lanes");
   for (const char* stage : {"tendons", "sensors", "energies"}) assert_string_equal(found[stage].c_str(), "absent");
 
+  const std::string tendon = "<tendon><fixed><joint joint='j' coef='1'/></fixed></tendon>";
   const struct {
     std::string text, stage, how;
   } cases[] = {
@@ -90,8 +91,8 @@ void test_models(void** /*state*/) {
        "lanes"},
       {with("<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>", "<geom type='mesh' mesh='m'/>", ""),
        "contacts", "lanes; row by row: plane and mesh, where they are near"},
-      {with("<option solver='CG'/>", "", ""), "solver", "row by row: the solver CG"},
-      {with("<option solver='CG'/>", "", ""), "constraints", "row by row: the solver's stage is, too"},
+      {with("<option solver='CG'/>", "", ""), "solver", "lanes"},
+      {with("<option noslip_iterations='1'/>", "", ""), "constraints", "row by row: the solver's stage is, too"},
       {with("<option solver='PGS' cone='elliptic'/>", "", ""), "solver", "row by row: PGS with elliptic cones"},
       {with("<option noslip_iterations='1'/>", "", ""), "solver", "row by row: noslip"},
       {with("<option jacobian='sparse'/>", "", ""), "solver", "row by row: sparse Jacobians"},
@@ -105,9 +106,13 @@ void test_models(void** /*state*/) {
       {with("", "", "<sensor><gyro site='t'/></sensor>"), "sensors", "lanes"},
       {with("", "", "<sensor><rangefinder site='t'/></sensor>"), "sensors", "lanes; row by row: rangefinders"},
       {with("", "", "<sensor><user objtype='site' objname='t' datatype='real' needstage='acc' dim='1'/></sensor>"),
-       "sensors", "row by row: sensors of users"},
+       "sensors", "row by row: user sensors"},
       {with("<option><flag energy='enable'/></option>", "", ""), "energies", "row by row: only where they are read"},
-      {with("<option integrator='implicit'/>", "", ""), "kinematics", "row by row: the integrator"}};
+      {with("<option integrator='implicit'/>", "", ""), "accelerations", "lanes; row by row: the integrator implicit"},
+      {with("<option jacobian='sparse'/>", "", tendon), "tendons", "row by row: sparse Jacobians of tendons"},
+      {with("<option jacobian='sparse'/>", "", tendon), "passive", "row by row: sparse Jacobians of tendons"},
+      {with("<option><flag fwdinv='enable'/></option>", "", ""), "kinematics",
+       "row by row: the comparison of forward and inverse dynamics (opt.enableflags)"}};
   for (const auto& c : cases) assert_string_equal(stages_of(c.text)[c.stage].c_str(), c.how.c_str());
 }
 

@@ -206,6 +206,30 @@ def test_physics_errors() -> None:
         assert np.isfinite(env.step(np.zeros(6)).reward)
 
 
+def test_full_contact_buffer() -> None:
+    """A humanoid that is folded into itself has more contacts than MuJoCo 2.2.2 keeps."""
+    raised: dict[Any, list[str]] = {ours: [], theirs: []}
+    for suite, messages in raised.items():
+        env = suite.load("humanoid_CMU", "run", {"random": 1})
+        env.reset()
+        random = np.random.RandomState(1)
+        for fold in (0.1, 3):
+            qpos = random.uniform(-fold, fold, len(env.physics.data.qpos))
+            qpos[:3] = 0, 0, -1  # in the floor
+            with env.physics.suppress_physics_errors(), env.physics.reset_context():
+                env.physics.data.qpos[:] = qpos
+                env.physics.model.opt.timestep = 1e-9  # so that it is still folded after a step
+            for call in (env.physics.after_reset, env.physics.step, lambda env=env: env.step(np.zeros(56))):
+                try:
+                    call()
+                    messages.append("")
+                except PhysicsError as error:
+                    messages.append(str(error))
+    assert raised[ours] == raised[theirs]
+    full = "Physics state is invalid. Warning(s) raised: mjWARN_CONTACTFULL"
+    assert raised[ours] == [*[""] * 3, *[full] * 3]
+
+
 def test_errors() -> None:
     physics = ours.load("cheetah", "run", {"random": 1}).physics
     with pytest.raises(KeyError, match="no name 'torsi' here; there are torso"):

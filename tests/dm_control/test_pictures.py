@@ -121,6 +121,17 @@ def test_before_the_first_reset() -> None:
     assert_same_step(got.reset(), want.reset())
 
 
+def test_visualize_reward() -> None:
+    envs = [suite.load("cartpole", "balance", {"random": 2}, visualize_reward=True) for suite in (ours, theirs)]
+    for _ in range(2):
+        for env in envs:
+            env.reset()
+        assert_same_picture(*envs, **SIZE)
+        for env in envs:
+            env.step([0.2])
+        assert_same_picture(*envs, **SIZE)
+
+
 def test_many_sizes() -> None:
     """More sizes than renderers are kept."""
     envs = pair(("pendulum", "swingup"), 2)

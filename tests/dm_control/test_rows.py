@@ -111,3 +111,12 @@ def test_streams() -> None:
         env._rows.set_random_state(0, bad, False)
     with pytest.raises(ValueError, match="count is 627, not 4 or 6"):
         mjenv.make("Hopper-v5")._rows.set_random_state(0, random.get_state(), False)
+
+
+def test_bounds_of_actions() -> None:
+    """Those of dm_control's action_spec, also where motors have none."""
+    for task in ("lqr-lqr_6_2", "walker-walk"):
+        spec = suite.load(*task.split("-")).action_spec()
+        space = mjenv.make_vec(f"dm_control/{task}-v0", 2).single_action_space
+        np.testing.assert_array_equal(space.low, spec.minimum.astype(np.float32))
+        np.testing.assert_array_equal(space.high, spec.maximum.astype(np.float32))

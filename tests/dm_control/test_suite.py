@@ -92,7 +92,39 @@ def test_dm_control_has_the_rest() -> None:
     assert (
         type(ours.load("cartpole", "three_poles", {"num_poles": 4, "random": 1})).__module__ == "dm_control.rl.control"
     )
-    assert ours.load("cartpole", "balance", visualize_reward=True).task.visualize_reward
+
+
+@pytest.mark.parametrize("task", TASKS, ids="-".join)
+def test_visualize_reward(task: tuple[str, str]) -> None:
+    """The colours of materials after resets, where dm_control has not yet computed the new state, and after steps."""
+    got, want = (suite.load(*task, {"random": 4}, visualize_reward=True) for suite in (ours, theirs))
+    assert got.task.visualize_reward
+    draw = actions(want, 4)
+    for _ in range(2):
+        assert_same_step(got.reset(), want.reset())
+        np.testing.assert_array_equal(got.physics.model.mat_rgba, want.physics.model.mat_rgba)
+        for _ in range(2):
+            action = draw()
+            assert_same_step(got.step(action), want.step(action))
+            np.testing.assert_array_equal(got.physics.model.mat_rgba, want.physics.model.mat_rgba)
+    got.close()
+
+
+def test_visualize_reward_later() -> None:
+    got, want = (suite.load("cartpole", "balance", {"random": 1}) for suite in (ours, theirs))
+    for env in (got, want):
+        with pytest.raises(ValueError, match="Expected a boolean"):
+            env.task.visualize_reward = 1
+        env.reset()
+        env.task.visualize_reward = True
+        env.step([0.0])
+    colours = got.physics.named.model.mat_rgba
+    assert colours["self"].tolist() == want.physics.named.model.mat_rgba["self"].tolist()
+    assert colours["self"].tolist() != colours["self_default"].tolist()
+    for env in (got, want):
+        env.task.visualize_reward = False
+        env.reset()
+    np.testing.assert_array_equal(got.physics.model.mat_rgba, want.physics.model.mat_rgba)
 
 
 def both_refuse(error: type[Exception], load: Callable[[Any], Any]) -> None:

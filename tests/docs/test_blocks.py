@@ -119,7 +119,7 @@ def compiled(block: Block) -> Path:
     source = program.with_name(f"{program.name}.source")
     source.write_text(text)
     flags = run(["pkg-config", "--cflags", "--libs", "mjenv"]).split()
-    if "mjenv/learn.h" in text:
+    if "<mjenv/learn.h" in text:  # learn.h or learn.hpp
         flags.append("-lmjenv-learn")
     run([*COMPILERS[block.language], str(source), "-x", "none", *flags, "-o", str(program)])
     return program
@@ -133,7 +133,7 @@ def crate() -> Path:
     (folder / "examples").mkdir(parents=True)
     (folder / "src").mkdir(exist_ok=True)
     (folder / "src" / "lib.rs").touch()
-    dependency = f'mjenv = {{ path = "{ROOT / "bindings" / "rust" / "mjenv"}" }}'
+    dependency = f'mjenv = {{ path = "{ROOT / "bindings" / "rust" / "mjenv"}", features = ["learn"] }}'
     package = '[package]\nname = "blocks"\nversion = "0.0.0"\nedition = "2021"\n\n[workspace]\n\n[dependencies]\n'
     (folder / "Cargo.toml").write_text(f"{package}{dependency}\n")
     for block in BLOCKS:

@@ -190,7 +190,7 @@ static void test_borrowed_options(void** state) {
   mjenv_options* borrowed = (mjenv_options*)(uintptr_t)mjenv_options_of(env);
   int64_t strict = -1;
   mjenv_options_destroy(borrowed);
-  assert_refused(MJENV_E_ARGUMENT, mjenv_options_set_integer(borrowed, "strict", 0), "environment's");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_options_set_integer(borrowed, "strict", 0), "belong to an environment");
   assert_ok(mjenv_options_get_integer(borrowed, "strict", &strict));
   assert_int_equal(strict, 1);
   assert_ok(mjenv_create(borrowed, 1, &twin));

@@ -452,6 +452,29 @@ static void test_infinite_rewards(void** state) {
   free(before);
 }
 
+// With a huge weight of the value, gradients are infinite.
+static void test_infinite_weights(void** state) {
+  (void)state;
+  mjenv_learn_settings settings = short_settings();
+  mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
+  mjenv_learner* learner = learner_of(env, &settings);
+  ok(mjenv_learner_train(learner, 500));
+  char* before = policy_of(learner);
+  settings.value_coef = 1e300;
+  ok(mjenv_learner_set(learner, &settings));
+  for (int i = 0; i < 2; ++i) {
+    refused(MJENV_E_VALUE, mjenv_learner_train(learner, 500), "update 2 made weights of the networks infinite");
+    assert_same_policy("after infinite weights", learner, before);
+  }
+  settings = short_settings();
+  ok(mjenv_learner_set(learner, &settings));
+  ok(mjenv_learner_train(learner, 500));
+  assert_int_equal(report_of(learner).updates, 2);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  free(before);
+}
+
 static void test_infinite_spaces(void** state) {
   (void)state;
   const mjenv_learn_settings settings = short_settings();
@@ -777,6 +800,7 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_bad_checkpoints),
       cmocka_unit_test(test_full_disk),
       cmocka_unit_test(test_infinite_rewards),
+      cmocka_unit_test(test_infinite_weights),
       cmocka_unit_test(test_infinite_spaces),
       cmocka_unit_test(test_settings),
       cmocka_unit_test(test_kl_limit),

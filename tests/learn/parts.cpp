@@ -1,9 +1,11 @@
 // What the learner is made of: gradients against PyTorch and finite differences, Adam, advantages and normalisation against
 // their formulas in float64, and functions that give the same bits in every instruction set.
+//   test_learn_parts [bits]    bits: writes the kernels' results to stdout, to be compared with those of another CPU
 #include <cmath>
 #include <csetjmp>
 #include <cstdarg>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -577,7 +579,11 @@ void test_orthogonal(void**) {
 
 }  // namespace
 
-int main() {
+int main(int count, char** arguments) {
+  if (count == 2 && std::string(arguments[1]) == "bits") {
+    const auto all = outputs_of(*usable_kernels().back());
+    return std::fwrite(all.data(), sizeof all[0], all.size(), stdout) == all.size() && !all.empty() ? 0 : 1;
+  }
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_instruction_sets),
       cmocka_unit_test(test_functions),

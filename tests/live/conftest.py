@@ -7,7 +7,11 @@ from pathlib import Path
 
 import pytest
 
+import mjenv
 from mjenv import verify
+
+# The ids of Gymnasium, listed before the tests register tasks of their own.
+IDS = mjenv.ids()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

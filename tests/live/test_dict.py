@@ -13,9 +13,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import FlattenObservation, FrameStackObservation, TimeAwareObservation
 
 import mjenv
+from conftest import IDS
 from mjenv.verify import check_same
-from test_live_vector import check_results
-from test_wrappers import actions_of
+from test_wrappers import actions_of, check_vectors
 
 
 class Parts(gymnasium.ObservationWrapper):  # type: ignore[misc]
@@ -75,7 +75,7 @@ CASES: list[tuple[dict[str, Any], Any]] = [
 NAMES = [" ".join(f"{name}={value}" for name, value in options.items()) or "plain" for options, _ in CASES]
 
 
-@pytest.mark.parametrize("id", mjenv.ids())
+@pytest.mark.parametrize("id", IDS)
 @pytest.mark.parametrize(("options", "wrap"), CASES, ids=NAMES)
 def test_single(id: str, options: dict[str, Any], wrap: Any) -> None:
     names, counts = parts_of(id)
@@ -112,16 +112,4 @@ def test_vector(id: str, mode: AutoresetMode, options: dict[str, Any]) -> None:
         env.metadata = dict(env.metadata)  # SyncVectorEnv writes into it, which would change that of the class
         return env
 
-    theirs = SyncVectorEnv([one] * rows, autoreset_mode=mode)
-    assert ours.single_observation_space == theirs.single_observation_space
-    assert ours.observation_space == theirs.observation_space
-    check_results("reset", ours.reset(seed=3), theirs.reset(seed=3))
-    ended = np.zeros(rows, bool)
-    for t, actions in enumerate(actions_of(ours.action_space, 40, 4)):
-        if mode == AutoresetMode.DISABLED and ended.any():
-            mask = {"reset_mask": ended}
-            check_results(f"reset {t}", ours.reset(options=dict(mask)), theirs.reset(options=dict(mask)))
-        step = theirs.step(actions)
-        check_results(f"step {t}", ours.step(actions), step)
-        ended = step[2] | step[3]
-    ours.close(), theirs.close()
+    check_vectors(ours, SyncVectorEnv([one] * rows, autoreset_mode=mode), steps=40)

@@ -21,13 +21,13 @@ import numpy as np
 import pytest
 
 import mjenv
+from conftest import IDS
 from mjenv import cli, verify
 from mjenv.verify import DifferenceError, Run, check_same, play
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 CUSTOM = ROOT / "tests" / "golden" / "custom"
-IDS = mjenv.ids()
 # The size in mjModel that counts each kind of object.
 COUNTS = {
     "body": "nbody",

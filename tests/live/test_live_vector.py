@@ -17,9 +17,9 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 import mjenv
+from conftest import IDS
 from mjenv.verify import DifferenceError, check_same
 
-IDS = mjenv.ids()
 PUSHER = "Pusher-v4" if "Pusher-v4" in IDS else "Pusher-v5"
 MODES = list(AutoresetMode)
 OUTPUTS = ("obs", "rewards", "terminations", "truncations", "infos")

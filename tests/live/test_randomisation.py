@@ -16,10 +16,10 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 import mjenv
+from conftest import IDS
 from mjenv import Delay, Noise, Offset, Push, Same, Scale, Value
 from mjenv.verify import check_same
 
-IDS = mjenv.ids()
 Array = NDArray[Any]
 
 

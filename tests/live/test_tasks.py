@@ -479,6 +479,148 @@ def test_numpy_reset_that_simulates(threads: int) -> None:
     other.close()
 
 
+TASKS = Path(__file__).resolve().parent.parent / "tasks"
+mjenv.load_tasks(Path(os.environ["MJENV_LIBRARY"]).parent / "tests" / "tasks" / "libterrain.so")
+
+
+class Terrain(mjenv.Task):
+    """tests/tasks/terrain.cpp written again. Its own arrays are float32 in MuJoCo."""
+
+    model = TASKS / "terrain.xml"
+    frame_skip = 4
+    time_limit = 25
+    current = True
+    random_state = True
+    own = ("hfield_data", "geom_rgba")
+    state = {"touched": ()}  # noqa: RUF012
+
+    def reset_row(self, start: Any) -> dict[str, Any]:
+        start.own["hfield_data"][:] = start.random_state.permutation(30) / 30
+        start.random_state.shuffle(start.own["hfield_data"][:7])
+        start.own["geom_rgba"][0, 0] = start.random_state.choice(5) / 10
+        start.own["geom_rgba"][1, 0] += 0.01  # counts the resets
+        start.qpos[0] = start.random_state.uniform(-1, 1)
+        start.forward()
+        for _ in range(200):
+            if start.contact_count:
+                break
+            start.advance(1)
+        start.time = 0
+        return {"touched": start.sim.xpos[1, 2]}
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        rows = len(sim.qpos)
+        field, rgba = sim.own["hfield_data"], sim.own["geom_rgba"].reshape(rows, -1)
+        return np.concatenate([sim.qpos, sim.qvel, field, rgba, sim.touched[:, None]], axis=1)
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        rows = len(action)
+        at = sim.rng.integers(0, 30, rows)
+        sim.own["hfield_data"][np.arange(rows), at] = sim.rng.random(rows)
+        return sim.qpos[:, 0], np.zeros(rows, bool), {"height": sim.qpos[:, 2]}
+
+
+mjenv.register("NumpyTerrain-v0", Terrain)
+
+
+class PlainTerrain:
+    """One row of it, with mujoco's own calls."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng, self.random_state = np.random.default_rng(seed), np.random.RandomState(seed)
+        self.model = mujoco.MjModel.from_xml_path(str(Terrain.model))
+        self.data = mujoco.MjData(self.model)
+
+    def reset(self) -> None:
+        model, data = self.model, self.data
+        mujoco.mj_resetData(model, data)
+        forward_without_actuation(model, data)
+        heights = self.random_state.permutation(30) / 30
+        self.random_state.shuffle(heights[:7])
+        model.hfield_data[:] = heights
+        model.geom_rgba[0, 0] = self.random_state.choice(5) / 10
+        model.geom_rgba[1, 0] = np.float64(model.geom_rgba[1, 0]) + 0.01
+        data.qpos[0] = self.random_state.uniform(-1, 1)
+        forward_without_actuation(model, data)
+        while not data.ncon:
+            mujoco.mj_step2(model, data)
+            mujoco.mj_step1(model, data)
+        self.touched, data.time = data.xpos[1, 2].copy(), 0
+        forward_without_actuation(model, data)
+
+    def step(self, action: NDArray[Any]) -> None:
+        model, data = self.model, self.data
+        data.ctrl[:] = action
+        mujoco.mj_step(model, data, 4)
+        mujoco.mj_step1(model, data)
+        at = self.rng.integers(0, 30)
+        model.hfield_data[at] = self.rng.random()
+
+    def observed(self) -> NDArray[Any]:
+        model, data = self.model, self.data
+        return np.concatenate(
+            [data.qpos, data.qvel, model.hfield_data, model.geom_rgba.reshape(-1), [self.touched]], dtype=np.float64
+        )
+
+
+@pytest.mark.parametrize("id", ["NumpyTerrain-v0", "tests/Terrain-v0"])
+def test_own_arrays_of_float32(id: str) -> None:
+    plain = [PlainTerrain(seed) for seed in range(ROWS)]
+    envs = mjenv.make_vec(id, ROWS, autoreset_mode="disabled")
+    other = mjenv.make_vec(id, ROWS, autoreset_mode="disabled")
+    rng = np.random.default_rng(5)
+    for episode in range(2):
+        got, _ = envs.reset(seed=list(range(ROWS)) if episode == 0 else None)
+        for row in plain:
+            row.reset()
+        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        for step in range(20):
+            action = rng.uniform(-1, 1, (ROWS, 2))
+            for row, of_row in zip(plain, action, strict=True):
+                row.step(of_row)
+            got, *_ = envs.step(action)
+            np.testing.assert_array_equal(got, [row.observed() for row in plain])
+            if step == 8:
+                other.restore(envs.snapshot())
+                np.testing.assert_array_equal(other.observe(), got)
+    envs.close()
+    other.close()
+
+
+class Paints(Terrain):
+    """Its step writes two arrays, and then fails if the option says so."""
+
+    options = {"fails": ""}  # noqa: RUF012
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        sim.own["hfield_data"][:, 3] += 0.25
+        sim.own["geom_rgba"][1:, 0, 1] = np.nan if self.fails == "value" else 0.5  # type: ignore[attr-defined]
+        if self.fails == "late":  # type: ignore[attr-defined]
+            raise RuntimeError("too late")
+        return np.zeros(len(action)), np.zeros(len(action), bool), {}
+
+
+mjenv.register("Paints-v0", Paints)
+
+
+@pytest.mark.parametrize(("fails", "words"), [("late", "too late"), ("value", r"row 1: .*geom_rgba\[1\] is nan")])
+def test_numpy_step_that_fails_gives_own_arrays_back(fails: str, words: str) -> None:
+    envs = mjenv.make_vec("Paints-v0", 3, autoreset_mode="disabled")
+    envs.reset(seed=1)
+    rows = envs._pool.rows  # type: ignore[attr-defined]
+    shown = {name: values.copy() for name, values in rows._sim.own.items()}
+    rows._task.fails = fails
+    with pytest.raises((RuntimeError, mjenv.InvalidValueError), match=words):
+        envs.step(np.zeros((3, 2)))
+    for name, values in shown.items():
+        np.testing.assert_array_equal(rows._sim.own[name], values)
+        for row in range(3):
+            np.testing.assert_array_equal(rows._read(row, name, values[row].size), values[row].reshape(-1))
+    with pytest.raises(ValueError, match="read-only"):
+        rows._sim.own["geom_rgba"][0] = 0
+    envs.close()
+
+
 def test_numpy_reset_that_fails() -> None:
     envs = mjenv.make_vec("Settle-v0", 2, autoreset_mode="disabled", most=90)
     envs.reset(seed=[1, 2])

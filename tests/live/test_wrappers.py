@@ -21,13 +21,12 @@ from gymnasium.wrappers import (
 from numpy.typing import NDArray
 
 import mjenv
+from conftest import IDS
 from mjenv import Delay, Noise, Push
 from mjenv.verify import check_same
 from test_live_vector import check_results
 from test_randomisation import Perturbed
 
-# Those of Gymnasium: other tests register tasks of their own.
-IDS = [id for id in mjenv.ids() if "/" not in id and id in gymnasium.registry]
 Array = NDArray[Any]
 Wrap = Callable[[Any], Any]
 
@@ -87,6 +86,22 @@ def test_single(id: str, options: dict[str, Any], wrap: Wrap) -> None:
     ours.close(), theirs.close()
 
 
+def check_vectors(ours: Any, theirs: Any, steps: int) -> None:
+    """Plays the same actions in both vector environments, and resets finished rows if they do not reset themselves."""
+    assert ours.single_observation_space == theirs.single_observation_space
+    assert ours.observation_space == theirs.observation_space
+    check_results("reset", ours.reset(seed=3), theirs.reset(seed=3))
+    ended = np.zeros(ours.num_envs, bool)
+    for t, actions in enumerate(actions_of(ours.action_space, steps, 4)):
+        if theirs.metadata["autoreset_mode"] == AutoresetMode.DISABLED and ended.any():
+            mask = {"reset_mask": ended}
+            check_results(f"reset {t}", ours.reset(options=dict(mask)), theirs.reset(options=dict(mask)))
+        step = theirs.step(actions)
+        check_results(f"step {t}", ours.step(actions), step)
+        ended = step[2] | step[3]
+    ours.close(), theirs.close()
+
+
 @pytest.mark.parametrize("options", [{}, {"num_threads": 2}, {"lanes": 0}], ids=["one", "threads", "alone"])
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 @pytest.mark.parametrize("id", ["HalfCheetah-v5", "Hopper-v4", "Humanoid-v5"])
@@ -99,19 +114,7 @@ def test_vector(id: str, mode: AutoresetMode, options: dict[str, Any]) -> None:
         env = ClipAction(RescaleAction(gymnasium.make(id, max_episode_steps=13), -1, 1))
         return FrameStackObservation(TimeAwareObservation(env, normalize_time=True), 3)
 
-    theirs = SyncVectorEnv([one] * rows, autoreset_mode=mode)
-    assert ours.single_observation_space == theirs.single_observation_space
-    assert ours.observation_space == theirs.observation_space
-    check_results("reset", ours.reset(seed=3), theirs.reset(seed=3))
-    ended = np.zeros(rows, bool)
-    for t, actions in enumerate(actions_of(ours.action_space, 60, 4)):
-        if mode == AutoresetMode.DISABLED and ended.any():
-            mask = {"reset_mask": ended}
-            check_results(f"reset {t}", ours.reset(options=dict(mask)), theirs.reset(options=dict(mask)))
-        step = theirs.step(actions)
-        check_results(f"step {t}", ours.step(actions), step)
-        ended = step[2] | step[3]
-    ours.close(), theirs.close()
+    check_vectors(ours, SyncVectorEnv([one] * rows, autoreset_mode=mode), steps=60)
 
 
 def test_terms() -> None:
@@ -355,7 +358,7 @@ def test_actuators_without_bounds() -> None:
     assert env.data.ctrl[0] == np.clip(3.0, low, -low)[0]
     assert high[0] == np.inf
     # In Gymnasium, such an actuator has the bounds 0 and 0, and RescaleAction divides by 0.
-    with pytest.raises(mjenv.ModelError, match="the bounds 0 and 0, from which nothing can be rescaled"):
+    with pytest.raises(mjenv.ModelError, match="the bounds 0 and 0, to which no action can be rescaled"):
         mjenv.make("Model-v0", xml_string=model, rescale_actions=(-1, 1))
 
 

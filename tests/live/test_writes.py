@@ -15,10 +15,9 @@ import pytest
 from numpy.typing import NDArray
 
 import mjenv
+from conftest import IDS
 from mjenv.verify import check_same
 
-# Those of Gymnasium: other tests register tasks of their own.
-IDS = [id for id in mjenv.ids() if "/" not in id and id in gymnasium.registry]
 STEPS = 300
 
 Array = NDArray[np.float64]

@@ -226,8 +226,7 @@ def test_moving_gallery(format: str) -> None:
 def performance(id: str, policies: Path, seed: int, count: int, fps: int) -> list[Any]:
     """Gymnasium's pictures of a policy, episode after episode."""
     policy = Policy.load(policies / f"{id}.txt")
-    size: dict[str, Any] = {"width": 64, "height": 64, "default_camera_config": gallery.camera_of(id)}
-    env = gymnasium.make(id, render_mode="rgb_array", **size)
+    env = gymnasium.make(id, render_mode="rgb_array", width=64, height=64, **gallery.camera_of(id))
     obs, _ = env.reset(seed=seed)
     found = [env.render()]
     rate = round(1 / env.unwrapped.dt)

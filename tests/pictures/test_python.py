@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,11 @@ import gymnasium
 import mujoco
 import numpy as np
 import pytest
+from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer
 
 import mjenv
 
+TASKS = Path(__file__).resolve().parent.parent / "tasks"
 SIZE = {"width": 157, "height": 93}
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::UserWarning")
@@ -223,6 +226,32 @@ def test_what_the_first_picture_fixes(is_first: bool, tmp_path: Path) -> None:
         env.close()
     for ours, theirs in zip(*pictures, strict=True):
         assert_equal(ours, theirs)
+
+
+def test_height_fields_that_a_task_writes() -> None:
+    """A picture of such a row shows its own terrain and colours, as a renderer shows them that is made for it."""
+    mjenv.load_tasks(Path(os.environ["MJENV_LIBRARY"]).parent / "tests" / "tasks" / "libterrain.so")
+    env = mjenv.make("tests/Terrain-v0", render_mode="rgbd_tuple", **SIZE)
+    pictures = []
+    for step in range(5):
+        env.reset(seed=step) if step % 2 == 0 else env.step(np.array([0.5, -0.5]))
+        ours: Any = env.unwrapped
+        model = mujoco.MjModel.from_xml_path(str(TASKS / "terrain.xml"))
+        for name in ("hfield_data", "geom_rgba"):
+            array = getattr(model, name)
+            array[...] = np.array(getattr(ours.model, name)).reshape(array.shape)
+        data = mujoco.MjData(model)
+        data.qpos[:] = ours.data.qpos
+        mujoco.mj_forward(model, data)
+        theirs = MujocoRenderer(model, data, None, SIZE["width"], SIZE["height"])
+        pictures.append(env.render())
+        if step == 0:
+            camera = {"distance": model.stat.extent, "lookat": np.median(data.geom_xpos, axis=0)}
+        theirs.default_cam_config = camera
+        assert_equal(pictures[-1], theirs.render("rgbd_tuple"))
+        theirs.close()
+    assert not np.array_equal(pictures[0][1], pictures[2][1])
+    env.close()
 
 
 def test_list() -> None:

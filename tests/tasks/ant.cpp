@@ -39,7 +39,7 @@ MJENV_TASK("CppAnt-v5", r) {
   r.reset_info(position);
 
   r.carry([=](const Sim& s) { return s.body_xy(torso); });
-  r.step([=](const Sim& s, const Carried& xy_before, Info& info) -> Outcome {
+  r.step([=](const Sim& s, const Carried& xy_before, Row& /*row*/, Info& info) -> Outcome {
     const Eigen::Vector2d velocity = (s.body_xy(torso) - xy_before) / s.dt;
     const double z = s.qpos()[2];
     const bool healthy = s.finite() && z_range[0] <= z && z <= z_range[1];

@@ -17,6 +17,7 @@ static const char model[] =
 static const mjenv_task_option options[] = {
     {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_FLAG, .name = "current", .value = 1},
     {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_STRING, .name = "own", .text = "geom_pos"},
+    {.struct_size = sizeof(mjenv_task_option), .kind = MJENV_KIND_FLAG, .name = "twice"},
     {.struct_size = sizeof(mjenv_task_option),
      .kind = MJENV_KIND_STRING,
      .name = "fails",
@@ -48,6 +49,7 @@ static int32_t build(mjenv_builder* builder, void* user, void** self) {
   struct self* s = allocate(sizeof *s);
   *self = s;
   s->own = mjenv_build_own(builder, mjenv_build_text(builder, "own"));
+  if (mjenv_build_integer(builder, "twice")) mjenv_build_own(builder, mjenv_build_text(builder, "own"));
   snprintf(s->fails, sizeof s->fails, "%s", mjenv_build_text(builder, "fails"));
   return 0;
 }
@@ -67,7 +69,8 @@ static int32_t reset(const void* self, mjenv_start* start) {
   if (fails(self, "late")) return mjenv_task_fail(start->api, "too late");
   if (fails(self, "advance")) mjenv_start_advance(start, 0);
   // Lets the ball fall until it touches the floor, and begins again 5 cm above.
-  while (mjenv_start_contact_count(start) == 0) mjenv_start_advance(start, 1);
+  while (mjenv_start_contact_count(start) == 0)
+    if (mjenv_start_advance(start, 1) != 0) return 1;  // MuJoCo cannot compute with what was written
   const double touching = start->qpos[0];
   mjenv_start_restart(start);
   if (*start->time != 0 || start->qpos[0] != 0) return mjenv_task_fail(start->api, "not restarted");
@@ -110,8 +113,10 @@ static mjenv_options* with(const char* option, const char* text) {
   return chosen;
 }
 
-static mjenv_env* failing(const char* how) {
-  mjenv_env* env = env_of_options(with("fails", how), ROWS);
+static mjenv_env* failing(const char* how, const char* own) {
+  mjenv_options* chosen = with("fails", how);
+  assert_ok(mjenv_options_set_string(chosen, "own", own));
+  mjenv_env* env = env_of_options(chosen, ROWS);
   seed_rows(env, 1);
   breaks = false;
   assert_ok(mjenv_reset(env, NULL, NULL));
@@ -132,18 +137,20 @@ static mjenv_status step_all(mjenv_env* env, struct outputs* out) {
 static void test_build(void** state) {
   (void)state;
   refused(with("own", "geom_size_"), MJENV_E_NAME, "geom_size_");
-  refused(with("own", "geom_contype"), MJENV_E_TYPE, "doubles");
-  refused(with("own", "geom_rgba"), MJENV_E_TYPE, "doubles");
+  refused(with("own", "geom_contype"), MJENV_E_TYPE, "real numbers");
   refused(with("own", "xpos"), MJENV_E_NAME, "xpos");
   mjenv_options* chosen = with(NULL, NULL);
   assert_ok(mjenv_options_set_integer(chosen, "current", 0));
   refused(chosen, MJENV_E_TASK, "mjenv_build_current");
+  chosen = with(NULL, NULL);
+  assert_ok(mjenv_options_set_integer(chosen, "twice", 1));
+  refused(chosen, MJENV_E_VALUE, "already an own array");
 }
 
 // After a step, the body is where the joint says, which it is one timestep later without mjenv_build_current.
 static void test_new_state(void** state) {
   (void)state;
-  mjenv_env* env = failing("never");
+  mjenv_env* env = failing("never", "geom_pos");
   struct outputs* out = outputs_of(env);
   for (int i = 0; i < 50; ++i) {
     assert_ok(step_all(env, out));
@@ -161,7 +168,7 @@ static const double drawn[ROWS] = {0.417022004702574, 0.43599490214200376, 0.550
 
 static void test_own_arrays(void** state) {
   (void)state;
-  mjenv_env* env = failing("never");
+  mjenv_env* env = failing("never", "geom_pos");
   struct outputs* out = outputs_of(env);
   assert_ok(mjenv_observe(env, &out->batch));
   for (int row = 0; row < ROWS; ++row) {
@@ -183,8 +190,8 @@ static void test_own_arrays(void** state) {
 }
 
 // A reset that fails leaves all of the row as it was: state, own arrays and both streams.
-static void failing_reset(const char* how, mjenv_status status, const char* word) {
-  mjenv_env* env = failing(how);
+static void failing_reset(const char* how, const char* own, mjenv_status status, const char* word) {
+  mjenv_env* env = failing(how, own);
   struct outputs *out = outputs_of(env), *again = outputs_of(env);
   assert_ok(step_all(env, out));
   int64_t size = 0, size_after = 0;
@@ -208,17 +215,21 @@ static void failing_reset(const char* how, mjenv_status status, const char* word
 
 static void test_failing_resets(void** state) {
   (void)state;
-  failing_reset("late", MJENV_E_TASK, "too late");
-  failing_reset("value", MJENV_E_VALUE, "geom_pos");
-  failing_reset("advance", MJENV_E_TASK, "count is less than 1");
+  for (int i = 0; i < 2; ++i) {
+    const char* own = i == 0 ? "geom_pos" : "geom_rgba";  // doubles, and float32
+    failing_reset("late", own, MJENV_E_TASK, "too late");
+    failing_reset("advance", own, MJENV_E_TASK, "count is less than 1");
+  }
+  failing_reset("value", "geom_pos", MJENV_E_VALUE, "geom_pos[3] is nan");
+  failing_reset("value", "geom_rgba", MJENV_E_TASK, "geom_rgba[3] is nan");  // already before the reset simulates
 }
 
 static void test_refused_draws(void** state) {
   (void)state;
-  mjenv_env* env = failing("draw_in_step");
+  mjenv_env* env = failing("draw_in_step", "geom_pos");
   struct outputs* out = outputs_of(env);
   breaks = true;
-  assert_refused(MJENV_E_TASK, step_all(env, out), "only reset draws");
+  assert_refused(MJENV_E_TASK, step_all(env, out), "only the reset of a task that called");
   breaks = false;
   outputs_free(out);
   mjenv_destroy(env);

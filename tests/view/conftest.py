@@ -31,6 +31,12 @@ ARGUMENTS = [
 HARMLESS = "Unable to preventDefault inside passive event listener invocation."
 SIZE = {"width": 640, "height": 300}
 PIXELS = 0.5  # for each of these, in both directions: the fewer, the less time
+# Without a graphics card, drawing takes nearly all of the time, so the page draws a few pictures a second.
+SELDOM = """{
+  const soon = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = (draw) => setTimeout(() => soon(draw), 150);
+  window.cancelAnimationFrame = (number) => clearTimeout(number);
+}"""
 
 
 @pytest.fixture(scope="session")
@@ -39,6 +45,12 @@ def browser() -> Iterator[Browser]:
         started = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
         yield started
         started.close()
+
+
+@pytest.fixture
+def plain_light(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lights the scene without surroundings, for which a page computes longer than for all else."""
+    monkeypatch.setattr("mjenv.viewer.picture.SURROUNDINGS", None)
 
 
 class Tab:
@@ -50,6 +62,7 @@ class Tab:
         size = {"width": width, "height": SIZE["height"]}
         self.page: Page = browser.new_page(viewport=size, device_scale_factor=PIXELS)  # type: ignore[arg-type]
         self.page.set_default_timeout(1000 * HANGS)
+        self.page.add_init_script(SELDOM)
         self.page.on("console", lambda message: self._said(message.type, message.text))
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("request", lambda request: self._asked(request.url, address))

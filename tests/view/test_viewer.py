@@ -12,16 +12,18 @@ import subprocess
 import sys
 import threading
 import time
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as imageio
 import numpy as np
 import pytest
-from PIL import Image, ImageSequence
 
 import mjenv
 import mjenv.dm_control  # its ids are viewed as well
+from mjenv.cli import main
 from mjenv.policy import Policy
 from mjenv.viewer import watch
 from mjenv.viewer.notebook import html_of
@@ -30,10 +32,11 @@ from mjenv.viewer.poses import along, forces_of, quaternions
 from mjenv.viewer.scene import scene_of
 from mjenv.viewer.server import Server
 from mjenv.viewer.session import HISTORY, Session
-from waiting import HANGS, wait_until
+from waiting import wait_until
 
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
-POLICIES = Path(__file__).parents[2] / "examples" / "policies"
+ROOT = Path(__file__).parents[2]
+POLICIES = ROOT / "examples" / "policies"
 
 # All geom types, a site, a spatial tendon, a height field, a mesh, textures, and groups.
 EVERYTHING = """
@@ -120,7 +123,7 @@ def test_contact_forces_carry_the_weight(cone: str) -> None:
     with mjenv.make("Model-v0", xml_string=box, frame_skip=2000) as env:
         env.reset(seed=0)
         env.step(np.zeros(0))
-        _, forces = forces_of(env.model, env.data)
+        _, forces = forces_of(env.data)
         assert np.allclose(forces.sum(axis=0), [0, 0, 3 * 9.81], atol=1e-6)
 
 
@@ -180,11 +183,29 @@ def test_going_back_by_many_steps_keeps_to_the_history() -> None:
 def test_the_page_answers_while_steps_take_longer_than_real_time() -> None:
     with Session("Ant-v5", 2, port=0) as session:
         session.do(lambda: setattr(session, "speed", 1e9))
-        before = session.ask(lambda: session.steps[0], HANGS)
+        before = session.ask(lambda: session.steps[0])
         drawn: list[Any] = []
-        session.ask(lambda: setattr(session, "on_tick", lambda: drawn.append(session.steps[0])), HANGS)
+        session.ask(lambda: setattr(session, "on_tick", lambda: drawn.append(session.steps[0])))
         wait_until(lambda: len(drawn) > 1, "pictures")
-        assert session.ask(lambda: session.steps[0], HANGS) > before
+        assert session.ask(lambda: session.steps[0]) > before
+
+
+def test_the_grid_is_in_the_middle_until_a_row_is_chosen() -> None:
+    with still("Hopper-v5", 4) as session:
+        session.step()
+        picture = session.picture
+        roots = [np.array(row.data.xpos)[1] for row in picture.rows]
+        picture.show(picture.read())
+        assert np.array_equal(picture.stage.origin, [*roots[0][:2], 0])
+        picture.set_dark(True)
+        session.choose_row(2)
+        picture.show(picture.read())
+        assert np.array_equal(picture.stage.origin, [*(roots[2] + picture.stage.offsets[2])[:2], 0])
+        session.rebuild({"frame_skip": 5})
+        assert session.picture is not picture
+        assert session.picture.dark
+        session.picture.show(session.picture.read())
+        assert np.array_equal(session.picture.stage.origin[1], picture.stage.offsets[2][1])
 
 
 def test_snapshots_return_to_a_state() -> None:
@@ -277,7 +298,10 @@ SKIN = """
 <worldbody><body name="carrier"><freejoint/><geom size=".1"/></body></worldbody></mujoco>"""
 
 
-def test_a_video_has_a_picture_for_each_state() -> None:
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_video_has_a_picture_for_each_state(suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if suffix == ".gif":
+        monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)  # as if it were not installed
     with still("Ant-v5", 1) as session:
         recorder = session.controls.files.recorder
         recorder.begin()
@@ -285,17 +309,16 @@ def test_a_video_has_a_picture_for_each_state() -> None:
         for _ in range(4):
             session.step()
         state = session.envs.snapshot(0)
-        suffix, content = recorder.video()
+        end, content = recorder.video()
         assert session.envs.snapshot(0) == state
-        assert suffix == ".gif"
-        video = Image.open(io.BytesIO(content))
-        pictures = [np.array(frame.convert("RGB")) for frame in ImageSequence.Iterator(video)]
-        assert len(pictures) == 5
+        assert end == suffix
+        pictures = imageio.imread(content, extension=suffix, index=None if suffix == ".mp4" else ...)
+        assert pictures.shape[0] == 5
         with mjenv.make("Ant-v5", render_mode="rgb_array") as env:
             env.reset(seed=0)
             for picture, frame in zip(pictures, recorder.frames, strict=True):
                 env.set_state(frame["qpos"], frame["qvel"])
-                # A GIF has 256 colours.
+                # A GIF has 256 colours, and an MP4 loses details.
                 assert np.abs(picture.astype(int) - env.render()).mean() < 4
         assert np.abs(pictures[0].astype(int) - pictures[-1]).max() > 50
 
@@ -467,18 +490,48 @@ def test_a_port_in_use_is_refused() -> None:
         (["Ant-v5", "--policy", "/nowhere.txt"], "/nowhere.txt"),
     ],
 )
-def test_what_cannot_be_built_is_refused(arguments: list[str], message: str) -> None:
-    done = run("view", *arguments, "--no-browser", "--port", "0")
-    assert done.returncode == 2, done.stderr
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
+def test_what_cannot_be_built_is_refused(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["view", *arguments, "--no-browser", "--port", "0"]) == 2
+    errors = capsys.readouterr().err
+    assert message in errors
+    assert "Traceback" not in errors
 
 
-def test_a_model_without_geoms_is_refused() -> None:
+def test_a_policy_of_stable_baselines3_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with zipfile.ZipFile(tmp_path / "model.zip", "w") as file:
+        file.writestr("data", "{}")
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    assert main(["view", "Ant-v5", "--policy", str(tmp_path / "model.zip"), "--no-browser", "--port", "0"]) == 2
+    errors = capsys.readouterr().err
+    assert "pip install stable-baselines3" in errors
+    assert "Traceback" not in errors
+
+
+def test_a_model_of_a_file(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    file = ROOT / "tests" / "golden" / "custom" / "spider.xml"
+    monkeypatch.setattr(Session, "run", lambda session: print(session.envs.model.nbody.tolist()))
+    assert main(["view", "Model-v0", "--xml", str(file), "--rows", "2", "--no-browser", "--port", "0"]) == 0
+    bodies = 1 + file.read_text().count("<body ")  # with the world
+    assert capsys.readouterr().out.splitlines()[1] == str([bodies, bodies])
+
+
+@pytest.mark.parametrize(
+    "show", [lambda envs: mjenv.view(envs, port=0), lambda envs: Session("Model-v0", 1, EMPTY, port=0)]
+)
+def test_a_model_without_geoms_is_refused(show: Any) -> None:
     before = threading.active_count()
+    envs = mjenv.make_vec("Model-v0", 1, **EMPTY)
     with pytest.raises(mjenv.InvalidValueError, match="no geoms"):
-        Session("Model-v0", 1, {"xml_string": "<mujoco><worldbody/></mujoco>"}, port=0)
+        show(envs)
+    envs.reset(seed=0)  # it is as it was
     wait_until(lambda: threading.active_count() <= before, "the end of the threads")
+
+
+EMPTY = {"xml_string": "<mujoco><worldbody/></mujoco>"}
 
 
 def test_a_task_in_a_python_file(tmp_path: Path) -> None:

@@ -846,21 +846,24 @@ export class Env {
       doubles(typeof given === "number" ? [given] : given, "standard deviations");
     const [onActions, onObservations] = [noise(actionNoise), noise(observationNoise)];
     const first = doubles(typeof firstAction === "number" ? [firstAction] : firstAction, "numbers of the first action");
-    const pushes = Array.from(perturbation.pushes ?? [], ({ body, minSteps, maxSteps, low, high, isKick, duration }) => {
-      const lasts = delay(duration ?? 1, "duration");
-      checkLength(low, 6, "low of a push", "numbers are wanted");
-      checkLength(high, 6, "high of a push", "numbers are wanted");
-      return {
-        body: int64(body, "the body of a push"),
-        min_steps: int64(minSteps, "minSteps"),
-        max_steps: int64(maxSteps, "maxSteps"),
-        low: doubles(low, "forces of a push"),
-        high: doubles(high, "forces of a push"),
-        is_kick: Number(Boolean(isKick)),
-        min_duration: lasts[0],
-        max_duration: lasts[lasts.length - 1],
-      };
-    });
+    const pushes = Array.from(
+      perturbation.pushes ?? [],
+      ({ body, minSteps, maxSteps, low, high, isKick, duration }) => {
+        const lasts = delay(duration ?? 1, "duration");
+        checkLength(low, 6, "low of a push", "numbers are wanted");
+        checkLength(high, 6, "high of a push", "numbers are wanted");
+        return {
+          body: int64(body, "the body of a push"),
+          min_steps: int64(minSteps, "minSteps"),
+          max_steps: int64(maxSteps, "maxSteps"),
+          low: doubles(low, "forces of a push"),
+          high: doubles(high, "forces of a push"),
+          is_kick: Number(Boolean(isKick)),
+          min_duration: lasts[0],
+          max_duration: lasts[lasts.length - 1],
+        };
+      },
+    );
     const members = {
       action_noise_count: onActions.length,
       observation_noise_count: onObservations.length,

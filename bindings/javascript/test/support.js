@@ -20,9 +20,12 @@ export function withEnv(id, settings, use) {
   }
 }
 
-/** What Gymnasium gives for the examples' episodes on a CPU with FMA, which portable math gives everywhere. */
-export function expectedEpisodes() {
-  const text = readFileSync(new URL("tests/golden/fma/episodes.txt", root), "utf8");
+/**
+ * The recordings of a file: episodes.txt has what Gymnasium gives for the examples' episodes, and dm_control.txt what
+ * dm_control gives, on a CPU with FMA, which portable math gives everywhere.
+ */
+export function expectedEpisodes(file = "episodes.txt") {
+  const text = readFileSync(new URL(`tests/golden/fma/${file}`, root), "utf8");
   const lines = text.split("\n").filter((line) => line && !line.startsWith("#"));
   return lines.map((line) => {
     const [id, norm, steps, total, checksum] = line.split(" ");

@@ -26,6 +26,8 @@ The module does not export names that programs like to use for variables: `MJEnv
 Algorithms written for CommonRLInterface or ReinforcementLearningBase take an environment of one row: load that package
 and call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(ReinforcementLearningBase.AbstractEnv, env)`.
 
+[`MJEnv.train`](@ref) trains a policy with the library's own learner, and [`MJEnv.evaluate`](@ref) plays it.
+
 Robots and tasks of your own are types derived from [`MJEnv.Task`](@ref). `MJEnv.register` gives them ids, and
 `MJEnv.load_tasks` loads plug-ins.
 
@@ -61,6 +63,8 @@ include("render.jl")
 include("picture.jl")
 include("extensions.jl")
 include("many.jl")
+include("learn_capi.jl")
+include("learn.jl")
 include("task/memory.jl")
 include("task/numpy.jl")
 include("task/sim.jl")

@@ -426,6 +426,7 @@ Base.@kwdef struct mjenv_task_api
     state_choice::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     state_is_new::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     action::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    state_permutation::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_sim
@@ -1471,4 +1472,13 @@ task_action(api, builder, count, low, high) = ccall(
     count,
     low,
     high,
+)
+
+task_state_permutation(api, random, count, order) = ccall(
+    unsafe_load(api).state_permutation,
+    Cvoid,
+    (Ptr{mjenv_random}, Int64, Ptr{Int64}),
+    random,
+    count,
+    order,
 )

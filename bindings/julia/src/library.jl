@@ -51,6 +51,7 @@ Base.unsafe_convert(::Type{Ptr{T}}, handle::Handle{T}) where {T} = handle.pointe
 # A system image may have kept the addresses of the process that built it.
 function __init__()
     foreach(library -> fill!(library.addresses, C_NULL), LIBRARIES)
+    fill!(LEARN_ADDRESSES, C_NULL)
     isdefined(Base, :get_extension) || watch_packages()
     return
 end

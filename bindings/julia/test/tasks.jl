@@ -801,6 +801,73 @@ end
     @test refuses(() -> step!(env, [0.0, 0.0]), MJENV_E_TASK, "before_substep", "the trunk flies")
 end
 
+# tests/tasks/terrain.cpp written again.
+struct Terrain <: MJEnv.Task
+    heights::MJEnv.Own
+    colours::MJEnv.Own
+    field::MJEnv.NamedArray{Float32,1}
+    rgba::MJEnv.NamedArray{Float32,2}
+    ball::Int
+    touched::Int
+end
+
+function MJEnv.build(::Type{Terrain}, b)
+    MJEnv.current!(b)
+    MJEnv.random_state!(b)
+    return Terrain(
+        MJEnv.own!(b, :hfield_data), MJEnv.own!(b, :geom_rgba),
+        MJEnv.array(b, :hfield_data), MJEnv.array(b, :geom_rgba),
+        object_index(b, :body, "ball"), MJEnv.keep!(b),
+    )
+end
+
+function MJEnv.reset!(task::Terrain, start, rng)
+    start[task.heights] .= (MJEnv.state_permutation(rng, 30) .- 1) ./ 30
+    MJEnv.state_shuffle!(rng, view(start[task.heights], 1:7))
+    start[task.colours][1] = (MJEnv.state_choice(rng, 5) - 1) / 10
+    start[task.colours][5] += 0.01  # counts the resets
+    start.qpos[1] = MJEnv.state_uniform(rng, -1, 1)
+    MJEnv.forward!(start)
+    for _ in 1:200
+        MJEnv.contact_count(start) > 0 && break
+        MJEnv.advance!(start, 1)
+    end
+    start.carried[task.touched] = start.sim.xpos[3, task.ball]
+    MJEnv.set_time!(start, 0)
+end
+
+MJEnv.observe(task::Terrain, sim) = (
+    qpos = sim.qpos, qvel = sim.qvel,
+    field = Float64.(sim[task.field]), rgba = Float64.(vec(sim[task.rgba])),
+    touched = sim.carried[task.touched],
+)
+
+function MJEnv.step!(task::Terrain, sim, row)
+    at = rand(row.rng, 0:29)
+    row[task.heights][at + 1] = rand(row.rng)
+    return (reward = sim.qpos[1], terminated = false, info = (height = sim.qpos[3],))
+end
+
+@testset "own arrays of Float32 equal those in C++" begin
+    MJEnv.load_tasks(joinpath(REPOSITORY, "build", "tests", "tasks", "libterrain.so"))
+    MJEnv.register(
+        "tests/JuliaTerrain-v0",
+        Terrain;
+        model = joinpath(REPOSITORY, "tests", "tasks", "terrain.xml"),
+        frame_skip = 4,
+        time_limit = 25,
+    )
+    envs = map(name -> Env("tests/$(name)Terrain-v0"; rows = 4), ("Julia", ""))
+    foreach(env -> seed!(env, 3), envs)
+    @test ==(map(env -> reset!(env).obs, envs)...)
+    for step in 1:24
+        action = [mod(7 * step + 3 * i, 11) / 5 - 1 for i in 1:2, _ in 1:4]
+        outputs = map(env -> step!(env, action), envs)
+        @test outputs[1].obs == outputs[2].obs
+        @test outputs[1].reward == outputs[2].reward
+    end
+end
+
 @testset "plug-ins" begin
     folder = joinpath(REPOSITORY, "build", "tests", "tasks")
     @test MJEnv.load_tasks(joinpath(folder, "libhopper_c.so")) === nothing

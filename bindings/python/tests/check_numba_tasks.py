@@ -236,6 +236,84 @@ class NumpyFalling(mjenv.Task):
         return np.zeros(len(action)), np.zeros(len(action), bool), {}
 
 
+class NumbaTerrain(mjenv.Task):
+    """tests/tasks/terrain.cpp written again."""
+
+    model = REPOSITORY / "tests" / "tasks" / "terrain.xml"
+    frame_skip = 4
+    time_limit = 25
+    current = True
+    random_state = True
+    own = ("hfield_data", "geom_rgba")
+    state = {"touched": ()}  # noqa: RUF012
+    observation_fields = {"qpos": 3, "qvel": 3, "field": 30, "rgba": 8, "touched": 1}  # noqa: RUF012
+    info_fields = {"height": ()}  # noqa: RUF012
+
+    def build(self, model: Any) -> Any:
+        return [model.array_index("hfield_data"), model.array_index("geom_rgba")]
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> Any:  # type: ignore[override]
+        heights, colours = jit.own(start, 0, 30), jit.own(start, 1, 8)
+        order = np.empty(30, np.int64)
+        jit.state_permutation(start.random, order)
+        for i in range(30):
+            heights[i] = order[i] / 30
+        jit.state_shuffle(start.random, heights[:7])
+        colours[0] = jit.state_choice(start.random, 5) / 10
+        colours[4] += 0.01
+        jit.array(start.qpos, 3)[0] = jit.state_uniform(start.random, -1, 1)
+        jit.forward(start)
+        for _ in range(200):
+            if jit.contact_count(start) > 0:
+                break
+            jit.advance(start, 1)
+        jit.array(start.carried, 1)[0] = 1 + jit.array(start.qpos, 3)[2]
+        jit.array(start.time, 1)[0] = 0
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> Any:  # type: ignore[override]
+        for i in range(3):
+            observation[i] = jit.array(sim.qpos, 3)[i]
+            observation[3 + i] = jit.array(sim.qvel, 3)[i]
+        for i in range(30):
+            observation[6 + i] = jit.shared_float32(sim, int(self[0]), 30)[i]
+        for i in range(8):
+            observation[36 + i] = jit.shared_float32(sim, int(self[1]), 8)[i]
+        observation[44] = jit.array(sim.carried, 1)[0]
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> Any:  # type: ignore[override]
+        at = jit.integers(outcome.random, 0, 30)
+        jit.own(outcome, 0, 30)[at] = jit.random(outcome.random)
+        jit.array(outcome.info, 1)[0] = jit.array(sim.qpos, 3)[2]
+        outcome.reward = jit.array(sim.qpos, 3)[0]
+
+
+mjenv.register("tests/NumbaTerrain-v0", NumbaTerrain)
+mjenv.load_tasks(LIBRARY / "tests" / "tasks" / "libterrain.so")
+
+
+def test_wrong_parameters() -> None:
+    with pytest.raises(
+        TypeError, match=r"observe takes \(self, sim, observation\), not .*; it cannot draw: draw in step"
+    ):
+        jit.observe(lambda self, sim, observation, rng: None)
+    with pytest.raises(TypeError, match=r"step takes \(self, sim, outcome\), not \(self, sim\)"):
+        jit.step(lambda self, sim: None)
+    with pytest.raises(TypeError, match=r"reset takes \(self, start\), not \(self, start, rng\)"):
+        jit.reset(lambda self, start, rng: None)
+
+
+def test_own_arrays_of_float32_equal_those_in_cpp() -> None:
+    envs = [mjenv.make_vec(f"tests/{name}Terrain-v0", 5) for name in ("Numba", "")]
+    assert flat(envs[0].reset(seed=3)[0]) == flat(envs[1].reset(seed=3)[0])
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        action = rng.uniform(-1, 1, (5, 2))
+        assert flat(envs[0].step(action)) == flat(envs[1].step(action))
+
+
 mjenv.register("NumbaFalling-v0", NumbaFalling)
 mjenv.register("NumpyFalling-v0", NumpyFalling)
 

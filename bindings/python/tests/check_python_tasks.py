@@ -487,6 +487,26 @@ def changed(**attributes: Any) -> type[mjenv.Task]:
         ("New-v0", changed(options={"x": None}), mjenv.OptionError, "not None"),
         ("New-v0", changed(frame_skip=0), mjenv.InvalidValueError, "frame_skip is 0"),
         ("New-v0", changed(observe=12345), mjenv.OptionError, "observe is machine code, so reset must be, too"),
+        (
+            "New-v0",
+            changed(observe=lambda self, sim, rng: sim.qpos),
+            TypeError,
+            r"observe takes \(self, sim\), not \(self, sim, rng\); it cannot draw: draw in step",
+        ),
+        (
+            "New-v0",
+            changed(step=lambda self, sim: None),
+            TypeError,
+            r"step takes \(self, sim, action\), not \(self, sim\)",
+        ),
+        (
+            "New-v0",
+            changed(reset=lambda self, rng: None),
+            TypeError,
+            r"reset takes \(self, rng, rows\), not \(self, rng\)",
+        ),
+        ("New-v0", changed(carry=lambda self: None), TypeError, r"carry takes \(self, sim\), not \(self\)"),
+        ("New-v0", changed(build=lambda self, model, x: None), TypeError, r"build takes \(self, model\), not"),
     ],
 )
 def test_bad_tasks(id: str, task: Any, error: type[Exception], message: str) -> None:
@@ -528,7 +548,8 @@ class Ball(mjenv.Task):
         return np.stack([sim.ncon, sim.contact.dist[:, 0], sim.contact.geom2[:, 0]], 1)
 
     def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
-        return sim.contact.geom1[:, 0], sim.ncon > 9, {"normals": sim.contact.frame[:, 0, :3]}
+        normals, forces = sim.contact.frame[:, 0, :3], sim.contact.force[:, 0]
+        return sim.contact.geom1[:, 0], sim.ncon > 9, {"normals": normals, "forces": forces}
 
 
 @pytest.mark.parametrize(
@@ -536,7 +557,7 @@ class Ball(mjenv.Task):
     [
         ("Ball-v0", ("qpos", "contacts")),
         ("Ball-v1", ("qpos", "contact")),
-        ("Ball-v2", ("ncon", "contact.dist", "contact.geom1", "contact.geom2", "contact.frame")),
+        ("Ball-v2", ("ncon", "contact.dist", "contact.geom1", "contact.geom2", "contact.frame", "contact.force")),
     ],
 )
 def test_contacts(id: str, needs: tuple[str, ...]) -> None:
@@ -546,6 +567,9 @@ def test_contacts(id: str, needs: tuple[str, ...]) -> None:
     assert obs.tolist() == [[1, 0.0625 - 0.125, 1], [0, 0, 0]]
     info = envs.step(np.zeros((2, 1)))[4]
     assert info["normals"].tolist() == [[0, 0, 1], [0, 0, 0]]
+    pushes = [row.data.qfrc_constraint[0] for row in envs.envs]  # up the slide, as the contact's normal
+    assert pushes[0] > 1
+    assert info["forces"].ravel() == pytest.approx([pushes[0], *[0.0] * 11])
 
 
 def test_bad_needs() -> None:

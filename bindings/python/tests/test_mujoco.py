@@ -80,6 +80,18 @@ def test_contacts() -> None:
         contact[0].dist = 0.0
 
 
+def test_an_exported_number_is_a_view() -> None:
+    """Of an array with one number, too, arrays has a view of the memory into which the library writes."""
+    env = mjenv.make("Ant-v5", arrays="ncon xpos time")
+    env.reset(seed=3)
+    ncon, time = env.arrays["ncon"], env.arrays["time"]
+    for _ in range(30):
+        env.step(np.zeros(8))
+        assert (ncon, time) == (env.data.ncon, env.data.time)
+        assert env.arrays["xpos"].tolist() == env.data.xpos.tolist()
+    assert ncon >= 2
+
+
 def test_arrays_are_copies(env: mjenv.MujocoEnv) -> None:
     before = env.data.qpos
     kept = before.copy()

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv import AutoresetMode
+from mjenv import AutoresetMode, _learner
+from mjenv._engine import ENGINES
 from mjenv.cli import main
 from mjenv.policy import Policy
 from mjenv.training import Settings, Stage, Training
@@ -163,6 +164,16 @@ def test_refusals(tmp_path: Path) -> None:
         mjenv.evaluate(policy, 1, precision="half")
     with pytest.raises(mjenv.InvalidValueError, match="episodes is 0"):
         mjenv.evaluate(policy, 0)
+
+
+def test_a_wrong_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_learner, "FILE", Path(ENGINES.get().path).name)
+    _learner.library.cache_clear()
+    try:
+        with pytest.raises(mjenv.EngineError, match="is not the library of this package"):
+            mjenv.train(ID)
+    finally:
+        _learner.library.cache_clear()
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

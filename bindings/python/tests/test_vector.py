@@ -168,8 +168,8 @@ def test_lanes() -> None:
     envs.envs[4].data.xfrc_applied[1, 0] = 3
     assert (envs.lanes, envs.lanes_reason) == (2, "")  # forces keep rows in lanes
     assert envs.envs[0].lanes == 2
-    envs.model.geom_size[:] *= 1.01
-    assert (envs.lanes, envs.lanes_reason) == (0, "rows have values of their own of geom_size")
+    envs.model.actuator_gear[:] *= 1.01
+    assert (envs.lanes, envs.lanes_reason) == (0, "rows have their own values of actuator_gear")
     assert mjenv.make_vec("Hopper-v5", 6, lanes=0).lanes_reason == 'the option "lanes" is 0'
     single = mjenv.make("Hopper-v5")
     assert (single.lanes, single.lanes_reason) == (0, "the environment has only one row")

@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const SOURCES: [&str; 6] = ["CMakeLists.txt", "assets", "capi", "cmake", "core", "learn"];
@@ -23,7 +23,9 @@ fn main() {
     let dir = given().or_else(installed).unwrap_or_else(built);
     let dir = dir.display();
     println!("cargo:rustc-link-search=native={dir}");
-    println!("cargo:rustc-link-lib=dylib={}", name());
+    for file in libraries() {
+        println!("cargo:rustc-link-lib=dylib={file}");
+    }
     // Cargo applies this argument to the tests of this package alone. Dependents read the folder from DEP_MJENV_LIBDIR
     // and add it to the run path of their own programs.
     println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
@@ -43,18 +45,36 @@ fn name() -> &'static str {
     }
 }
 
-fn file() -> String {
+/// The names of all libraries that are linked.
+fn libraries() -> Vec<&'static str> {
+    let mut names = vec![name()];
+    if env::var_os("CARGO_FEATURE_LEARN").is_some() {
+        names.push("mjenv-learn");
+    }
+    names
+}
+
+fn file(name: &str) -> String {
     let suffix = if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("macos") { "dylib" } else { "so" };
-    format!("lib{}.{suffix}", name())
+    format!("lib{name}.{suffix}")
+}
+
+/// The file of a library that the folder lacks.
+fn lacking(dir: &Path) -> Option<String> {
+    libraries().into_iter().map(file).find(|file| !dir.join(file).exists())
 }
 
 fn given() -> Option<PathBuf> {
     let dir = PathBuf::from(env::var_os("MJENV_LIB_DIR")?);
-    let library = dir.join(file());
-    if !dir.is_absolute() || !library.exists() {
-        panic!("MJENV_LIB_DIR is {dir:?}: it must be the absolute path of a folder with {}", file());
+    if !dir.is_absolute() {
+        panic!("MJENV_LIB_DIR is {dir:?}: it must be an absolute path");
     }
-    println!("cargo:rerun-if-changed={}", library.display());
+    if let Some(file) = lacking(&dir) {
+        panic!("MJENV_LIB_DIR is {dir:?}: it must be the path of a folder with {file}");
+    }
+    for library in libraries() {
+        println!("cargo:rerun-if-changed={}", dir.join(file(library)).display());
+    }
     Some(dir)
 }
 
@@ -68,8 +88,8 @@ fn installed() -> Option<PathBuf> {
         return None;
     }
     let dir = PathBuf::from(String::from_utf8(output.stdout).ok()?.trim_end());
-    if !dir.join(file()).exists() {
-        println!("cargo:warning=pkg-config names {dir:?} for {}, but {} is not there: building it", name(), file());
+    if let Some(file) = lacking(&dir) {
+        println!("cargo:warning=pkg-config names {dir:?} for {}, but {file} is not there: building it", name());
         return None;
     }
     Some(dir)
@@ -85,7 +105,7 @@ fn built() -> PathBuf {
             panic!(
                 "{} was not found: MJENV_LIB_DIR is not set, pkg-config does not know {}, and {here:?} does not \
                  contain the sources",
-                file(),
+                file(name()),
                 name()
             )
         });
@@ -104,7 +124,8 @@ fn built() -> PathBuf {
         configure.arg(option);
     }
     run(&mut configure);
-    run(Command::new("cmake").arg("--build").arg(&dir).args(["--target", "mjenv", "--parallel", &jobs()]));
+    let targets = if libraries().len() > 1 { &["mjenv", "mjenv_learn"][..] } else { &["mjenv"] };
+    run(Command::new("cmake").arg("--build").arg(&dir).args(["--parallel", &jobs(), "--target"]).args(targets));
     dir
 }
 
@@ -115,7 +136,7 @@ fn mujoco4() -> PathBuf {
         panic!(
             "{} was not found, and building it needs MuJoCo 4.0's headers: set MJENV_MUJOCO to the path of its \
              libmujoco.so.4.0.x, or MJENV_LIB_DIR to the folder of a library that is built",
-            file()
+            file(name())
         )
     }));
     let folder = library.parent().expect("a file is in a folder");

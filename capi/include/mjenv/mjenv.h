@@ -38,9 +38,9 @@
  *   FORKED where rows are read or changed.
  * Handles
  *   The caller passes what *_create gives it to *_destroy, which does nothing for NULL. Texts and bounds that a
- *   function returns live as long as their handle; those without a handle live as long as the library is loaded. One
- *   thread at a time uses a handle. Functions that take a const handle, and mjenv_renderer_create, mjenv_window_create
- *   and mjenv_error_of, can be called at any time.
+ *   function returns live as long as their handle; those without a handle live as long as the library is loaded. Only
+ *   one thread at a time may use a handle; but functions that take a const handle, and mjenv_renderer_create,
+ *   mjenv_window_create and mjenv_error_of, can be called at any time.
  */
 #ifndef MJENV_MJENV_H
 #define MJENV_MJENV_H
@@ -150,9 +150,8 @@ enum mjenv_role_value {
   MJENV_ROLE_MODEL = 8,       /* the sizes, options and arrays of the mjModel that mjenv_read can read */
   MJENV_ROLE_ARRAYS = 9,      /* the mjData arrays that the option "arrays" names, for mjenv_batch.arrays */
   MJENV_ROLE_PARAMETERS = 10, /* the live parameters of a task, which mjenv_read and mjenv_write know by these names */
-  MJENV_ROLE_GROUPS = 11 /* the keys of an observation that is a Gymnasium Dict (the option "observation"), which are
-                                 its groups and the terms without a group. Each is a part of the observation; none: it
-                                 is one Box */
+  MJENV_ROLE_GROUPS = 11 /* the keys of an observation that is a Gymnasium Dict (the option "observation"): its groups,
+                                 and its terms without a group. If there are no fields, the observation is a Box */
 };
 
 /* What an option holds. */
@@ -240,13 +239,13 @@ typedef struct mjenv_batch {
   int64_t info_count;       /* of info and final_info: the sum of the counts of MJENV_ROLE_INFO's fields */
   int64_t reset_info_count; /* of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
   int64_t arrays_count;     /* of arrays: the sum of the counts of MJENV_ROLE_ARRAYS's fields */
-  /* The step. Where a reset takes its place, it writes 0 to reward, terminated, truncated and info. */
+  /* The step. If a reset takes the place of the step, reward, terminated, truncated and info are 0. */
   void *obs;           /* [rows][obs_count] the observation; if the row was reset, the first one of the new episode */
   double *reward;      /* [rows] */
   uint8_t *terminated; /* [rows] 0 or 1 */
   uint8_t *truncated;  /* [rows] 0 or 1 */
-  int32_t *status;     /* [rows] MJENV_OK; MJENV_DIVERGED: MuJoCo found bad numbers in the row and reset its simulation
-                          (4.0: unless the model disables that), the other outputs are valid; or why the row failed */
+  int32_t *status;     /* [rows] MJENV_OK; why the row failed; or MJENV_DIVERGED: MuJoCo found bad numbers and reset the
+                          row's simulation (4.0: unless the model disables that). The other outputs are then valid */
   double *info;        /* MJENV_ROLE_INFO's fields */
   /* The reset, by mjenv_reset or by the option "autoreset_mode". */
   uint8_t *was_reset; /* [rows] 1 if this call reset the row, else 0 */
@@ -290,10 +289,10 @@ typedef struct mjenv_randomization {
   mjenv_effect effect;
   int32_t shared;    /* 1: one draw for all elements; 0: one draw each */
   int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
-  int32_t repeats;   /* 1: draws nothing: element i takes what element i of the item before takes, or the draw that is
-                        shared. So an actuator's kp is drawn for gainprm and, with the factor -1, for biasprm.
-                        distribution, parameters and shared are not used */
-  double factor;     /* each draw is multiplied by it; 0: 1 */
+  int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: element i uses that of element i, or
+                        the shared one. For example, an actuator's kp is drawn for gainprm, and used again, with the
+                        factor -1, for biasprm. distribution, parameters and shared are not used */
+  double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
 /* A push of a body now and then (mjenv_perturb): a force that replaces the body's xfrc_applied while it lasts, and then
@@ -314,7 +313,7 @@ typedef struct mjenv_push {
   int64_t max_duration;
 } mjenv_push;
 
-/* Noise, delays and pushes (mjenv_perturb). In a struct of zeros there are none. */
+/* Noise, delays and pushes (mjenv_perturb). A struct of zeros has none. */
 typedef struct mjenv_perturbation {
   uint32_t struct_size;
   int32_t reserved;                /* 0 */
@@ -471,8 +470,8 @@ typedef struct mjenv_render_settings {
 /* Returns the MJENV_ABI_VERSION of the loaded library. A program that uses dlopen compares it with its own. */
 MJENV_API uint32_t mjenv_abi_version(void);
 
-/* Returns "major.minor.patch (MuJoCo x.y.z)". If the library was built with these, ", portable math" and ", x86-64-v3"
- * follow. */
+/* Returns "major.minor.patch (MuJoCo x.y.z)". ", portable math" and ", x86-64-v3" stand before the ")" if the library
+ * was built with them. */
 MJENV_API const char *mjenv_version(void);
 
 /* Returns the name of a status, such as "MJENV_E_VALUE"; "unknown status" for other numbers. */
@@ -482,7 +481,7 @@ MJENV_API const char *mjenv_status_name(mjenv_status status);
  * fails. Use mjenv_error_of if your calls move between threads (Go, Node). */
 MJENV_API const char *mjenv_last_error(void);
 
-/* Copies why the last failed call with this handle failed, on whatever thread, into text[capacity], with a NUL. size
+/* Copies why the last failed call with this handle failed, on any thread, into text[capacity], with a NUL. size
  * receives how many bytes the whole text needs, also if text is NULL and capacity 0. If a function that creates a
  * handle fails, pass the options or env that it was given. */
 MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, int64_t capacity, int64_t *size);
@@ -578,9 +577,8 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
- * and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads
- * what its get_state() returns: the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since the stream
- * was seeded) and the bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
+ * and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from
+ * RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
 /* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such
@@ -600,8 +598,8 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, int64
  * Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize), FORKED. */
 MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
 
-/* Steps rows. The option "autoreset_mode" says what resets a row whose episode has ended; with "strict" 1, the
- * default, actions must be finite and such rows must be reset first, or no row is stepped.
+/* Steps rows. The option "autoreset_mode" says what resets a row whose episode has ended. If "strict" is 1, the
+ * default, actions must be finite and such rows must be reset first; otherwise the call fails and steps no row.
  *   action    [rows][actuators] of dtype, which changes results as in NumPy; count = rows * actuators
  *   out       receives the outputs; may be NULL
  * If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0.
@@ -674,7 +672,7 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * live parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw
  * item 0 of mjenv_randomize ("draws[0]").
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused
- *   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own
+ *   values    [count]; count = elements of the array: all rows get these values; rows * elements: each row gets its own
  * Errors: NAME, VALUE (then nothing is written), SIZE. */
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
                                    int64_t count);
@@ -684,8 +682,8 @@ MJENV_API mjenv_status mjenv_write(mjenv_env *env, const uint8_t *mask, const ch
  * (mj_setConst would change an array that all rows share). */
 MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, const uint8_t *mask);
 
-/* Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does, without a reward or
- * a count of steps. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
+/* Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does. This
+ * computes no reward and counts no step. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_simulate(mjenv_env *env, int64_t row, const double *ctrl, int64_t count, int64_t frames);
 
 /* Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors: VALUE
@@ -729,6 +727,7 @@ MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 
+/* Destroys a renderer and its OpenGL context. */
 MJENV_API void mjenv_renderer_destroy(mjenv_renderer *renderer);
 
 /* Returns "library, vendor, renderer, version" of the renderer's OpenGL; NULL if it fails. */
@@ -758,6 +757,7 @@ MJENV_API mjenv_status mjenv_render_segmentation(mjenv_renderer *renderer, int64
 MJENV_API mjenv_status mjenv_window_create(mjenv_env *env, const mjenv_render_settings *settings,
                                            mjenv_window **window);
 
+/* Closes a window and destroys it, on the main thread. */
 MJENV_API void mjenv_window_destroy(mjenv_window *window);
 
 /* Returns 1 until the user closes the window; 0 if it fails. */

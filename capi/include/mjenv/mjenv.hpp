@@ -80,6 +80,13 @@ std::vector<T> fetch(const Get &get) {
   return values;
 }
 
+/* Calls get(arguments..., &result), and returns the result: a handle, or a struct that was initialised before. */
+template <typename T, typename Get, typename... Arguments>
+T obtain(T result, const Get &get, Arguments... arguments) {
+  check(get(arguments..., &result));
+  return result;
+}
+
 template <auto destroy>
 struct Destroy {
   template <typename Handle>
@@ -100,11 +107,8 @@ class Options {
     handle_.reset(made);
   }
   /* A copy of options that mjenv.h returned, such as an environment's (mjenv_options_of). */
-  explicit Options(const mjenv_options *options) {
-    mjenv_options *made = nullptr;
-    check(mjenv_options_copy(options, &made));
-    handle_.reset(made);
-  }
+  explicit Options(const mjenv_options *options)
+      : handle_(obtain<mjenv_options *>(nullptr, mjenv_options_copy, options)) {}
   Options(const Options &other) : Options(other.handle()) {}
   Options &operator=(const Options &other) { return *this = Options(other); }
   Options(Options &&) = default;
@@ -221,23 +225,17 @@ struct Batch {
 /* An environment of one or many rows. */
 class Env {
  public:
-  explicit Env(const Options &options, std::int64_t rows = 1) : rows_(static_cast<std::size_t>(rows)) {
-    mjenv_env *made = nullptr;
-    check(mjenv_create(options.handle(), rows, &made));
-    handle_.reset(made);
-  }
+  explicit Env(const Options &options, std::int64_t rows = 1)
+      : handle_(obtain<mjenv_env *>(nullptr, mjenv_create, options.handle(), rows)),
+        rows_(static_cast<std::size_t>(rows)) {}
   explicit Env(const std::string &id, std::int64_t rows = 1) : Env(Options(id), rows) {}
 
   /* ---- What it is ---- */
 
   std::size_t rows() const { return rows_; }
-  mjenv_info info() {
-    mjenv_info found = MJENV_INFO_INIT;
-    check(mjenv_info_of(handle(), &found));
-    return found;
-  }
+  mjenv_info info() { return obtain<mjenv_info>(MJENV_INFO_INIT, mjenv_info_of, handle()); }
 
-  // How each stage of a step of the model is computed, one line for each (mjenv_lane_stages_of).
+  /* How each stage of a step of the model is computed, one line for each (mjenv_lane_stages_of). */
   std::string lane_stages() {
     const char *text = mjenv_lane_stages_of(handle());
     if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_last_error());
@@ -246,9 +244,7 @@ class Env {
   /* A copy of the options that the environment was built with. */
   Options options() const { return Options(mjenv_options_of(handle())); }
   mjenv_space space(mjenv_role role) const {
-    mjenv_space found = MJENV_SPACE_INIT;
-    check(mjenv_space_of(handle(), role, &found));
-    return found;
+    return obtain<mjenv_space>(MJENV_SPACE_INIT, mjenv_space_of, handle(), role);
   }
   std::vector<mjenv_field> fields(mjenv_role role) const {
     std::vector<mjenv_field> found(static_cast<std::size_t>(mjenv_field_count(handle(), role)), MJENV_FIELD_INIT);
@@ -445,12 +441,12 @@ class Env {
 /* Draws pictures of an environment's rows. */
 class Renderer {
  public:
-  explicit Renderer(const Env &env) { make(env, nullptr); }
-  Renderer(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
+  explicit Renderer(const Env &env)
+      : handle_(obtain<mjenv_renderer *>(nullptr, mjenv_renderer_create, env.handle(), nullptr)) {}
+  Renderer(const Env &env, const mjenv_render_settings &settings)
+      : handle_(obtain<mjenv_renderer *>(nullptr, mjenv_renderer_create, env.handle(), &settings)) {}
   static mjenv_render_settings defaults(const Env &env) {
-    mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
-    check(mjenv_render_defaults(env.handle(), &settings));
-    return settings;
+    return obtain<mjenv_render_settings>(MJENV_RENDER_SETTINGS_INIT, mjenv_render_defaults, env.handle());
   }
 
   /* Draws a row into rgb[height][width][3] and depth[height][width]. */
@@ -469,19 +465,15 @@ class Renderer {
 
  private:
   std::unique_ptr<mjenv_renderer, Destroy<mjenv_renderer_destroy>> handle_;
-
-  void make(const Env &env, const mjenv_render_settings *settings) {
-    mjenv_renderer *made = nullptr;
-    check(mjenv_renderer_create(env.handle(), settings, &made));
-    handle_.reset(made);
-  }
 };
 
 /* Shows an environment's rows on a display. */
 class Window {
  public:
-  explicit Window(const Env &env) { make(env, nullptr); }
-  Window(const Env &env, const mjenv_render_settings &settings) { make(env, &settings); }
+  explicit Window(const Env &env)
+      : handle_(obtain<mjenv_window *>(nullptr, mjenv_window_create, env.handle(), nullptr)) {}
+  Window(const Env &env, const mjenv_render_settings &settings)
+      : handle_(obtain<mjenv_window *>(nullptr, mjenv_window_create, env.handle(), &settings)) {}
 
   bool is_open() const { return mjenv_window_is_open(handle()) != 0; }
   void draw(std::int64_t row) { check(mjenv_window_draw(handle(), row)); }
@@ -490,12 +482,6 @@ class Window {
 
  private:
   std::unique_ptr<mjenv_window, Destroy<mjenv_window_destroy>> handle_;
-
-  void make(const Env &env, const mjenv_render_settings *settings) {
-    mjenv_window *made = nullptr;
-    check(mjenv_window_create(env.handle(), settings, &made));
-    handle_.reset(made);
-  }
 };
 
 }  // namespace mjenv

@@ -53,7 +53,7 @@ typedef struct mjenv_task_option {
   const char *text;     /* the default of a STRING (NULL: "") or of a STRING_OR_INT (NULL: value) */
   const char *choices;  /* the valid texts of a STRING, separated by blanks; NULL: any text */
   int32_t live;         /* 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's.
-                           Callbacks read them in mjenv_sim.parameters (mjenv_build_parameter), mjenv_write changes them */
+                           mjenv_write changes them; callbacks read mjenv_sim.parameters (mjenv_build_parameter) */
   int32_t reserved;     /* 0 */
 } mjenv_task_option;
 
@@ -168,7 +168,7 @@ typedef struct mjenv_start {
                            and the like, and before reset writes anything */
   double *time;         /* of the simulation, s */
   double *const *own; /* own[i] is the row's own array of mjModel for which mjenv_build_own returned i: reset writes it.
-                           NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
+                         NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
 } mjenv_start;
 
 /* The result of a step. The comments say what the members hold before step changes them. */
@@ -195,9 +195,8 @@ typedef struct mjenv_control {
                             the last call has left it; without before_step, the action */
   double *carried; /* [carry_count] the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
-  double *const
-      *own; /* own[i] is the row's qfrc_applied or xfrc_applied, if mjenv_build_own returned i for it; NULL for
-                            arrays of mjModel. The forces act until they are written again, or a reset sets them to 0 */
+  double *const *own; /* own[i] is the row's qfrc_applied or xfrc_applied for which mjenv_build_own returned i; NULL for
+                         arrays of mjModel. The forces act until they are written again or the row is reset */
 } mjenv_control;
 
 /* ---- The task ---- */
@@ -214,12 +213,12 @@ typedef struct mjenv_task {
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
                              with "/", "~", or ".", which is the folder of the shared object that contains step */
   const char *model_text; /* the text of an MJCF model, instead of model; give exactly one of the two */
-  int32_t frame_skip;     /* how many mj_steps make a step: at least 1 */
+  int32_t frame_skip;     /* how many times a step calls mj_step; at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
   double reward_threshold;         /* the return from which the task counts as solved */
   int64_t time_limit;              /* the number of steps after which an episode is truncated; 0: never */
   int64_t carry_count;             /* how many numbers a row carries for the task. Snapshots contain them, so
-                                      build bounds indices and sizes (mjenv_build_carry_bounds) */
+                                      indices and sizes need bounds (mjenv_build_carry_bounds) */
   const mjenv_task_camera *camera; /* NULL: MuJoCo's default camera */
   const mjenv_task_option *options;
   int64_t option_count;
@@ -361,6 +360,7 @@ struct mjenv_task_api {
   int64_t (*state_choice)(mjenv_random *random, int64_t count, const double *p);
   int32_t (*state_is_new)(mjenv_random *random);
   void (*action)(mjenv_builder *builder, int64_t count, const double *low, const double *high);
+  void (*state_permutation)(mjenv_random *random, int64_t count, int64_t *order);
 };
 
 /* Returns the library's functions for callbacks, for languages that need them before a callback runs. The struct is
@@ -493,9 +493,10 @@ static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, con
 /* Gives each row its own copy of an array, and returns the index i of the array in the members `own`. An array of
  * mjModel is written by reset (mjenv_start.own[i]) and step (mjenv_outcome.own[i]), and needs mjenv_build_current. What
  * they have written stays, also after resets. They fail if they write numbers that mjenv_write refuses; if they fail,
- * the row keeps its old values. qfrc_applied and xfrc_applied are written by before_step, before_substep
- * (mjenv_control.own[i]) and step. Fails for arrays of which rows cannot have copies (see mjenv_write) or whose
- * elements are no doubles. */
+ * the row keeps its old values. The elements are doubles; where MuJoCo has float32 (hfield_data, geom_rgba), what they
+ * write is rounded. qfrc_applied and xfrc_applied are written by before_step, before_substep (mjenv_control.own[i]) and
+ * step. Fails for arrays of which rows cannot have copies (see mjenv_write), for integers, and if it was called for this
+ * array before. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }
@@ -564,9 +565,15 @@ static inline double mjenv_random_state_randn(mjenv_random *random) { return ran
 static inline int64_t mjenv_random_state_randint(mjenv_random *random, int64_t low, int64_t high) {
   return random->api->state_randint(random, low, high);
 }
-/* choice(count, p=p): p[count] must be given, and count must be at least 1 */
+/* choice(count, p=p): an integer in [0, count). count must be 1 to 2^32
+ * p  [count] the probabilities, whose sum is 1; NULL: all numbers are equally likely */
 static inline int64_t mjenv_random_state_choice(mjenv_random *random, int64_t count, const double *p) {
   return random->api->state_choice(random, count, p);
+}
+/* permutation(count): writes the integers of [0, count) in random order into order[count], where count is at most 2^32.
+ * shuffle(x), which draws the same numbers, moves x[order[i]] to x[i]. */
+static inline void mjenv_random_state_permutation(mjenv_random *random, int64_t count, int64_t *order) {
+  random->api->state_permutation(random, count, order);
 }
 /* Returns 1 if no number was drawn since the stream was seeded, else 0. */
 static inline int32_t mjenv_random_state_is_new(mjenv_random *random) { return random->api->state_is_new(random); }

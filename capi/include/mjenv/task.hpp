@@ -263,9 +263,25 @@ class RandomState {
   double uniform(double low, double high) { return mjenv_random_state_uniform(c_, low, high); }
   double randn() { return mjenv_random_state_randn(c_); }
   std::int64_t randint(std::int64_t low, std::int64_t high) { return mjenv_random_state_randint(c_, low, high); }
+  std::int64_t choice(std::int64_t count) { return mjenv_random_state_choice(c_, count, nullptr); }
   /* choice(len(p), p=p) */
-  std::int64_t choice(std::initializer_list<double> p) {
-    return mjenv_random_state_choice(c_, static_cast<std::int64_t>(p.size()), p.begin());
+  std::int64_t choice(const std::vector<double> &p) {
+    return mjenv_random_state_choice(c_, static_cast<std::int64_t>(p.size()), p.data());
+  }
+  std::vector<std::int64_t> permutation(std::int64_t count) {
+    std::vector<std::int64_t> order(static_cast<std::size_t>(std::max<std::int64_t>(count, 0)));
+    mjenv_random_state_permutation(c_, count, order.data());
+    return order;
+  }
+  /* shuffle(values): of a std::vector, an Eigen vector or another sequence with size() and []. */
+  template <typename Values>
+  void shuffle(Values &&values) {
+    using Index = decltype(values.size());
+    std::vector<std::decay_t<decltype(values[0])>> old;
+    for (Index i = 0; i < values.size(); ++i) old.push_back(values[i]);
+    const std::vector<std::int64_t> order = permutation(static_cast<std::int64_t>(old.size()));
+    for (Index i = 0; i < values.size(); ++i)
+      values[i] = old[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])];
   }
   /* No number was drawn since it was seeded. */
   bool is_new() const { return mjenv_random_state_is_new(c_) != 0; }
@@ -308,7 +324,10 @@ struct Start {
 
   /* For tasks with Robot::current. sim() is up to date after forward, advance and restart, and at the beginning; qpos,
    * qvel and act are its state. */
-  Sim sim() const { return Sim(c_->sim); }
+  Sim sim() const {
+    check_current();
+    return Sim(c_->sim);
+  }
   /* A Robot::own, which reset writes. The next reset finds what this one has written. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
     if (!c_->own || !c_->own[own.index])
@@ -322,7 +341,10 @@ struct Start {
   /* Begins again: mj_resetData, then forward. */
   void restart() { check(mjenv_start_restart(c_)); }
   std::int64_t contact_count() const { return mjenv_start_contact_count(c_); }
-  void set_time(double time) { *c_->time = time; }
+  void set_time(double time) {
+    check_current();
+    *c_->time = time;
+  }
 
  private:
   double *carried_;
@@ -330,6 +352,9 @@ struct Start {
   const double *parameters_;
   mjenv_start *c_;
 
+  void check_current() const {
+    if (!c_->sim) throw std::logic_error("a reset sees and changes the simulation if the definition calls current()");
+  }
   static void check(std::int32_t failed) {
     if (failed != 0) throw std::runtime_error("MuJoCo failed"); /* the library knows why */
   }
@@ -622,6 +647,48 @@ struct Outline {
 
 }  // namespace detail
 
+namespace detail {
+
+template <typename Derived>
+std::true_type is_dense(const Eigen::DenseBase<Derived> *);
+std::false_type is_dense(const void *);
+
+/* These stop the compiler with a plain message at a lambda with wrong parameters or a wrong result. */
+template <typename F>
+constexpr void check_observe() {
+  static_assert(
+      !std::is_invocable_v<const F &, const Sim &, Rng &> && !std::is_invocable_v<const F &, const Sim &, Row &>,
+      "observe cannot draw or change the row, because it is also called when a program reads a row: draw in "
+      "step, and carry the number");
+  static_assert(std::is_invocable_v<const F &, const Sim &>,
+                "the lambda of observe takes (const Sim &s), and is not mutable");
+  if constexpr (std::is_invocable_v<const F &, const Sim &>) {
+    using V = std::decay_t<std::invoke_result_t<const F &, const Sim &>>;
+    static_assert(std::is_arithmetic_v<V> || decltype(is_dense(static_cast<V *>(nullptr)))::value,
+                  "the lambda of observe returns a number or an Eigen vector");
+  }
+}
+template <typename F>
+constexpr void check_map() {
+  static_assert(std::is_invocable_v<const F &, const Sim &, Control &> ||
+                    std::is_invocable_v<const F &, const Sim &, Row &, Control &>,
+                "the lambda of before_step and before_substep takes (const Sim &s, Control &control) or (const Sim &s, "
+                "Row &row, Control &control), and is not mutable");
+}
+template <typename F>
+constexpr void check_step() {
+  static_assert(
+      std::is_invocable_r_v<Outcome, const F &, const Sim &, Info &> ||
+          std::is_invocable_r_v<Outcome, const F &, const Sim &, const Carried &, Info &> ||
+          std::is_invocable_r_v<Outcome, const F &, const Sim &, Row &, Info &> ||
+          std::is_invocable_r_v<Outcome, const F &, const Sim &, const Carried &, Row &, Info &>,
+      "the lambda of step takes (const Sim &s, Info &info), (const Sim &s, const Carried &before, Info &info), "
+      "(const Sim &s, Row &row, Info &info) or (const Sim &s, const Carried &before, Row &row, Info &info), "
+      "returns an Outcome, and is not mutable");
+}
+
+}  // namespace detail
+
 /* What a definition calls to describe its task. */
 class Robot {
  public:
@@ -690,14 +757,16 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* Gives each row its own copy of an array (mjenv_build_own). One of mjModel needs current(), and is written in reset
-   * with start[own] and in step with row[own]. "qfrc_applied" and "xfrc_applied" are written in before_step and
+  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). One of mjModel needs current(), and is
+   * written in reset with start[own] and in step with row[own]. "qfrc_applied" and "xfrc_applied" are written in before_step and
    * before_substep with control[own], and in step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
-    const auto shared = array(name);
-    own_.push_back(shared);
-    return {mjenv_build_own(builder_, name), shared.count};
+    mjenv_field field = MJENV_FIELD_INIT;
+    const std::int32_t at = mjenv_build_array(builder_, name, &field);
+    const std::int32_t index = mjenv_build_own(builder_, name);
+    if (!builder_->failed) own_.push_back(numbers(builder_->sim->arrays[at], field));
+    return {index, static_cast<Eigen::Index>(field.count)};
   }
 
   /* ---- Options: each call declares an option with its default and documentation, and returns its value ---- */
@@ -818,6 +887,7 @@ class Robot {
   /* Adds a term to the observation: term(sim) returns an Eigen vector expression or a number. */
   template <typename F>
   void observe(const char *name, const F &term, const char *doc = "") {
+    detail::check_observe<F>();
     functions_.terms.push_back({name, doc, group_, [term](const Sim &s, double *to, Eigen::Index room) -> Eigen::Index {
                                   const auto values = term(s);
                                   using V = std::decay_t<decltype(values)>;
@@ -871,6 +941,10 @@ class Robot {
   /* Sets the lambda that draws the initial state of an episode, from the row's Rng or from its RandomState. */
   template <typename F>
   void reset(const F &draw) {
+    static_assert(
+        std::is_invocable_v<const F &, Start &, Rng &> || std::is_invocable_v<const F &, Start &, RandomState &>,
+        "the lambda of reset takes (Start &start, Rng &rng) or (Start &start, RandomState &random), and is not "
+        "mutable; it sees the simulation as start.sim(), if the definition calls current()");
     if constexpr (std::is_invocable_v<F, Start &, Rng &>) {
       functions_.reset = [draw](Start &start, mjenv_random *stream) {
         Rng rng(stream);
@@ -890,35 +964,54 @@ class Robot {
    * (mjenv_task.before_step). */
   template <typename F>
   void before_step(const F &map) {
+    detail::check_map<F>();
     functions_.before_step = control_of(map);
   }
   template <typename F>
   void before_substep(const F &map) {
+    detail::check_map<F>();
     functions_.before_substep = control_of(map);
   }
   /* Sets the lambda that writes the info of a reset. */
-  void reset_info(std::function<void(const Sim &, Info &)> info) { functions_.reset_info = std::move(info); }
+  template <typename F>
+  void reset_info(const F &info) {
+    static_assert(std::is_invocable_v<const F &, const Sim &, Info &>,
+                  "the lambda of reset_info takes (const Sim &s, Info &info), and is not mutable");
+    functions_.reset_info = info;
+  }
   /* Sets the lambda before(sim), which returns what the next step needs to know of the present state: a vector of fixed
    * length. It is called when mjenv_task's carry is called. */
   template <typename F, typename = std::enable_if_t<!std::is_arithmetic_v<F>>>
   void carry(const F &before) {
+    static_assert(
+        std::is_invocable_v<const F &, const Sim &>,
+        "the lambda of carry takes (const Sim &s), and is not mutable; it cannot draw, because it is also called "
+        "when a program changes a row");
     using V = std::decay_t<decltype(before(std::declval<const Sim &>()).eval())>;
     static_assert(V::SizeAtCompileTime > 0, "a carried vector has a fixed length");
+    if (functions_.step) throw std::logic_error("step takes the vector that carry returns: call carry before step");
     carried_ = carry(static_cast<int>(V::SizeAtCompileTime));
     functions_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
   }
   /* Sets the lambda that computes the reward, the info and whether the episode has terminated, after frame_skip
-   * mj_steps. Its parameters are (sim, info), (sim, carried, info) with the vector of carry, or (sim, row, info). */
+   * mj_steps. Its parameters are (sim, info), (sim, carried, info) with the vector of carry, which is empty
+   * without carry, (sim, row, info), or (sim, carried, row, info). */
   template <typename F>
   void step(const F &outcome) {
+    detail::check_step<F>();
     if constexpr (std::is_invocable_v<F, const Sim &, Info &>)
       functions_.step = [outcome](const Sim &s, Row &, Info &info) -> Outcome { return outcome(s, info); };
     else if constexpr (std::is_invocable_v<F, const Sim &, Row &, Info &>)
       functions_.step = outcome;
-    else
-      functions_.step = [outcome, carried = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
-        return outcome(s, Carried(row[carried].data(), carried.count), info);
+    else {
+      functions_.step = [outcome, at = carried_](const Sim &s, Row &row, Info &info) -> Outcome {
+        const Carried carried(row[at].data(), at.count);
+        if constexpr (std::is_invocable_v<F, const Sim &, const Carried &, Info &>)
+          return outcome(s, carried, info);
+        else
+          return outcome(s, carried, row, info);
       };
+    }
   }
 
   /* Makes the trial calls, which describe the fields and their lengths. */
@@ -947,13 +1040,8 @@ class Robot {
     std::vector<double> carried(static_cast<std::size_t>(carry_count_));
     if (functions_.carry) functions_.carry(sim, carried.data());
     Info info(functions_.info, builder_, MJENV_ROLE_INFO);
-    std::vector<std::vector<double>> values;
     std::vector<double *> own;
-    for (const Shared<double> &array : own_) {
-      const auto *from = static_cast<const double *>(builder_->sim->arrays[array.index]);
-      values.emplace_back(from, from + array.count);
-      own.push_back(values.back().data());
-    }
+    for (std::vector<double> &values : own_) own.push_back(values.data());
     std::vector<double> qvel(builder_->sim->qvel, builder_->sim->qvel + nv());
     Row row(carried.data(), builder_->random, own.data(), qvel.data(), nv());
     functions_.step(sim, row, info);
@@ -969,7 +1057,7 @@ class Robot {
   Eigen::Index carry_count_ = 0;
   Carry carried_;
   std::vector<Carry> kept_;
-  std::vector<Shared<double>> own_;
+  std::vector<std::vector<double>> own_; /* the model's values of the own arrays, for the trial call of step */
   struct CarryBounds {
     Carry numbers;
     double low, high;
@@ -982,6 +1070,11 @@ class Robot {
       return [map](const Sim &s, Row &, Control &control) { map(s, control); };
     else
       return map;
+  }
+  static std::vector<double> numbers(const void *array, const mjenv_field &field) {
+    if (field.dtype == MJENV_DTYPE_FLOAT32)
+      return {static_cast<const float *>(array), static_cast<const float *>(array) + field.count};
+    return {static_cast<const double *>(array), static_cast<const double *>(array) + field.count};
   }
   static int version_of(const char *id) {
     const std::string text = id;

@@ -5,31 +5,78 @@
 #include <mujoco/mujoco.h>
 
 #include "engine/lanes/functions.hpp"
+#include "engine/lanes/unlisted.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
 
 // ---- engine_core_smooth.c ----
 
-// mj_tendon for a tendon along sites and over pulleys. Sums begin at +0, as in MuJoCo.
+// mju_dist3
+inline V distance(const V* from, const V* to) {
+  V dif[3];
+  for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
+  return sqrt(dot3(dif, dif));
+}
+
+// Calls mju_wrap for each lane, because its angles come from the C library. Writes the two points at which the tendon
+// touches the geom. Returns the length on the geom, which is negative in lanes in which the tendon does not touch it.
+V wrap(const Lanes& d, const Segment& segment, V* points) {
+  const mjModel& m = *d.model;
+  const auto of_lane = [](double* res, const double* numbers, int first, int count, int lane) {
+    for (int k = 0; k < count; ++k) res[k] = numbers[(first + k) * kWidth + lane];
+  };
+  const int geom = segment.geom, type = m.geom_type[geom] == mjGEOM_SPHERE ? mjWRAP_SPHERE : mjWRAP_CYLINDER;
+  V length{};
+  for (int lane = 0; lane < kWidth; ++lane) {
+    double x0[3], x1[3], side[3], xpos[3], xmat[9], size[3], wpnt[6] = {};
+    of_lane(x0, d.site_xpos, 3 * segment.site1, 3, lane);
+    of_lane(x1, d.site_xpos, 3 * segment.site2, 3, lane);
+    of_lane(xpos, d.geom_xpos, 3 * geom, 3, lane);
+    of_lane(xmat, d.geom_xmat, 9 * geom, 9, lane);
+    of_lane(size, d.geom_size, 3 * geom, 3, lane);
+    if (segment.side >= 0) of_lane(side, d.site_xpos, 3 * segment.side, 3, lane);
+    length[lane] = mju_wrap(wpnt, x0, x1, xpos, xmat, size, type, segment.side >= 0 ? side : nullptr);
+    for (int k = 0; k < 6; ++k) points[k][lane] = wpnt[k];
+  }
+  return length;
+}
+
+// mj_tendon for a tendon along sites, over pulleys and around geoms. Sums begin at +0, as in MuJoCo.
 void spatial_tendon(Lanes& d, int tendon) {
   const mjModel& m = *d.model;
   V* const J = vectors(d.ten_J) + tendon * m.nv;
   for (int k = d.tendon_dof_adr[tendon]; k < d.tendon_dof_adr[tendon + 1]; ++k) J[d.tendon_dofs[k]] = V{};
   V length{};
+  // Adds the Jacobian of a straight part in these lanes.
+  const auto add = [&](const BodyPair& bodies, const V* from, const V* to, double divisor, Mask lanes) {
+    if (bodies.body1 == bodies.body2 || !any(lanes)) return;
+    V dif[3];
+    for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
+    normalize3(dif);
+    const double factor = 1 / divisor;
+    jacDifPair(d, bodies, from, to, [&](int dof, const V* column) {
+      const V part = (V{} + column[0] * dif[0] + column[1] * dif[1] + column[2] * dif[2]) * factor;
+      J[dof] = lanes ? J[dof] + part : J[dof];
+    });
+  };
   for (int i = d.segment_adr[tendon]; i < d.segment_adr[tendon + 1]; ++i) {
     const Segment& segment = d.segments[i];
     const V *const from = vectors(d.site_xpos) + 3 * segment.site1, *const to =
                                                                         vectors(d.site_xpos) + 3 * segment.site2;
-    V dif[3];
-    for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
-    length += sqrt(dot3(dif, dif)) / segment.divisor;
-    if (segment.bodies.body1 == segment.bodies.body2) continue;
-    normalize3(dif);
-    const double factor = 1 / segment.divisor;
-    jacDifPair(d, segment.bodies, from, to, [&](int dof, const V* column) {
-      J[dof] += (V{} + column[0] * dif[0] + column[1] * dif[1] + column[2] * dif[2]) * factor;
-    });
+    const V straight = distance(from, to);
+    Mask is_wrapped{};
+    if (segment.geom >= 0) {
+      V points[6];
+      const V on_geom = wrap(d, segment, points);
+      is_wrapped = ~(on_geom < V{});
+      length += (is_wrapped ? distance(from, points) + on_geom + distance(points + 3, to) : straight) / segment.divisor;
+      add(segment.to, from, points, segment.divisor, is_wrapped);
+      add(segment.onwards, points + 3, to, segment.divisor, is_wrapped);
+    } else {
+      length += straight / segment.divisor;
+    }
+    add(segment.bodies, from, to, segment.divisor, ~is_wrapped);
   }
   vectors(d.ten_length)[tendon] = length;
 }
@@ -173,7 +220,7 @@ class Actuation {
       case mjDYN_INTEGRATOR: return ctrl_;
       case mjDYN_FILTER: return (ctrl_ - act_) / (prm[0] > mjMINVAL ? prm[0] : mjMINVAL);
       case mjDYN_MUSCLE: return each([&](int lane) { return mju_muscleDynamics(ctrl_[lane], act_[lane], prm); });
-      default: return V{};  // would call mjcb_act_dyn, which is not set: see `callbacks` in stages.cpp
+      default: return V{};  // would call mjcb_act_dyn, which the obstacle `callbacks` in stages.cpp excludes
     }
   }
 

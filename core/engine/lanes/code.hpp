@@ -5,8 +5,8 @@
 #include "engine/lanes/contacts.hpp"
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/make_constraint.hpp"
-#include "engine/lanes/newton.hpp"
 #include "engine/lanes/pgs.hpp"
+#include "engine/lanes/primal.hpp"
 #include "engine/lanes/rejection.hpp"
 #include "engine/lanes/sensors.hpp"
 

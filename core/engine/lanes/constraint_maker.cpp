@@ -77,7 +77,7 @@ bool set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
 
 }  // namespace
 
-ConstraintMaker::Numbers::Numbers(const mjModel& m, std::size_t pairs) {
+ConstraintMaker::ModelNumbers::ModelNumbers(const mjModel& m, std::size_t pairs) {
   const auto count = [](int number) { return static_cast<std::size_t>(number); };
   pairs_ = count(m.njnt);
   dofs_ = pairs_ + pairs;
@@ -89,28 +89,28 @@ ConstraintMaker::Numbers::Numbers(const mjModel& m, std::size_t pairs) {
 }
 
 template <typename Compute>
-const ConstraintNumbers* ConstraintMaker::Numbers::get(std::size_t first, int index, const Compute& compute) {
+const ConstraintNumbers* ConstraintMaker::ModelNumbers::get(std::size_t first, int index, const Compute& compute) {
   ConstraintNumbers& numbers = numbers_[first + static_cast<std::size_t>(index)];
   unsigned char& is_known = are_known_[first + static_cast<std::size_t>(index)];
   if (is_known == unknown) is_known = compute(numbers) ? usual : mixed;
   return is_known == usual ? &numbers : nullptr;
 }
 
-const ConstraintNumbers* ConstraintMaker::Numbers::of_equality(const mjModel& m, int id) {
+const ConstraintNumbers* ConstraintMaker::ModelNumbers::of_equality(const mjModel& m, int id) {
   return get(equalities_, id, [&](ConstraintNumbers& n) { return set_equality(n, m, id); });
 }
 
-const ConstraintNumbers* ConstraintMaker::Numbers::of_friction(const mjModel& m, Object object, int id) {
+const ConstraintNumbers* ConstraintMaker::ModelNumbers::of_friction(const mjModel& m, Object object, int id) {
   return get(object == Object::tendon ? tendon_frictions_ : dofs_, id,
              [&](ConstraintNumbers& n) { return set_friction(n, m, object, id); });
 }
 
-const ConstraintNumbers* ConstraintMaker::Numbers::of_limit(const mjModel& m, Object object, int id) {
+const ConstraintNumbers* ConstraintMaker::ModelNumbers::of_limit(const mjModel& m, Object object, int id) {
   return get(object == Object::tendon ? tendon_limits_ : 0, id,
              [&](ConstraintNumbers& n) { return set_limit(n, m, object, id); });
 }
 
-const ConstraintNumbers* ConstraintMaker::Numbers::of_contact(ConstraintMaker& maker, const mjModel& m, int pair) {
+const ConstraintNumbers* ConstraintMaker::ModelNumbers::of_contact(ConstraintMaker& maker, const mjModel& m, int pair) {
   return get(pairs_, pair, [&](ConstraintNumbers& n) { return maker.set_contact(n, m, pair); });
 }
 
@@ -144,11 +144,11 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
     : code_(code),
       m_(m),
       memory_(contacts_, code.width,
-              {{&Contacts::limit_dist, Contacts::kMost},
-               {&Contacts::limit_axis, 3 * Contacts::kMost},
-               {&Contacts::dist, Contacts::kMost},
-               {&Contacts::pos, 3 * Contacts::kMost},
-               {&Contacts::frame, 9 * Contacts::kMost},
+              {{&Contacts::limit_dist, Contacts::kCapacity},
+               {&Contacts::limit_axis, 3 * Contacts::kCapacity},
+               {&Contacts::dist, Contacts::kCapacity},
+               {&Contacts::pos, 3 * Contacts::kCapacity},
+               {&Contacts::frame, 9 * Contacts::kCapacity},
                {&Contacts::single_dist, Contacts::kMostSingle},
                {&Contacts::single_pos, 3 * Contacts::kMostSingle},
                {&Contacts::single_frame, 9 * Contacts::kMostSingle}}),
@@ -234,8 +234,8 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   return true;
 }
 
-// Computes one lane's contacts. As in mj_collideGeoms, only the last one counts of several contacts of two boxes at the
-// same position.
+// Computes one lane's contacts. Of several contacts of two boxes at the same position, only the last one counts, as in
+// mj_collideGeoms.
 int ConstraintMaker::collide(int pair, int lane) {
   const ContactPair& geoms = contacts_.pairs[pair];
   const mjModel& m = *(*models_)[lane];

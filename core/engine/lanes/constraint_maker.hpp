@@ -31,9 +31,9 @@ class ConstraintMaker {
 
  private:
   // The ConstraintNumbers of one mjModel, each of which is computed when it is first used.
-  class Numbers {
+  class ModelNumbers {
    public:
-    Numbers(const mjModel& m, std::size_t pairs);
+    ModelNumbers(const mjModel& m, std::size_t pairs);
     void forget() { are_known_.assign(are_known_.size(), 0); }
     // These return null if MuJoCo would warn of the numbers.
     const ConstraintNumbers* of_equality(const mjModel& m, int id);
@@ -44,7 +44,7 @@ class ConstraintMaker {
    private:
     enum : unsigned char { unknown, usual, mixed };
     std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_,
-        equalities_;  // where each kind begins in numbers_; those of joints are first
+        equalities_;  // where the numbers of each kind begin in numbers_; those of joints begin at 0
     std::vector<ConstraintNumbers> numbers_;
     std::vector<unsigned char> are_known_;
     template <typename Compute>
@@ -55,12 +55,12 @@ class ConstraintMaker {
   const mjModel& m_;
   Contacts contacts_{};
   Memory<Contacts> memory_;
-  Numbers shared_;            // of the model that rows without own values share
-  std::vector<Numbers> own_;  // for each lane, those of its row's own model
-  std::array<Numbers*, kMaxWidth> used_{};
+  ModelNumbers shared_;            // of the model that rows without own values share
+  std::vector<ModelNumbers> own_;  // for each lane, those of its row's own model
+  std::array<ModelNumbers*, kMaxWidth> used_{};
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;        // for how many rows equals_ and frictions_ hold, if all rows share the model
+  int shared_rows_ = 0;        // equals_ and frictions_ are valid for so many rows that share the model; 0: not valid
   const bool lists_no_pairs_;  // MuJoCo searches for pairs, so no model holds their parameters
   const bool has_friction_;
   const std::vector<unsigned char>& is_still_;  // that of ModelTables

@@ -13,7 +13,7 @@ inline Mask mask_of(unsigned rows) {
   return mask;
 }
 
-// Finds the places of constraints that are made one after the other, each in the lanes that have it.
+// Finds the places of constraints. They are made one after the other, each only in the lanes that have it.
 class Places {
  public:
   Places(const Contacts& contacts, const Constraints& c) : contacts_(contacts), c_(c) {}
@@ -62,16 +62,16 @@ class Constrained {
   double number_of_dofs() const { return nv_ > 1 ? nv_ : 1; }
 
   void leave(unsigned rows) {
-    d_.left |= rows;
+    d_.left_to_mujoco |= rows;
     active_ &= ~rows;
   }
   // Leaves the lanes with a huge number to MuJoCo. The solvers leave out products with 0, which are 0 only if the other
   // factor is finite. The bound keeps products of four numbers finite.
   void leave_huge(const double* numbers, int count) {
-    constexpr double kMost = 1e75;
+    constexpr double kLargest = 1e75;
     const V* const x = vectors(numbers);
     Mask good = V{} == V{};
-    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kMost)) & (x[i] >= splat(-kMost));
+    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kLargest)) & (x[i] >= splat(-kLargest));
     leave(bits(~good) & c_.rows);
   }
 
@@ -132,7 +132,7 @@ class Constrained {
   }
 
   // A contact with an elliptic cone, and the zone of the cone in which mj_constraintUpdate finds it. In a lane without
-  // this contact all numbers are 0, which is in the top zone, so the force is 0.
+  // this contact all numbers are 0. They lie in the top zone, so the force is 0.
   struct Cone {
     V U[6], T, mu;  // U[0] is N
     Mask is_top, is_bottom;

@@ -50,16 +50,16 @@ bool collision(const Lanes& d, Contacts& c) {
   c.contact_count = 0;
   for (int lane = 0; lane < kWidth; ++lane) c.found[lane] = 0;
   for (int i = 0; i < d.pair_count; ++i) {
-    const unsigned near = d.hits[i] & c.rows;
+    const unsigned near = d.may_touch[i] & c.rows;
     if (near == 0) continue;
     const ContactPair& pair = c.pairs[i];
     const auto geom = [&](int id) {
-      return Geom{vectors(d.geom_xpos) + 3 * id, vectors(d.geom_xmat) + 9 * id, m.geom_size + 3 * id};
+      return Geom{vectors(d.geom_xpos) + 3 * id, vectors(d.geom_xmat) + 9 * id, vectors(d.geom_size) + 3 * id};
     };
     const Geom g1 = geom(pair.geom1), g2 = geom(pair.geom2);
     Contact found[kMostFound];
     int count = 1;
-    Mask is_left{};
+    Mask is_computed_by_mujoco{};
     switch (pair.shapes) {
       case Shapes::plane_sphere: PlaneSphere(found[0], pair.margin, g1, g2.pos, g2.size[0]); break;
       case Shapes::plane_capsule:
@@ -78,10 +78,10 @@ bool collision(const Lanes& d, Contacts& c) {
       case Shapes::sphere_sphere: SphereSphere(found[0], pair.margin, g1, g1.pos, g2, g2.pos); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], pair.margin, g1, g2); break;
       case Shapes::sphere_box: SphereBox(found[0], pair.margin, g1, g2); break;
-      case Shapes::capsule_capsule: is_left = CapsuleCapsule(found[0], pair.margin, g1, g2); break;
-      default: is_left = V{} == V{};
+      case Shapes::capsule_capsule: is_computed_by_mujoco = CapsuleCapsule(found[0], pair.margin, g1, g2); break;
+      default: is_computed_by_mujoco = V{} == V{};
     }
-    const bool is_single = (bits(is_left) & near) != 0;
+    const bool is_single = (bits(is_computed_by_mujoco) & near) != 0;
     if (is_single) count = c.collide(c.maker, i, near);
     if (count < 0) return false;
     for (int k = 0; k < count; ++k) {
@@ -94,7 +94,7 @@ bool collision(const Lanes& d, Contacts& c) {
       for (int lane = 0; lane < kWidth; ++lane) c.found[lane] += rows >> lane & 1;
       const unsigned included = rows & bits(con.dist < splat(pair.includemargin));
       if (included == 0) continue;
-      if (c.contact_count == Contacts::kMost) return false;
+      if (c.contact_count == Contacts::kCapacity) return false;
       const int n = c.contact_count++;
       c.contacts[n] = {i, included, {}};
       vectors(c.dist)[n] = con.dist;

@@ -176,8 +176,8 @@ inline Mask is_null(const V* quat) {
   return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
 }
 
-// mju_rotVecQuat for a vector of the model. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). So does
-// the general formula here, except that it turns -0 into +0.
+// mju_rotVecQuat for a vector of the model. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). The
+// general formula has the same result, except that it turns -0 into +0.
 inline void rotVecQuat(V* res, const double* vec, const V* quat, bool has_negative_zeros) {
   const V tmp0 = quat[0] * vec[0] + quat[2] * vec[2] - quat[3] * vec[1];
   const V tmp1 = quat[0] * vec[1] + quat[3] * vec[0] - quat[1] * vec[2];
@@ -344,9 +344,10 @@ inline V clip(V x, const double* range) {
 
 // ---- engine_support.c ----
 
-// mj_local2Global
+// mj_local2Global. Compilers no longer inline it by themselves, because it has several instances.
 template <typename T, typename U>
-inline void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat, int body, int sameframe) {
+inline __attribute__((always_inline)) void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat,
+                                                        int body, int sameframe) {
   if (sameframe == 0) {
     rotVecMat(xpos, pos, vectors(d.xmat) + 9 * body);
     add_to(xpos, vectors(d.xpos) + 3 * body, 3);
@@ -464,9 +465,9 @@ void adopt_in_fluid(Lanes& d) {
   }
 }
 
-// Computes what mj_tendon and mj_transmission compute from the coefficients of tendons along joints alone. Left to
-// MuJoCo are lanes whose pulleys differ from those of the shared model, or in which a tendon moves that is still in the
-// shared model.
+// Computes what mj_tendon and mj_transmission compute from the coefficients of tendons along joints alone. Lanes are
+// left to MuJoCo if their pulleys differ from those of the shared model, or if a tendon moves in them whose Jacobian is
+// always 0 in the shared model.
 void adopt_tendons(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const wrap_prm = vectors(d.wrap_prm);
@@ -484,9 +485,9 @@ void adopt_tendons(Lanes& d) {
   }
 }
 
-// Computes what mj_comPos computes from the masses alone. Left to MuJoCo are lanes that have damping if the shared
-// model has none, or the reverse, and lanes with a geom whose quaternion is not of length 1, because such a geom may
-// touch others beyond its bounding sphere.
+// Computes what mj_comPos computes from the masses alone. Lanes are left to MuJoCo if they have damping and the shared
+// model has none, or the reverse. They are also left if the quaternion of a geom does not have length 1, because such a
+// geom may touch others beyond its bounding sphere.
 void adopt(Lanes& d) {
   const mjModel& m = *d.model;
   V* const scale = vectors(d.com_scale);
@@ -693,7 +694,7 @@ void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
     const V diagonal = qLD[Madr_kk];
     // Lanes with a number below mjMINVAL are left, because MuJoCo warns of it. The second comparison finds numbers that
     // are not finite.
-    d.left |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
+    d.left_to_mujoco |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
     if (m.dof_simplenum[k]) continue;
     int Madr_ki = Madr_kk + 1;
     for (int i = dof_parentid[k]; i >= 0; i = dof_parentid[i], ++Madr_ki) {

@@ -85,6 +85,8 @@ struct Segment {
   int site1, site2;
   double divisor;
   BodyPair bodies;
+  int geom, side;        // the geom around which it may wrap, and the site beside the geom; -1 if there is none
+  BodyPair to, onwards;  // from the first site to the geom, and from the geom to the second site
 };
 
 // What an actuator acts on. From first_column on, Lanes::columns lists the dofs at which its moment may differ from 0.
@@ -111,8 +113,8 @@ struct ConstraintNumbers {
   double impratio, friction[5];
 };
 
-// The numbers of several rows side by side. The arrays have their names in mjData. Number i of lane l is at [i * width
-// + l]. One block of memory holds all arrays.
+// The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
+// lane l is at [i * width + l]. One block of memory holds all arrays.
 struct Lanes {
   const mjModel* model;
 
@@ -132,11 +134,12 @@ struct Lanes {
   double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *cam_xpos, *cam_xmat, *subtree_linvel, *subtree_angmom,
       *body_vel;
 
-  // Arrays of mjModel of which rows may have their own values.
+  // Arrays of mjModel whose values may differ from row to row.
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
       *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
       *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
-  double *wrap_prm, *cam_quat;
+  double *wrap_prm, *cam_quat, *geom_size;
+  bool has_own_sizes;  // geom_size differs from the shared model's, for which `boxes` are
   // Filled only if has_own_frames.
   double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
@@ -148,11 +151,11 @@ struct Lanes {
   // The following depend on the model alone, so they have one number for all lanes. The dofs at which the Jacobian of
   // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
   const int *tendon_dof_adr, *tendon_dofs;
-  const int* columns;       // lists of dofs, to which first_column leads
+  const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
-  bool has_negative_zeros;  // some vector of the model that quaternions rotate has a -0
+  bool has_negative_zeros;  // a vector of the model that quaternions rotate contains -0
   bool has_damping;
   bool has_single_passive;               // MuJoCo computes the passive forces row by row
   bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
@@ -162,12 +165,13 @@ struct Lanes {
   const GeomPair* pairs;
   int pair_count;
   const BoxPair* box_pairs;
-  const GeomBox* boxes;  // for each geom, if there are box_pairs
+  const GeomBox* boxes;         // for each geom, if there are box_pairs
+  const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
 
-  bool has_forces;      // some number of qfrc_applied or xfrc_applied is not 0
-  unsigned char* hits;  // for each pair, the lanes in which the geoms may touch, as bits
-  unsigned left;        // lanes, as bits, whose rows MuJoCo's own code must step, because of a number or case
-  unsigned unlike;      // the same, because of the rows' own numbers of mjModel
+  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
+  unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
+  unsigned unlike;          // the same, for the rows' own numbers of mjModel
 };
 
 // What a limit or friction constrains.
@@ -176,7 +180,7 @@ enum class Object { dof, joint, ball, tendon };
 // The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
 // constraints.
 struct Contacts {
-  static constexpr int kMost = 96;
+  static constexpr int kCapacity = 96;
 
   const int* joints;  // slides, hinges and balls with limits
   int joint_count;
@@ -222,10 +226,10 @@ struct Contacts {
   unsigned single_rows[kMostSingle];
   double *single_dist, *single_pos, *single_frame;
 
-  Limit limits[kMost];
-  Contact contacts[kMost];
+  Limit limits[kCapacity];
+  Contact contacts[kCapacity];
   int limit_count, contact_count;
-  int found[kMaxWidth];        // how many contacts each lane has, also such as make no constraints
+  int found[kMaxWidth];        // how many contacts each lane has, also counting those that make no constraints
   int constraints[kMaxWidth];  // how many constraints each lane has
 
   // For each limit: its distance, and for a ball the axis [3] of its rotation. For each contact: dist, pos [3] and
@@ -234,10 +238,10 @@ struct Contacts {
 };
 
 // The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
-// place without a constraint all numbers are 0. For Newton's method, constraint i of a lane is at place i. For PGS,
-// mju_dot adds whole blocks of four constraints, then the up to three that remain. So a lane's whole blocks are at the
-// first places and the remaining constraints at the last three places, which gives the sums of all lanes the same
-// order.
+// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For
+// PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most three. So each lane has its
+// whole blocks at the first places and its remaining constraints at the last three places: the terms of all lanes' sums
+// are then added in the same order.
 struct Constraints {
   static constexpr int kRest = 3;
   int size;                 // how many places there are
@@ -255,8 +259,8 @@ struct Constraints {
 
   // Equality and friction constraints are at places before `bounded`. For each of these places: low and high, between
   // which the cost is quadratic in J * qacc - aref (NaN: no bound); frictionloss; and bend, which is -R *
-  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or its negative, so an inequality that is there
-  // has a frictionloss of 0.
+  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or -frictionloss. An inequality at such a place
+  // has frictionloss 0.
   int bounded;
   double *low, *high, *frictionloss, *bend;
 
@@ -270,9 +274,12 @@ struct Constraints {
   unsigned char *dims, *middle;
   double *scale, *Hcone, *LTJ;
 
-  // Only for Newton's method. quad is [size][3], H is [nv][nv], and vec is the vector of a rank-one update of H, which
-  // overwrites it.
-  double *Jv, *quad, *Ma, *Mv, *grad, *search, *vec, *H;
+  // Not for PGS. quad is [size][3].
+  double *Jv, *quad, *Ma, *Mv, *grad, *search;
+  // Only for Newton's method. H is [nv][nv], and vec is the vector of a rank-one update of H, which overwrites it.
+  double *vec, *H;
+  // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
+  double *Mgrad, *Mgraddif;
   unsigned char *quadratic,
       *old;  // for each place, the lanes, as bits, whose cost is quadratic now, and was before the last move
 
@@ -308,8 +315,9 @@ struct Constraints {
   FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                               \
   FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                                      \
   FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                                   \
-  /* From the constraints that mj_makeConstraint has made to qacc and qfrc_constraint. */                                   \
+  /* Compute qacc and qfrc_constraint from constraints that have been made. */                                              \
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                         \
+  FUNCTION(void, solCG, (Lanes&, Constraints&))                                                                             \
   FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                            \
   /* mj_sensorPos, mj_sensorVel and mj_sensorAcc of the sensors that senses_in_lanes names. The constraints are those    */ \
   /* that a solver has solved. Sensors of forces and limits alone read them.                                             */ \

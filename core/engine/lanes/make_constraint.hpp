@@ -40,7 +40,7 @@ class Limits {
   bool add(Object object, int id, int side, V dist, V margin, const V* axis = nullptr) {
     const unsigned rows = bits(dist < margin) & c_.rows;
     if (rows == 0) return true;
-    if (c_.limit_count == Contacts::kMost) return false;
+    if (c_.limit_count == Contacts::kCapacity) return false;
     const int i = c_.limit_count++;
     c_.limits[i] = {object, id, side, rows, {}};
     vectors(c_.limit_dist)[i] = dist;
@@ -69,9 +69,9 @@ class Limits {
 bool instantiateLimit(const Lanes& d, Contacts& c) { return Limits(d, c).find(); }
 
 // Makes constraints one after the other, each in the lanes that have it.
-class Making {
+class MakeConstraint {
  public:
-  Making(Lanes& d, const Contacts& contacts, Constraints& c)
+  MakeConstraint(Lanes& d, const Contacts& contacts, Constraints& c)
       : d_(d), contacts_(contacts), c_(c), m_(*d.model), nv_(m_.nv), places_(contacts, c) {}
 
   // mj_makeConstraint
@@ -130,7 +130,7 @@ class Making {
     for (int i = 0; i < size; ++i) set_one(array, i, value);
   }
 
-  // Sets the bounds of each place to those of an inequality, until an equality or friction is made there.
+  // Sets the bounds of each place to those of an inequality. Equalities and friction overwrite them.
   void clear_bounds() {
     for (int i = 0; i < c_.bounded; ++i) {
       vectors(c_.low)[i] = splat(kNoBound);
@@ -217,7 +217,7 @@ class Making {
       bool is_empty = true;
       for (int i = 0; i < size && is_empty; ++i)
         for (int k = 0; k < nv_ && is_empty; ++k) is_empty = c_.J[(places_.at(i, lane) * nv_ + k) * kWidth + lane] == 0;
-      if (is_empty) d_.left |= 1U << lane;
+      if (is_empty) d_.left_to_mujoco |= 1U << lane;
     }
   }
 
@@ -263,8 +263,8 @@ class Making {
     });
   }
 
-  // The part for the orientation of a weld. MuJoCo corrects all columns of the Jacobian, so the columns of dofs that
-  // move neither body become +0 or -0; so they do here.
+  // The part of mj_instantiateEquality for the orientation of a weld. MuJoCo corrects all columns of the Jacobian, also
+  // those of dofs that move neither body, which become +0 or -0. This code does the same.
   void weld(const Equality& equality, const V* data, V* pos) {
     connect(equality, data + 3, data, pos);
     V quat[4], negative[4], error[4];
@@ -288,7 +288,8 @@ class Making {
     }
   }
 
-  // The part for a joint's position or a tendon's length that depends on that of another one.
+  // The part of mj_instantiateEquality for a joint whose position depends on that of another joint, or a tendon whose
+  // length depends on that of another tendon.
   void couple(const Equality& equality, const V* data, V* pos) {
     const bool is_joint = equality.type == mjEQ_JOINT;
     const auto offset = [&](int id) {
@@ -411,7 +412,7 @@ class Making {
   }
 };
 
-void makeConstraint(Lanes& d, const Contacts& contacts, Constraints& c) { Making(d, contacts, c).run(); }
+void makeConstraint(Lanes& d, const Contacts& contacts, Constraints& c) { MakeConstraint(d, contacts, c).run(); }
 
 }  // namespace
 }  // namespace mjenv::core::lanes

@@ -24,10 +24,7 @@ bool has_ellipsoids(const mjModel& m) {
 }
 
 // Whether a tendon wraps around a geom. There is no lane code for this, and MuJoCo does not export its function.
-bool has_wrapped_tendons(const mjModel& m) {
-  return std::any_of(m.wrap_type, m.wrap_type + m.nwrap,
-                     [](int type) { return type == mjWRAP_SPHERE || type == mjWRAP_CYLINDER; });
-}
+bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
 
 // Whether there are slider-crank actuators, or actuators whose site has a reference site.
 bool has_other_actuators(const mjModel& m) {
@@ -104,7 +101,7 @@ std::vector<int> bodies_in_fluid(const mjModel& m) {
   return bodies;
 }
 
-// The pairs with the limits of the test of bounding spheres in mj_collideGeoms.
+// The pairs, each with the limit beyond which the test of bounding spheres in mj_collideGeoms excludes it.
 std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
   std::vector<GeomPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
@@ -187,12 +184,12 @@ BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<Geom
   for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
   const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
   // MuJoCo makes the prisms of a height field higher by the margin. Also, their centres can be nearer to the geom than
-  // the field's centre is.
+  // the field's centre is. So the limit for height fields is greater.
   const double most = is_ground ? 2 * margin + kGround : margin;
   return {most + box1.round + box2.round + kShare * size, is_ground};
 }
 
-// Whether the tendon's Jacobian is 0 in each state.
+// Whether the tendon's Jacobian is 0 in every state.
 bool is_still(const mjModel& m, int tendon, const std::vector<int>& dofs) {
   const int adr = m.tendon_adr[tendon];
   return dofs.empty() ||
@@ -252,14 +249,23 @@ std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsi
   return equalities;
 }
 
-// Appends the parts of a tendon that wraps around no geom, in the order of mj_tendon.
+// Appends the parts of a tendon, in the order of mj_tendon.
 void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments, std::vector<int>& columns) {
   double divisor = 1;
   for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon] - 1; ++j) {
     if (m.wrap_type[j] == mjWRAP_PULLEY) divisor = m.wrap_prm[j];
-    if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] != mjWRAP_SITE) continue;
-    const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[j + 1];
-    segments.push_back({site1, site2, divisor, pair_of(m, m.site_bodyid[site1], m.site_bodyid[site2], columns)});
+    if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] == mjWRAP_PULLEY) continue;
+    const bool is_wrapped = m.wrap_type[j + 1] != mjWRAP_SITE;
+    const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[is_wrapped ? j + 2 : j + 1];
+    const int body1 = m.site_bodyid[site1], body2 = m.site_bodyid[site2];
+    Segment segment{site1, site2, divisor, pair_of(m, body1, body2, columns), -1, -1, {}, {}};
+    if (is_wrapped) {
+      segment.geom = m.wrap_objid[j + 1];
+      segment.side = mju_round(m.wrap_prm[j + 1]);
+      segment.to = pair_of(m, body1, m.geom_bodyid[segment.geom], columns);
+      segment.onwards = pair_of(m, m.geom_bodyid[segment.geom], body2, columns);
+    }
+    segments.push_back(segment);
   }
 }
 
@@ -336,17 +342,25 @@ double largest_square(double radius) {
   return square;
 }
 
-std::string why_actuated_singly(const mjModel& m) {
+std::string actuation_obstacle(const mjModel& m) {
   if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
   if (has_other_actuators(m)) return "slider-cranks or reference sites";
-  return has_wrapped_tendons(m) ? "tendons around geoms" : "";
+  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }
 
-std::string why_resisted_singly(const mjModel& m) { return has_ellipsoids(m) ? "fluids on ellipsoids" : ""; }
+std::string passive_obstacle(const mjModel& m) {
+  if (has_ellipsoids(m)) return "fluids on ellipsoids";
+  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
+}
+
+std::string integration_obstacle(const mjModel& m) {
+  return m.opt.integrator == mjINT_IMPLICIT ? "the integrator implicit" : "";
+}
 
 SingleStages::SingleStages(const mjModel& m) {
-  actuation = !why_actuated_singly(m).empty();
-  passive = !why_resisted_singly(m).empty();
+  actuation = !actuation_obstacle(m).empty();
+  passive = !passive_obstacle(m).empty();
+  integration = !integration_obstacle(m).empty();
 }
 
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {

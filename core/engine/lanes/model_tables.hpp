@@ -1,4 +1,4 @@
-// What lanes need that depends on the model alone. It is computed once.
+// Tables for lanes that depend on the model alone, so they are computed once.
 #pragma once
 
 #include <optional>
@@ -16,11 +16,14 @@ struct SingleStages {
   explicit SingleStages(const mjModel_& m);
   bool actuation;  // tendons, actuators, their lengths, velocities and forces
   bool passive;    // passive forces
+  bool integration;
 };
 
-// The feature because of which tendons and actuators, or passive forces, are computed row by row; "" if they are not.
-std::string why_actuated_singly(const mjModel_& m);
-std::string why_resisted_singly(const mjModel_& m);
+// The feature of the model because of which MuJoCo computes tendons and actuators, passive forces, or the integration
+// row by row; "" if there is none.
+std::string actuation_obstacle(const mjModel_& m);
+std::string passive_obstacle(const mjModel_& m);
+std::string integration_obstacle(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

@@ -18,22 +18,22 @@ struct Contact {
 };
 
 struct Geom {
-  const V *pos, *mat;
-  const double* size;
+  const V *pos, *mat, *size;
 
   // The z-axis
-  void axis(V* res, double scale) const {
+  template <typename Scale>
+  void axis(V* res, Scale scale) const {
     for (int k = 0; k < 3; ++k) res[k] = mat[3 * k + 2] * scale;
   }
 };
 
 // _PlaneSphere. pos, radius: the sphere's.
-inline void PlaneSphere(Contact& con, double margin, const Geom& plane, const V* pos, double radius) {
+inline void PlaneSphere(Contact& con, double margin, const Geom& plane, const V* pos, V radius) {
   V tmp[3];
   plane.axis(con.frame, 1);
   for (int k = 0; k < 3; ++k) tmp[k] = pos[k] - plane.pos[k];
   const V cdist = dot3(tmp, con.frame);
-  con.is_there = ~(cdist > splat(margin + radius));
+  con.is_there = ~(cdist > margin + radius);
   con.dist = cdist - radius;
   const V scale = -con.dist * 0.5 - radius;
   for (int k = 0; k < 3; ++k) con.pos[k] = pos[k] + con.frame[k] * scale;
@@ -59,7 +59,7 @@ inline void SphereSphere(Contact& con, double margin, const Geom& g1, const V* p
   V dif[3];
   for (int k = 0; k < 3; ++k) dif[k] = pos1[k] - pos2[k];
   const V cdist = sqrt(dot3(dif, dif));
-  con.is_there = ~(cdist > splat(margin + g1.size[0] + g2.size[0]));
+  con.is_there = ~(cdist > margin + g1.size[0] + g2.size[0]);
   con.dist = cdist - g1.size[0] - g2.size[0];
   for (int k = 0; k < 3; ++k) con.frame[k] = pos2[k] - pos1[k];
   const Mask is_same = normalize3(con.frame) < splat(mjMINVAL);
@@ -135,7 +135,7 @@ inline void PlaneCylinder(Contact* con, double margin, const Geom& plane, const 
 
   cross(vec1, vec, axis);
   normalize3(vec1);
-  const double side = cylinder.size[0] * std::sqrt(3.0) / 2;
+  const V side = cylinder.size[0] * std::sqrt(3.0) / 2.0;
   for (int k = 0; k < 3; ++k) vec1[k] *= side;
 
   // The two ends of the line on the cylinder that is nearest to the plane, and two more points on the circle that is
@@ -192,8 +192,8 @@ inline void PlaneBox(Contact* con, double margin, const Geom& plane, const Geom&
     zero(con[i].frame + 3, 3);
   }
   for (int i = 0; i < 8; ++i) {
-    const double vec[3] = {i & 1 ? box.size[0] : -box.size[0], i & 2 ? box.size[1] : -box.size[1],
-                           i & 4 ? box.size[2] : -box.size[2]};
+    const V vec[3] = {i & 1 ? box.size[0] : -box.size[0], i & 2 ? box.size[1] : -box.size[1],
+                      i & 4 ? box.size[2] : -box.size[2]};
     rotVecMat(corner, vec, box.mat);
     const V ldist = dot3(norm, corner), at = dist + ldist;
     const Mask is_there = ~((at > splat(margin)) | (ldist > V{}));
@@ -217,7 +217,7 @@ inline void SphereBox(Contact& con, double margin, const Geom& sphere, const Geo
   for (int k = 0; k < 3; ++k) tmp[k] = sphere.pos[k] - box.pos[k];
   rotVecMatT(center, tmp, box.mat);
   for (int k = 0; k < 3; ++k) {
-    const V limit = splat(box.size[k]);
+    const V limit = box.size[k];
     clamped[k] = center[k] < -limit ? -limit : (center[k] > limit ? limit : center[k]);
     tmp[k] = clamped[k] - center[k];
   }
@@ -230,9 +230,9 @@ inline void SphereBox(Contact& con, double margin, const Geom& sphere, const Geo
   }
   const Mask is_inside = dist <= splat(mjMINVAL);
   if (__builtin_expect(any(is_inside), 0)) {
-    V closest = splat((box.size[0] + box.size[1] + box.size[2]) * 2), nearest[3] = {};
+    V closest = (box.size[0] + box.size[1] + box.size[2]) * 2.0, nearest[3] = {};
     for (int i = 0; i < 6; ++i) {
-      const V far = abs((i % 2 ? 1 : -1) * box.size[i / 2] - center[i / 2]);
+      const V far = abs((i % 2 ? 1.0 : -1.0) * box.size[i / 2] - center[i / 2]);
       const Mask is_closer = closest > far;
       closest = is_closer ? far : closest;
       for (int k = 0; k < 3; ++k) nearest[k] = is_closer ? splat(k == i / 2 ? (i % 2 ? -1 : 1) : 0) : nearest[k];

@@ -29,8 +29,8 @@ V half_width(const GeomBox& box, const V* share, int stride) {
 }
 
 // The greatest gap between the projections of two boxes on the axes of the separating axis theorem. Axes that are cross
-// products are not normalised, so the gap along them is too small by the factor of the sine between the two crossed
-// axes.
+// products are not normalised, so the gap along them is multiplied by the sine of the angle between the two axes. This
+// only makes it smaller.
 V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   V dif1[3], dif2[3], rot[9], rotabs[9];
   for (int i = 0; i < 3; ++i) {
@@ -59,14 +59,14 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether all points of the height field are lower than the box, in the cells above or below which the box is.
-bool is_above_ground(const mjModel& m, int geom, const double* low, const double* high) {
+// Whether all points of the height field are lower than the box, in the cells above or below which the box is. heights:
+// hfield_data.
+bool is_above_ground(const mjModel& m, const float* heights, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
   const double* const size = m.hfield_size + 4 * id;
-  const float* const data = m.hfield_data + m.hfield_adr[id];
+  const float* const data = heights + m.hfield_adr[id];
   const auto cell = [](double x, double extent, int count) { return (x + extent) / (2 * extent) * (count - 1); };
-  // Written so that numbers that are not finite give a valid index, too: lanes that are left to MuJoCo are still
-  // computed.
+  // Numbers that are not finite give a valid index, too, because lanes that are left to MuJoCo are still computed.
   const auto within = [](double at, int count) {
     return static_cast<int>(at > 0 ? (at < count - 1 ? at : count - 1) : 0);
   };
@@ -77,7 +77,7 @@ bool is_above_ground(const mjModel& m, int geom, const double* low, const double
   for (int row = first_row; row <= last_row; ++row)
     for (int column = first_column; column <= last_column; ++column)
       if (data[row * columns + column] * size[2] >= low[2]) return false;
-  return true;
+  return -size[3] < low[2];  // the ground's base, which a row's own heights can be below
 }
 
 // Returns those of the lanes `rows` (bits) in which a geom is above a height field by more than `limit`.
@@ -98,7 +98,8 @@ unsigned above_ground(const Lanes& d, const GeomPair& pair, const PlacedBox& box
   for (int lane = 0; lane < kWidth; ++lane) {
     if (!(rows >> lane & 1)) continue;
     const double lowest[3] = {low[0][lane], low[1][lane], low[2][lane]}, ends[2] = {high[0][lane], high[1][lane]};
-    if (is_above_ground(*d.model, pair.geom1, lowest, ends)) above |= 1U << lane;
+    const float* const heights = d.heights ? d.heights[lane] : d.model->hfield_data;
+    if (is_above_ground(*d.model, heights, pair.geom1, lowest, ends)) above |= 1U << lane;
   }
   return above;
 }
@@ -122,6 +123,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
     const V gap = dot3(dif, normal) - half_width(box2.box, share, 1);
     return bits(gap > limits.limit + BoxPair::kRounding * size) & rows;
   }
+  // The box of a height field has the model's heights.
+  if (limits.is_ground && d.heights) return above_ground(d, pair, box2, limits.limit, rows);
   const PlacedBox box1(d, pair.geom1);
   for (int k = 0; k < 3; ++k) {
     dif[k] = box2.middle[k] - box1.middle[k];
@@ -138,7 +141,8 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares bounding boxes, for pairs of which MuJoCo's function would take more time than that.
+// computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
+// that. But if rows have their own sizes of geoms, the boxes are unknown, and this compares none.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -154,8 +158,8 @@ void reject(Lanes& d) {
       apart = dot3(dif, dif);
     }
     unsigned near = bits(~(apart > splat(pair->limit)));
-    if (pair->boxes >= 0 && near != 0) near &= ~boxes_apart(d, *pair, near);
-    d.hits[i] = static_cast<unsigned char>(near);
+    if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
+    d.may_touch[i] = static_cast<unsigned char>(near);
   }
 }
 

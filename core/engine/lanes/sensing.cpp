@@ -73,8 +73,9 @@ void sense_state(const mjModel& m, mjData& d) {
   mj_sensorVel(&m, &d);
 }
 
-// If mjData holds no constraints, no sensor reads forces. The others read only the accelerations of
-// mj_rnePostConstraint, which are right without constraints, too. So this hides the old constraints.
+// holds_constraints is false only if no sensor reads contacts or constraints. Sensors then read only the accelerations
+// of mj_rnePostConstraint, which do not depend on constraints. So this hides the old constraints that mjData still
+// holds.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
   const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;

@@ -220,7 +220,7 @@ class Sensors : Forces {
   Frame reference_of(int sensor) const { return frame(m_.sensor_reftype[sensor], m_.sensor_refid[sensor]); }
   bool has_reference(int sensor) const { return m_.sensor_refid[sensor] >= 0; }
 
-  void turn(V* res, const V* of_body, const V* own, const double* shared) const {
+  void world_quat(V* res, const V* of_body, const V* own, const double* shared) const {
     d_.has_own_frames ? mulQuat(res, of_body, own) : mulQuat(res, of_body, shared);
   }
   // get_xquat
@@ -230,10 +230,12 @@ class Sensors : Forces {
       case mjOBJ_XBODY: return copy(res, of_bodies + 4 * id, 4);
       case mjOBJ_BODY: return mulQuat(res, of_bodies + 4 * id, m_.body_iquat + 4 * id);
       case mjOBJ_GEOM:
-        return turn(res, of_bodies + 4 * m_.geom_bodyid[id], vectors(d_.geom_quat) + 4 * id, m_.geom_quat + 4 * id);
+        return world_quat(res, of_bodies + 4 * m_.geom_bodyid[id], vectors(d_.geom_quat) + 4 * id,
+                          m_.geom_quat + 4 * id);
       case mjOBJ_CAMERA: return mulQuat(res, of_bodies + 4 * m_.cam_bodyid[id], vectors(d_.cam_quat) + 4 * id);
       default:
-        return turn(res, of_bodies + 4 * m_.site_bodyid[id], vectors(d_.site_quat) + 4 * id, m_.site_quat + 4 * id);
+        return world_quat(res, of_bodies + 4 * m_.site_bodyid[id], vectors(d_.site_quat) + 4 * id,
+                          m_.site_quat + 4 * id);
     }
   }
 
@@ -377,7 +379,7 @@ class Sensors : Forces {
     copy(data, spatial + part, 3);
   }
 
-  // If a limit is reached on both sides, MuJoCo shows the first of the two constraints.
+  // If a limit is reached on both sides, MuJoCo reports the first of the two constraints.
   void limit(int id, int type, V* data) const {
     const bool is_tendon =
         type == mjSENS_TENDONLIMITPOS || type == mjSENS_TENDONLIMITVEL || type == mjSENS_TENDONLIMITFRC;
@@ -440,7 +442,7 @@ class Sensors : Forces {
       if (m_.sensor_datatype[i] == mjDATATYPE_REAL)
         data[k] = is_cut ? (x < -cutoff ? -cutoff : (x > cutoff ? cutoff : x)) : x;
       else if (m_.sensor_datatype[i] == mjDATATYPE_POSITIVE)
-        data[k] = is_cut & (cutoff < x) ? cutoff : x;
+        data[k] = (is_cut & (cutoff < x)) ? cutoff : x;
     }
   }
 

@@ -9,23 +9,29 @@
 namespace mjenv::core::lanes {
 namespace {
 
-Counts<Constraints> counts(std::size_t places, std::size_t nv, bool is_dual, bool is_elliptic) {
+Counts<Constraints> counts(std::size_t places, std::size_t nv, int solver, bool is_elliptic) {
   using C = Constraints;
   Counts<Constraints> result{
       {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},          {&C::aref, places},
       {&C::b, places},      {&C::jar, places},   {&C::force, places},        {&C::damping, places},
       {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},         {&C::meaninertia, 1},
       {&C::low, places},    {&C::high, places},  {&C::frictionloss, places}, {&C::bend, places}};
-  const Counts<Constraints> primal{{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv},  {&C::Mv, nv},
-                                   {&C::grad, nv},   {&C::search, nv},       {&C::vec, nv}, {&C::H, nv * nv}};
-  const Counts<Constraints> dual{{&C::R, places},       {&C::JM2, places * nv}, {&C::AR, places * places},
-                                 {&C::ARinv, places},   {&C::A, places},        {&C::least, places},
-                                 {&C::greatest, places}};
-  const Counts<Constraints>& own = is_dual ? dual : primal;
-  result.insert(result.end(), own.begin(), own.end());
-  if (is_elliptic)
-    for (const auto& more : Counts<Constraints>{{&C::scale, places}, {&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}})
-      result.push_back(more);
+  const auto add = [&](const Counts<Constraints>& more) { result.insert(result.end(), more.begin(), more.end()); };
+  if (solver == mjSOL_PGS) {
+    add({{&C::R, places},
+         {&C::JM2, places * nv},
+         {&C::AR, places * places},
+         {&C::ARinv, places},
+         {&C::A, places},
+         {&C::least, places},
+         {&C::greatest, places}});
+  } else {
+    add({{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv}, {&C::Mv, nv}, {&C::grad, nv}, {&C::search, nv}});
+    add(solver == mjSOL_CG ? Counts<Constraints>{{&C::Mgrad, nv}, {&C::Mgraddif, nv}}
+                           : Counts<Constraints>{{&C::vec, nv}, {&C::H, nv * nv}});
+  }
+  if (is_elliptic) add({{&C::scale, places}});
+  if (is_elliptic && solver == mjSOL_NEWTON) add({{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
   return result;
 }
 
@@ -38,22 +44,21 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
-std::string Solver::why_none(const mjModel& m) {
-  if (m.opt.solver == mjSOL_CG) return "the solver CG";
+std::string Solver::unsupported_feature(const mjModel& m) {
   if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
   return mj_isSparse(&m) ? "sparse Jacobians" : "";
 }
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
-  return why_none(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
+  return unsupported_feature(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
-  if (!why_none(m).empty()) return 0;
+  if (!unsupported_feature(m).empty()) return 0;
   const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
-  return Memory<Constraints>::bytes(width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv),
-                                                  m.opt.solver == mjSOL_PGS, is_elliptic));
+  return Memory<Constraints>::bytes(
+      width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic));
 }
 
 Solver::Solver(const Code& code, const mjModel& m)
@@ -63,7 +68,7 @@ Solver::Solver(const Code& code, const mjModel& m)
       is_elliptic_(m.opt.cone == mjCONE_ELLIPTIC),
       places_(is_elliptic_ ? kSharedPlaces : kPlaces),
       memory_(constraints_, code.width,
-              counts(static_cast<std::size_t>(places_), static_cast<std::size_t>(m.nv), is_dual_, is_elliptic_)),
+              counts(static_cast<std::size_t>(places_), static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic_)),
       bits_(static_cast<std::size_t>(4 * places_)),
       columns_(static_cast<std::size_t>(places_ * (m.nv + 1))),
       zeros_(static_cast<std::size_t>(m.nv)) {
@@ -80,7 +85,7 @@ Solver::Solver(const Code& code, const mjModel& m)
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
   const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
-  return constraints <= kMost && d.nstack - d.pstack >= needed;
+  return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 
 // With elliptic cones: how many places belong to equalities, friction and limits.
@@ -121,6 +126,14 @@ void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.cones = cones < 0 ? constraints_.size : cones;
 }
 
+void Solver::run(Lanes& lanes) {
+  switch (lanes.model->opt.solver) {
+    case mjSOL_PGS: return code_.solPGS(lanes, constraints_);
+    case mjSOL_CG: return code_.solCG(lanes, constraints_);
+    default: return code_.solNewton(lanes, constraints_);
+  }
+}
+
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
   int most = 0, bounded = 0, first = code_.width;
   for (int lane = code_.width - 1; lane >= 0; --lane)
@@ -143,9 +156,9 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
   }
   gather_J(from);
   code_.gather(constraints_.warmstart, warmstart.data(), nv_);
-  (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
+  run(lanes);
   for (int lane = first; lane < code_.width; ++lane)
-    if ((rows & ~lanes.left) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+    if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
 }
 
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {
@@ -175,7 +188,7 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     }
     code_.gather(constraints_.warmstart, warmstart.data(), nv_);
     code_.makeConstraint(lanes, contacts, constraints_);
-    (is_dual_ ? code_.solPGS : code_.solNewton)(lanes, constraints_);
+    run(lanes);
   }
   // What mj_fwdConstraint does for a row without constraints.
   for (int lane = 0; lane < width; ++lane) {

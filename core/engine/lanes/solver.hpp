@@ -20,8 +20,8 @@ using RowData = std::array<mjData*, kMaxWidth>;
 class Solver {
  public:
   // The feature of the model for which lanes have no solver; "" if there is none.
-  static std::string why_none(const mjModel& m);
-  // Returns null if why_none names a feature.
+  static std::string unsupported_feature(const mjModel& m);
+  // Returns null if unsupported_feature names a feature.
   static std::unique_ptr<Solver> make(const Code& code, const mjModel& m);
   // How much memory a solver's arrays take.
   static std::size_t bytes(int width, const mjModel& m);
@@ -38,20 +38,21 @@ class Solver {
   bool has_room(const Contacts& contacts) const;
 
   // Does what mj_forward does with constraints after mj_makeConstraint, which must have run for these rows (bits).
-  // is_last: also writes to mjData what only its readers need.
+  // is_last: also writes to mjData what only readers of mjData after the step need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
   // Makes the constraints of these limits and contacts, then solves them in the same way. Writes to the rows' mjData
   // only what the next mj_step needs, and the number of constraints.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
 
  private:
-  static constexpr int kMost = 64, kPlaces = kMost + Constraints::kRest;  // of one row: constraints, places
+  static constexpr int kMaxConstraints = 64;  // of one row
+  static constexpr int kPlaces = kMaxConstraints + Constraints::kRest;
   // With elliptic cones, a place belongs to the same contact in all rows. Each row has few contacts, but rows have
   // different ones, so more places are needed.
-  static constexpr int kSharedPlaces = 2 * kMost;
+  static constexpr int kSharedPlaces = 2 * kMaxConstraints;
   const Code& code_;
   const int nv_;
-  const bool is_dual_;  // the solver is PGS; otherwise Newton's method
+  const bool is_dual_;  // the solver is PGS
   const bool is_elliptic_;
   const int places_;
   Constraints constraints_{};
@@ -67,6 +68,7 @@ class Solver {
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;
+  void run(Lanes& lanes);
   void gather_J(const RowData& from);
   void load(int lane, const mjModel& m);
   void load(int lane, const mjData& d);

@@ -77,15 +77,6 @@ std::string excess(const Model& model) {
 
 std::string no_joints(const Model& model) { return text_if(model.get()->nv == 0, "no joints"); }
 
-std::string integrator(const Model& model) {
-  const int chosen = model.get()->opt.integrator;
-  return text_if(chosen != mjINT_EULER && chosen != mjINT_RK4, "the integrator");
-}
-
-std::string sparse_tendons(const Model& model) {
-  return text_if(model.get()->ntendon > 0 && mj_isSparse(model.get()), "sparse Jacobians of tendons");
-}
-
 // The moments of adhesion actuators depend on contacts, which lanes find after they have computed the actuators.
 std::string adhesion(const Model& model) {
   const mjModel& m = *model.get();
@@ -115,9 +106,10 @@ bool always(const Model& /*model*/) { return true; }
 std::string never(const Model& /*model*/) { return ""; }
 
 bool has_actuation(const Model& model) { return model.get()->nu > 0 || model.get()->ntendon > 0; }
-std::string actuation(const Model& model) { return why_actuated_singly(*model.get()); }
-std::string passive(const Model& model) { return why_resisted_singly(*model.get()); }
-std::string solver(const Model& model) { return Solver::why_none(*model.get()); }
+std::string actuation(const Model& model) { return actuation_obstacle(*model.get()); }
+std::string passive(const Model& model) { return passive_obstacle(*model.get()); }
+std::string integration(const Model& model) { return integration_obstacle(*model.get()); }
+std::string solver(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 bool has_contacts(const Model& model) {
   const mjModel& m = *model.get();
@@ -164,7 +156,7 @@ std::string constraints(const Model& model) {
 }
 
 bool has_sensors(const Model& model) { return sensor_needs(*model.get()) != SensorNeeds::nothing; }
-std::string sensors(const Model& model) { return text_if(!senses_in_lanes(*model.get()), "sensors of users"); }
+std::string sensors(const Model& model) { return text_if(!senses_in_lanes(*model.get()), "user sensors"); }
 
 std::string other_sensors(const Model& model) {
   const mjModel& m = *model.get();
@@ -181,8 +173,6 @@ std::string energies(const Model& /*model*/) { return "only where they are read"
 const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{
       {"no joints", "nothing moves", no_joints},
-      {"the integrator `implicit`", "MuJoCo does not export its function", integrator},
-      {"sparse Jacobians of tendons", "MuJoCo does not export the functions that use them", sparse_tendons},
       {"adhesion", "its moments depend on contacts, which lanes find last", adhesion},
       {"`sensornoise`", "all rows draw from one generator, so the results depend on their order", noise},
       {"`fwdinv`", "MuJoCo's comparison of forward and inverse dynamics reads and writes nearly all of mjData",
@@ -198,39 +188,38 @@ const std::vector<Stage>& stages() {
       {"kinematics, centres of mass, inertia", "all joints, mocap bodies", "",
        "adopt kinematics comPos crb factorM comVel rne", always, never, never},
       {"tendons, actuators",
-       "tendons along joints, sites and pulleys; actuators of joints, tendons and sites, with all gains, biases and "
-       "states",
-       "all of them, if a tendon wraps around a geom, an actuator is a slider-crank or has a reference site, or the "
-       "model "
+       "tendons along joints, sites and pulleys and around geoms; actuators of joints, tendons and sites, with all "
+       "gains, biases and states",
+       "all, if Jacobians of tendons are sparse, an actuator is a slider-crank or has a reference site, or the model "
        "disables actuation",
        "tendon transmission fwdVelocity fwdActuation advanceActivations", has_actuation, actuation, never},
-      {"passive forces", "springs and dampers; the fluid model of boxes", "all of them, if fluids act on ellipsoids",
-       "passive", always, passive, never},
+      {"passive forces", "springs and dampers; the fluid model of boxes",
+       "all, if fluids act on ellipsoids or Jacobians of tendons are sparse", "passive", always, passive, never},
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
-       "capsules "
-       "with capsules; up to 6 dimensions",
+       "capsules with capsules; up to 6 dimensions",
        "other shapes and parallel capsules, where bounding spheres and boxes are near each other", "reject collision",
        has_contacts, contacts, other_shapes},
       {"constraints",
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
-       "all of rows that have an equality constraint, or a limit or friction of a tendon, whose Jacobian is 0",
+       "all constraints of a row that has an equality constraint, or a limit or friction of a tendon, with a Jacobian "
+       "of 0",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
-      {"solver", "Newton; PGS with pyramidal cones; up to 64 constraints",
-       "CG, noslip, PGS with elliptic cones, sparse Jacobians; with elliptic cones all of which mjData must hold the "
-       "constraints",
-       "solNewton solPGS", has_constraints, solver, never},
-      {"accelerations, Euler, RK4", "all, with forces in `qfrc_applied` and `xfrc_applied`", "",
-       "fwdAcceleration Euler RungeKutta", always, never, never},
-      {"sensors", "all but those named beside",
-       "rangefinders, frames of cameras; all of a model with sensors of users, and of rows whose constraints are made "
-       "row by "
-       "row, if sensors read these",
+      {"solver", "Newton and CG; PGS with pyramidal cones; up to 64 constraints",
+       "noslip, PGS with elliptic cones, sparse Jacobians; with elliptic cones also rows whose constraints mjData must "
+       "hold",
+       "solNewton solCG solPGS", has_constraints, solver, never},
+      {"accelerations, integration",
+       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
+       "the integrator implicit", "fwdAcceleration Euler RungeKutta", always, never, integration},
+      {"sensors", "all others",
+       "rangefinders, frames of cameras; all sensors of a model with user sensors; all sensors of a row whose "
+       "constraints are made row by row, if a sensor reads constraints",
        "sensors", has_sensors, sensors, other_sensors},
       {"forces between bodies (`cacc`, `cfrc_int`, `cfrc_ext`), where a task or the option `arrays` names them", "all",
-       "of rows whose constraints are made row by row", "rnePostConstraint", always, never, never},
-      {"energies", "", "where they are read", "", has_energies, energies, never}};
+       "those of rows whose constraints are made row by row", "rnePostConstraint", always, never, never},
+      {"energies", "", "all, where they are read", "", has_energies, energies, never}};
   return list;
 }
 

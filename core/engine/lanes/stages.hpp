@@ -8,7 +8,7 @@
 
 namespace mjenv::core::lanes {
 
-// A feature because of which lanes cannot step a model at all.
+// A feature of a model that keeps the whole model out of lanes.
 struct Obstacle {
   const char* name;    // in docs/lanes.md
   const char* reason;  // also in docs/lanes.md
@@ -24,8 +24,8 @@ struct Stage {
   const char* row_by_row;  // what MuJoCo's functions compute row by row
   const char* functions;   // the functions of Code that belong to it
   bool (*is_there)(const Model& model);
-  // alone: the feature because of which MuJoCo's functions compute the whole stage row by row; "" if there is none.
-  // partly: the part of the stage that they always compute row by row; "" if there is none.
+  // alone: the feature of the model that makes MuJoCo's functions compute the whole stage row by row; "" if there is
+  // none. partly: the part of the stage that they always compute row by row; "" if there is none.
   std::string (*alone)(const Model& model);
   std::string (*partly)(const Model& model);
 };

@@ -14,6 +14,7 @@
 #include "engine/lanes/model_tables.hpp"
 #include "engine/lanes/sensing.hpp"
 #include "engine/lanes/solver.hpp"
+#include "engine/lanes/unlisted.hpp"
 #include "engine/mujoco.hpp"
 #include "engine/pairs.hpp"
 
@@ -30,7 +31,7 @@ struct LaneArray {
   int count;
 };
 
-// An array of mjModel of which rows may have their own values.
+// An array of mjModel whose values may differ from row to row.
 struct OwnNumbers {
   double* Lanes::*numbers;
   int count;
@@ -57,11 +58,11 @@ class RowModel {
   }
 
   // Returns a view with only those pairs that Code::reject has not excluded for the row. The contacts are the same,
-  // because MuJoCo would exclude the other pairs, too. hits: Lanes::hits.
-  const mjModel& with_near_pairs(int row, const unsigned char* hits) {
+  // because MuJoCo would exclude the other pairs, too. may_touch: Lanes::may_touch.
+  const mjModel& with_near_pairs(int row, const unsigned char* may_touch) {
     view_.npair = 0;
     for (int i = 0; i < all_->npair; ++i)
-      if (hits[i] >> row & 1) append(i);
+      if (may_touch[i] >> row & 1) append(i);
     return view_;
   }
 
@@ -94,7 +95,8 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, control_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
+      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_,
+      for_implicit_, integrated_;
   std::vector<OwnNumbers> own_;
   std::vector<OwnNumbers> frames_;  // those that the lanes hold only if rows have their own
   Counts<Lanes> counts_;
@@ -203,6 +205,12 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
+  for_implicit_ = {{&L::cinert, &D::cinert, 10 * nbody},
+                   {&L::cdof_dot, &D::cdof_dot, 6 * nv},
+                   {&L::qM, &D::qM, nM},
+                   {&L::qfrc_smooth, &D::qfrc_smooth, nv},
+                   {&L::act_dot, &D::act_dot, m_.na}};
+  integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
@@ -248,6 +256,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
       {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
       {&L::cam_quat, 4 * ncam, [](const mjModel& m) -> const mjtNum* { return m.cam_quat; }},
       {&L::wrap_prm, m_.nwrap, [](const mjModel& m) -> const mjtNum* { return m.wrap_prm; }},
+      {&L::geom_size, 3 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_size; }},
       {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
   frames_ = {{&L::body_pos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_pos; }},
              {&L::body_quat, 4 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_quat; }},
@@ -290,34 +299,36 @@ class LaneStepper final : public Stepper, private LaneArrays {
   const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
-  std::vector<unsigned char> hits_;
+  std::vector<unsigned char> may_touch_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
   std::array<const mjModel*, kMaxWidth> row_models_{};
+  std::array<const float*, kMaxWidth> heights_{};  // the rows' hfield_data
   std::array<mjData*, kMaxWidth> data_{};
   int count_ = 0;
   std::uint32_t all_ = 0;  // the lanes that have a row, as bits
 
   void set_world();
+  bool has_shared_ = false;   // no row has numbers of mjModel of its own
   bool has_changed_ = false;  // a row's own numbers of mjModel differ from those of the last step
   bool gather_own(OwnNumbers& own, bool must_hold);
   void gather_own();
   void gather_forces(Work* const* works);
   void gather(const std::vector<LaneArray>& arrays);
   void scatter(const std::vector<LaneArray>& arrays);
-  std::uint32_t live() const { return all_ & ~lanes_.left; }
+  std::uint32_t live() const { return all_ & ~lanes_.left_to_mujoco; }
   template <typename Body>
   void for_live_rows(const Body& body);
-  void leave_bad(const double* numbers, int count) { lanes_.left |= code_.bad(numbers, count); }
+  void leave_bad(const double* numbers, int count) { lanes_.left_to_mujoco |= code_.bad(numbers, count); }
 
   // Who reads the results of one evaluation of the dynamics.
-  struct Use {
-    bool is_left;    // readers of mjData after the step
-    bool is_sensed;  // sensors
+  struct Readers {
+    bool after_step;  // whoever reads mjData after the step
+    bool sensors;
   };
-  void forward(Use use);
+  void forward(Readers readers);
   bool constrain_in_lanes();
-  void actuate_singly();
-  void resist_singly();
+  void actuate_row_by_row();
+  void compute_passive_row_by_row();
   void collide();
   void search();
   void constrain(bool is_held);
@@ -327,6 +338,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool shows_current() const;
   void show_current(Work* const* works);
   void integrate(bool is_last);
+  void integrate_singly();
+  void scatter_moments();
 };
 
 // Sets the world's frame once. mj_kinematics would set the same in each step.
@@ -349,7 +362,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       senses_in_lanes_(senses_in_lanes(m_)),
       has_rangefinders_(has_rangefinders(m_)),
       sees_from_cameras_(sees_from_cameras(m_)),
-      hits_(tables_.pairs.size()),
+      may_touch_(tables_.pairs.size()),
       spare_(static_cast<std::size_t>(longest_)) {
   const auto fill = [&](double* array, const std::vector<double>& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -376,7 +389,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.pair_count = static_cast<int>(tables_.pairs.size());
   lanes_.box_pairs = tables_.box_pairs.data();
   lanes_.boxes = tables_.boxes.data();
-  lanes_.hits = hits_.data();
+  lanes_.may_touch = may_touch_.data();
 }
 
 // Returns whether all rows have the shared model's numbers. must_hold: the lanes must hold the rows' numbers
@@ -397,9 +410,16 @@ bool LaneStepper::gather_own(OwnNumbers& own, bool must_hold) {
 
 // Gathers the rows' numbers of mjModel. Those that all rows share stay in the lanes from step to step.
 void LaneStepper::gather_own() {
+  for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
+  const bool had_shared = has_shared_;
+  has_shared_ = std::all_of(row_models_.begin(), row_models_.begin() + count_,
+                            [&](const mjModel* model) { return model == &m_; });
+  if (has_shared_ && had_shared) return;
   const bool had_own_frames = lanes_.has_own_frames;
   has_changed_ = lanes_.has_own_frames = false;
-  for (OwnNumbers& own : own_) gather_own(own, true);
+  lanes_.has_own_sizes = false;
+  for (OwnNumbers& own : own_)
+    if (!gather_own(own, true) && own.numbers == &Lanes::geom_size) lanes_.has_own_sizes = true;
   for (OwnNumbers& own : frames_) lanes_.has_own_frames |= !gather_own(own, false);
   for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
   if (has_changed_ || had_own_frames != lanes_.has_own_frames) {
@@ -410,7 +430,11 @@ void LaneStepper::gather_own() {
     for (const OwnNumbers& own : frames_)
       if (lanes_.has_own_frames && !own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
   }
-  for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
+  lanes_.heights = nullptr;
+  for (int lane = 0; lane < code_.width; ++lane) {
+    heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
+    if (heights_[lane] != m_.hfield_data) lanes_.heights = heights_.data();
+  }
 }
 
 // Copies the rows' arrays to lanes. Lanes without a row get a copy of the first row.
@@ -439,8 +463,8 @@ void LaneStepper::gather_forces(Work* const* works) {
   for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
 }
 
-// Calls body(row, its model, its mjData) for the rows that are not left. If MuJoCo fails, the row is left to be stepped
-// alone, where MuJoCo fails again and the error is reported.
+// Calls body(row, its model, its mjData) for the rows that are not left to MuJoCo. If MuJoCo fails in a row, this
+// leaves the row, too: it is then stepped alone, fails again, and the error is reported.
 template <typename Body>
 void LaneStepper::for_live_rows(const Body& body) {
   const std::uint32_t rows = live();
@@ -449,7 +473,7 @@ void LaneStepper::for_live_rows(const Body& body) {
     try {
       body(row, *row_models_[row], *data_[row]);
     } catch (const std::exception&) {
-      lanes_.left |= 1u << row;
+      lanes_.left_to_mujoco |= 1u << row;
     }
   }
 }
@@ -469,7 +493,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
   makes_ = maker_ && maker_->follow(row_models_, count);
-  lanes_.left = lanes_.unlike;
+  lanes_.left_to_mujoco = lanes_.unlike;
   gather(input_);
   gather_forces(works);
   leave_bad(lanes_.act, m_.na);
@@ -490,10 +514,10 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
       for (int row = 0; row < count; ++row) works[row]->save(before[row]);
     }
     const bool is_last = frame == frames;
-    forward({is_last && m_.opt.integrator == mjINT_EULER, is_last && sensors_ != SensorNeeds::nothing});
+    forward({is_last && m_.opt.integrator != mjINT_RK4, is_last && sensors_ != SensorNeeds::nothing});
     integrate(is_last);
     if (live() == 0) return 0;
-    for (int row = 0; row < count; ++row) data_[row]->time += m_.opt.timestep;
+    for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += m_.opt.timestep;
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
@@ -503,8 +527,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     scatter(after_constraints_);
   }
   scatter(state_);
-  for (int row = 0; is_whole_ && !tables_.has_moments && row < count; ++row)
-    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+  if (is_whole_ && !single_.actuation) scatter_moments();
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
   for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown, has_forces);
@@ -537,7 +560,7 @@ void LaneStepper::show_current(Work* const* works) {
 
 // mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come last, before
 // sensors and energies.
-void LaneStepper::forward(Use use) {
+void LaneStepper::forward(Readers readers) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
   if (single_.actuation || single_.passive) scatter(poses_);
@@ -550,9 +573,9 @@ void LaneStepper::forward(Use use) {
   }
   code_.comVel(lanes_);
   if (single_.actuation || single_.passive) scatter(motions_);
-  if (single_.actuation) actuate_singly();
+  if (single_.actuation) actuate_row_by_row();
   if (single_.passive)
-    resist_singly();
+    compute_passive_row_by_row();
   else
     code_.passive(lanes_);
   code_.rne(lanes_);
@@ -560,41 +583,45 @@ void LaneStepper::forward(Use use) {
   code_.fwdAcceleration(lanes_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  const bool reads_constraints = use.is_sensed && sensors_ == SensorNeeds::constraints;
-  const bool is_made = makes_ && !(use.is_left && is_whole_) &&
+  const bool reads_constraints = readers.sensors && sensors_ == SensorNeeds::constraints;
+  const bool is_made = makes_ && !(readers.after_step && is_whole_) &&
                        !(reads_constraints && (is_whole_ || !senses_in_lanes_)) && constrain_in_lanes();
-  if (use.is_left && reads_forces_ && !is_made) is_whole_ = true;
-  const bool is_held = (use.is_left && is_whole_) || reads_constraints;
+  if (readers.after_step && reads_forces_ && !is_made) is_whole_ = true;
+  const bool is_held = (readers.after_step && is_whole_) || reads_constraints;
   if (!is_made) {
     scatter(for_limits_);
     collide();
     constrain(is_held);
-  } else if (use.is_left || use.is_sensed) {
+  } else if (readers.after_step || readers.sensors) {
     scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
-  if (use.is_sensed && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
+  if (readers.sensors && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
     sense_in_lanes();
-  else if (use.is_sensed)
+  else if (readers.sensors)
     sense_row_by_row(is_held);
-  if (use.is_left) show();
+  if (readers.after_step) show();
 }
 
 // MuJoCo's functions compute tendons and actuators row by row.
-void LaneStepper::actuate_singly() {
+void LaneStepper::actuate_row_by_row() {
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     mj_tendon(&m, &d);
     mj_transmission(&m, &d);
-    mju_mulMatVec(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, m_.nv);
+    if (mj_isSparse(&m))
+      mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, d.ten_J_rownnz, d.ten_J_rowadr, d.ten_J_colind,
+                          nullptr);
+    else
+      mju_mulMatVec(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, m_.nv);
     mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m_.nu, m_.nv);
     mj_fwdActuation(&m, &d);
   });
   for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
-  gather(tendons_);
+  if (!mj_isSparse(&m_)) gather(tendons_);
 }
 
 // MuJoCo's functions compute the passive forces row by row.
-void LaneStepper::resist_singly() {
+void LaneStepper::compute_passive_row_by_row() {
   if (!single_.actuation) {
     scatter(lengths_);
     scatter(speeds_);
@@ -633,10 +660,7 @@ void LaneStepper::show() {
   scatter(shown_);
   if (!is_whole_) return;
   scatter(others_);
-  if (!single_.actuation) {
-    scatter(tendons_);
-    scatter(moments_);
-  }
+  if (!single_.actuation) scatter(tendons_);
   const bool has_paths = !tables_.segments.empty(), has_energy = (m_.opt.enableflags & mjENBL_ENERGY) != 0;
   if (!has_paths && !has_energy) return;
   scatter(state_);
@@ -665,11 +689,11 @@ void LaneStepper::collide() {
   if (!lists_all) return search();
   code_.reject(lanes_);
   std::uint32_t near = 0;
-  for (const unsigned char rows : hits_) near |= rows;
+  for (const unsigned char rows : may_touch_) near |= rows;
   if ((near & live()) != 0) scatter(for_geoms_);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     if (near >> row & 1)
-      mj_collision(&models_[row]->with_near_pairs(row, hits_.data()), &d);
+      mj_collision(&models_[row]->with_near_pairs(row, may_touch_.data()), &d);
     else
       d.ncon = 0;
   });
@@ -716,7 +740,28 @@ void LaneStepper::constrain(bool is_held) {
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
+// Copies the moments of actuators to mjData. The lanes have no array of the moments that do not depend on the state.
+void LaneStepper::scatter_moments() {
+  if (tables_.has_moments) return scatter(moments_);
+  for (int row = 0; row < count_; ++row)
+    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+}
+
+// MuJoCo's function integrates row by row. It also advances the time.
+void LaneStepper::integrate_singly() {
+  for (const auto* list : {&poses_, &motions_, &for_implicit_, &from_solver_}) scatter(*list);
+  if (!single_.actuation) {
+    scatter(speeds_);
+    scatter(lengths_);
+    scatter(tendons_);
+    scatter_moments();
+  }
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_implicit(&m, &d); });
+  gather(integrated_);
+}
+
 void LaneStepper::integrate(bool is_last) {
+  if (single_.integration) return integrate_singly();
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
     code_.advanceActivations(lanes_, 0);
@@ -730,8 +775,8 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
     // mj_RungeKutta keeps four X, four F and dX on mjData's stack, so less is left for constraints, and MuJoCo may
-    // fail. So that the same happens here, as much of the stack is marked as used. There is room for these arrays, or
-    // the environment's trial step would have failed.
+    // fail. As much of the stack is marked as used here, so that the same happens. The stack has room for these arrays,
+    // because the environment's trial step has used them.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});

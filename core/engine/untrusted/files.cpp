@@ -107,9 +107,9 @@ class Obj {
       line(std::string_view(content).substr(at, end - at));
       at = end + 1;
     }
-    // If MuJoCo sees no faces, it uses the arrays directly, so their lengths must match. Faces with more than four
-    // corners do not count, because tinyobjloader may find no triangle in them. If lines come first, MuJoCo may see no
-    // face, because it reads only the first shape.
+    // If MuJoCo sees no faces, it uses the arrays of vertices, normals and texture coordinates directly, so their
+    // lengths must match. Faces with more than four corners do not count, because tinyobjloader may find no triangle in
+    // them. If lines come first, MuJoCo may see no face, because it reads only the first shape.
     if ((faces_ == 0 && lines_ == 0 && positions_ < 4) ||
         ((faces_ == 0 || begins_with_lines_) &&
          ((normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_))))
@@ -355,9 +355,11 @@ std::int64_t check_raw(const std::string& content, const Limits& limits, std::in
   const auto bytes = static_cast<std::int64_t>(content.size());
   if (first < 0 || second < 0 || (second > 0 && first > bytes / second) ||
       8 + first * second * bytes_per_pixel != bytes)
-    refuse("it is no PNG image (.png), and not in MuJoCo's own format: that begins with two integers, here " +
-           std::to_string(first) + " and " + std::to_string(second) + ", for so many rows and columns of " +
-           std::to_string(bytes_per_pixel) + " bytes each, but the file has " + std::to_string(bytes) + " bytes");
+    refuse(
+        "it is no PNG image (.png), and not in MuJoCo's own format: a file in that format begins with the numbers of "
+        "rows and columns, here " +
+        std::to_string(first) + " and " + std::to_string(second) + ", and has " + std::to_string(bytes_per_pixel) +
+        " bytes for each element, but this file has " + std::to_string(bytes) + " bytes in all");
   check_limit(limits, "rows", first, kPixels);
   check_limit(limits, "columns", second, kPixels);
   check_limit(limits, "pixels", first * second, kPixels);

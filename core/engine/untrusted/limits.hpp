@@ -1,5 +1,5 @@
-// The limits of models (docs/reliability.md). Each has a value for untrusted models ("stranger"), with which a model
-// loads in seconds and a work space takes at most about a gigabyte, and a value for trusted ones, with which MuJoCo's
+// The limits of models (docs/reliability.md). Each has a value for untrusted models, with which a model loads in
+// seconds and a work space takes at most about a gigabyte, and a value for trusted ones, with which MuJoCo's
 // computations of sizes do not overflow.
 #pragma once
 
@@ -10,10 +10,10 @@
 namespace mjenv::core {
 
 struct Limit {
-  std::int64_t stranger, trusted;
+  std::int64_t untrusted, trusted;
 };
 
-// The end of a message if the model would not be refused were it trusted.
+// The end of a message about a model that would be accepted if it were trusted.
 inline constexpr const char* kUnlessTrusted =
     ", unless you trust the model and set the option \"trust_xml\" to \"yes\"";
 
@@ -23,7 +23,7 @@ inline constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max(
 // Files and XML.
 inline constexpr Limit kTextBytes{16 * kMiB, 1024 * kMiB};
 inline constexpr Limit kElements{50'000, 10'000'000};
-inline constexpr Limit kTags{2 * kElements.stranger + 1'000, 2 * kElements.trusted + 1'000};
+inline constexpr Limit kTags{2 * kElements.untrusted + 1'000, 2 * kElements.trusted + 1'000};
 inline constexpr Limit kLevels{100, 100};  // of nested elements; tinyxml2 has the same limit
 inline constexpr Limit kFiles{1'000, 100'000};
 inline constexpr Limit kFileBytes{64 * kMiB, 1024 * kMiB};
@@ -35,7 +35,7 @@ inline constexpr Limit kVertices{600'000, 1 << 24};
 inline constexpr Limit kFaces{200'000, 1 << 24};
 inline constexpr Limit kAllVertices{2'000'000, kNoLimit};
 inline constexpr Limit kAllTriangles{4'000'000, kNoLimit};
-// The work on convex hulls: for each hull, the square of its number of vertices, and more (cmake/engine/guards.c). So
+// The work on convex hulls: for each hull, the square of its number of vertices, and more (cmake/engine/guards.c). This
 // much work takes seconds.
 inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
 // If MuJoCo is a shared library: the largest sum, over the hulls of an untrusted model, of the cubes of their numbers
@@ -58,15 +58,15 @@ inline constexpr Limit kNumbers{1 << 26, 1 << 28};  // in user data and keyframe
 inline constexpr Limit kWorkNumbers{1 << 27, 1 << 29};
 inline constexpr Limit kNumericSize{1'000'000, 1'000'000};
 inline constexpr Limit kStackRows{20'000, 20'000};  // the default size of MuJoCo's stack must be an int
-inline constexpr Limit kCompositeParts{kElements.stranger / 20, kElements.trusted / 20};
+inline constexpr Limit kCompositeParts{kElements.untrusted / 20, kElements.trusted / 20};
 inline constexpr Limit kSubgrid{64, 64};
 inline constexpr Limit kIterations{10'000, kBillion};
 inline constexpr Limit kMultiplications{kBillion, kNoLimit};
 inline constexpr Limit kSearches{1'000, kBillion};  // of the solver along one line, or of distances in one collision
 inline constexpr Limit kArenaBytes{1024 * kMiB, 1024 * 1024 * kMiB};
-inline constexpr Limit kReplicas{2'000, 100'000};         // and attachments; the time grows with their square
-inline constexpr Limit kReported{1'000, 1'000'000};       // contacts, by one sensor
-inline constexpr Limit kWideNumbers{1 << 20, 1 << 28};    // of sensors with a number of values for each pixel or vertex
+inline constexpr Limit kReplicas{2'000, 100'000};    // and attachments; the time grows with the square of their number
+inline constexpr Limit kReported{1'000, 1'000'000};  // contacts that one sensor reports
+inline constexpr Limit kWideNumbers{1 << 20, 1 << 28};    // of sensors that have values for each pixel or vertex
 inline constexpr Limit kRangeSteps{2'000'000, kBillion};  // of the simulations that find the range of muscles' lengths
 
 // Rendering.
@@ -81,7 +81,7 @@ class Limits {
   explicit Limits(bool trusted) : trusted_(trusted) {}
 
   bool trusted() const { return trusted_; }
-  std::int64_t of(const Limit& limit) const { return trusted_ ? limit.trusted : limit.stranger; }
+  std::int64_t of(const Limit& limit) const { return trusted_ ? limit.trusted : limit.untrusted; }
   // Returns the reason to refuse this count, or "" if it is within the limit.
   std::string excess(const std::string& what, std::int64_t count, const Limit& limit) const {
     if (count <= of(limit)) return "";

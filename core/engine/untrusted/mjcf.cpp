@@ -65,7 +65,7 @@ bool is_absolute(const std::string& path) {
                            path.find(":\\") != std::string::npos);
 }
 
-// A body or frame as the place of attached elements: the level and the parent that they get.
+// A body or frame that can be attached elsewhere, with its level and its parent.
 struct Node {
   const XMLElement* xml;
   std::int64_t level;
@@ -329,7 +329,7 @@ class Check {
     if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
   }
 
-  // Checks the attribute memory, which says how much memory the arrays of a step may take: a number of bytes, or of the
+  // Checks the attribute memory, which limits the memory of the arrays of a step. It is a number of bytes, or of the
   // unit that follows the number.
   void size(const Element& element) {
     const std::string text = element.text("memory");
@@ -351,7 +351,7 @@ class Check {
     Settings& settings = source_.settings;
     settings.range_timestep = real(element, "timestep", settings.range_timestep);
     settings.range_total = real(element, "inttotal", settings.range_total);
-    // The model cannot state its ranges if these settings make MuJoCo compute even stated ranges anew.
+    // With these settings, MuJoCo computes the ranges anew even if the model states them.
     const auto mode = element.text("mode");
     const bool computes_stated = mode == "all" || mode == "muscleuser" || element.text("useexisting") == "false" ||
                                  element.text("uselimit") == "true";
@@ -369,7 +369,7 @@ class Check {
     surface(element, File::Kind::mesh);
   }
 
-  // Counts the vertices of a mesh that MuJoCo makes from parameters, of which the first are whole numbers.
+  // Counts the vertices of a mesh that MuJoCo makes from parameters. The first parameters are whole numbers.
   void add_built_in(const Element& element) {
     const std::string type = element.text("builtin");
     std::vector<std::int64_t> counts;
@@ -406,7 +406,7 @@ class Check {
       add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
   }
 
-  // Counts three objects of each kind for a part of the composite, because MuJoCo makes fewer.
+  // Counts three objects of each kind for each part of the composite. MuJoCo never makes more.
   void composite(const Element& element) {
     std::int64_t parts = 1, subgrid = 0;
     for (const auto side : values_of<std::int64_t>(element.text("count"))) {

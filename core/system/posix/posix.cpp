@@ -146,8 +146,8 @@ const char* const plugin_suffix = ".so";
 
 namespace {
 
-// Why dlopen must not open the file; "" if it may. For instance, dlopen would wait for ever for somebody to write to a
-// pipe.
+// Why dlopen must not open the file; "" if it may. For instance, if the file is a pipe, dlopen would wait for ever for
+// somebody to write to it.
 std::string refusal_of(const std::string& path) {
   if (path.find('/') == std::string::npos) return "";  // a name without a folder, which dlopen searches
   const InputFile file(path);

@@ -113,7 +113,7 @@ std::optional<std::string> environment(const char* name) {
   return narrow(value);
 }
 
-// Windows starts no program with more rights than its user without asking.
+// Windows asks the user before it starts a program with more rights than the user has.
 std::optional<std::string> trusted_environment(const char* name) { return environment(name); }
 
 const char path_separator = ';';

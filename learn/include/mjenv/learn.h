@@ -200,8 +200,8 @@ MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
 
 /* Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If this
  * fails, the rollout under way is undone: the learner and its environment are as after the last update. Errors: VALUE
- * (a reward or observation is not finite: the row and step are named; or the caller steps the rows), FORKED, those of
- * mjenv_step. */
+ * (a reward or observation is not finite: the row and step are named; an update made weights infinite; or the caller
+ * steps the rows), FORKED, those of mjenv_step. */
 MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner *learner, int64_t steps);
 
 /* Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators.
@@ -261,6 +261,9 @@ MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
 
 /* Returns the id that a policy was trained for; NULL if it fails. */
 MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
+
+/* Tells how many elements an observation of the policy has, and how many actuators an action. */
+MJENV_LEARN_API mjenv_status mjenv_policy_sizes(const mjenv_policy *policy, int64_t *observations, int64_t *actuators);
 
 /* Computes the actions of rows.
  *   obs       [rows][obs_count / rows]; action [rows][action_count / rows]

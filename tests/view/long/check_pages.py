@@ -1,4 +1,4 @@
-"""Every id in Chromium, tasks of one's own in every language, and trainings that are watched.
+"""Every id of both engines in Chromium, tasks of one's own in every language, and trainings that are watched.
 
 Needs what tests/run view --long installs. The screenshots are in build/view-screenshots.
 """
@@ -6,8 +6,10 @@ Needs what tests/run view --long installs. The screenshots are in build/view-scr
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +30,15 @@ TESTS = ROOT / "bindings" / "python" / "tests"
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
 
 
-@pytest.mark.parametrize("id", mjenv.ids())
-def test_every_id_appears(id: str, tab: Any) -> None:
-    SCREENSHOTS.mkdir(exist_ok=True)
-    with Session(id, 2, port=0) as session:
+@pytest.mark.usefixtures("plain_light")
+@pytest.mark.parametrize(("engine", "id"), [(engine, id) for engine in ("2.2.2", "4.0") for id in mjenv.ids(engine)])
+def test_every_id_appears(engine: str, id: str, tab: Any) -> None:
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    with Session(id, 2, {"engine": engine}, port=0) as session:
+        session.do(lambda: session.picture.switches.update(dict.fromkeys(session.picture.switches, True)))
         page = tab(session.address, width=900)
         page.wait_for_picture()
-        page.page.screenshot(path=SCREENSHOTS / f"{id.replace('/', '-')}.png")
+        page.page.screenshot(path=SCREENSHOTS / f"{id.replace('/', '-')}-{engine}.png")
 
 
 def rust_plugin() -> Path:
@@ -54,11 +58,22 @@ def rust_plugin() -> Path:
         ("CppAnt-v5", lambda: PLUGINS / "libant_cpp.so"),
         ("RustHopper-v5", rust_plugin),
         ("NumbaHopper-v5", lambda: TESTS / "check_numba_tasks.py"),
+        ("NumpyHopper-v5", lambda: TESTS / "check_python_tasks.py"),
     ],
 )
 def test_own_tasks_appear(id: str, file: Any, tab: Any) -> None:
     with Command(id, "--tasks", file(), "--rows", 2) as command:
-        tab(command.address).wait_for_picture()
+        page = tab(command.address)
+        page.wait_for_picture()
+        page.page.get_by_text(id).first.wait_for()
+
+
+def test_a_model_of_a_file_appears(tab: Any) -> None:
+    spider = ROOT / "tests" / "golden" / "custom" / "spider.xml"
+    with Command("Model-v0", "--xml", spider, "--engine", "4.0") as command:
+        page = tab(command.address)
+        page.wait_for_picture()
+        page.page.get_by_text("MuJoCo 4.0").first.wait_for()
 
 
 def test_policies_of_stable_baselines3_act(tmp_path: Path, tab: Any) -> None:
@@ -88,6 +103,31 @@ def test_a_training_that_is_watched_learns_the_same(tmp_path: Path, tab: Any) ->
     assert watched.returncode == 0
     page.page.close()
     assert (tmp_path / "plain/policy.txt").read_bytes() == (tmp_path / "watched/policy.txt").read_bytes()
+
+
+def test_mjenv_train_shows_what_it_trains(tmp_path: Path, tab: Any) -> None:
+    steps = 10**9  # more than it does before Ctrl-C ends it
+    command = [sys.executable, "-m", "mjenv", "train", "Hopper-v5", "--steps", str(steps), "--view", "--out", tmp_path]
+    watched = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert watched.stderr
+    said = watched.stderr.readline()
+    assert said.startswith("mjenv view: ")
+    page = tab(said.split()[-1])
+    page.wait_for_picture()
+    page.page.close()
+    watched.send_signal(signal.SIGINT)
+    out, _ = watched.communicate()
+    assert watched.returncode == 130
+    assert out.startswith("stopped: ")
+    seen = (tmp_path / "curve.csv").read_text().splitlines()[1:]
+    assert seen
+
+    def stop(training: mjenv.training.Training) -> None:
+        if len(training.curve) == len(seen):
+            training.stop()
+
+    plain = mjenv.train("Hopper-v5", steps=steps, callback=stop)
+    assert [",".join(map(str, astuple(point))) for point in plain.curve] == seen
 
 
 def test_numba_tasks_can_be_loaded() -> None:

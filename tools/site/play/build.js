@@ -11,12 +11,14 @@ import { fileURLToPath } from "node:url";
 
 const [output, policies, library] = process.argv.slice(2);
 const source = fileURLToPath(new URL(".", import.meta.url));
-const ids = (await readdir(policies))
+// dm_control's ids begin with "dm_control/", and their policies are in a folder of that name.
+const suite = (await readdir(join(policies, "dm_control"))).map((name) => `dm_control/${name}`);
+const ids = [...(await readdir(policies)), ...suite]
   .filter((name) => name.endsWith(".txt"))
   .map((name) => name.slice(0, -".txt".length));
 
 await rm(output, { recursive: true, force: true });
-await mkdir(join(output, "policies"), { recursive: true });
+await mkdir(join(output, "policies", "dm_control"), { recursive: true });
 await build({
   entryPoints: { page: join(source, "src/main.ts") },
   outdir: output,
@@ -24,7 +26,7 @@ await build({
   minify: true,
   format: "iife",
   target: "es2022",
-  alias: { mjenv: join(library, "src/index.js"), "mjenv.wasm": join(library, "src/mjenv.wasm") },
+  alias: { mjenv: join(library, "src/index.js"), "mjenv-suite.wasm": join(library, "src/mjenv-suite.wasm") },
   define: { POLICIES: JSON.stringify(ids), "import.meta.url": "document.baseURI" },
   external: ["node:*"], // what the module uses in Node.js
   loader: { ".wasm": "binary" },

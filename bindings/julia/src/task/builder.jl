@@ -127,7 +127,7 @@ current!(b::Builder) = task_current(b.api, b.raw)
 Gives each row an own array of mjModel, which `reset!` writes as `start[own]` and `step!` as `row[own]`, where `own` is what
 this returns; it needs [`MJEnv.current!`](@ref). Or an own `:qfrc_applied` or `:xfrc_applied`, which `before_step!` and
 `before_substep!` write as `control[own]`, and `step!` as `row[own]`. What they have written stays; if a method fails, the
-row keeps its old values.
+row keeps its old values. Where MuJoCo has `Float32` (`:hfield_data`, `:geom_rgba`), what they write is rounded.
 """
 function own!(b::Builder, name::Union{AbstractString,Symbol})
     found = array(b, name)
@@ -140,7 +140,8 @@ end
 
 Gives each row a stream of NumPy's `RandomState` besides its [`MJEnv.Rng`](@ref). `reset!` draws from it with
 `MJEnv.state_rand(rng)`, `state_uniform(rng, low, high)`, `state_randn(rng)`, `state_randint(rng, low, high)` (an integer in
-[low, high)) and `state_choice(rng, p)` (an index from 1). Needs [`MJEnv.current!`](@ref).
+[low, high)), `state_choice(rng, count)` and `state_choice(rng, p)` (an index from 1), `state_permutation(rng, count)` (the
+indices `1:count` in random order) and `state_shuffle!(rng, vector)`. Needs [`MJEnv.current!`](@ref).
 """
 random_state!(b::Builder) = task_random_state(b.api, b.raw)
 

@@ -300,8 +300,19 @@ state_rand(rng::Rng) = task_state_rand(api(rng), rng.raw)
 state_uniform(rng::Rng, low::Real, high::Real) = task_state_uniform(api(rng), rng.raw, low, high)
 state_randn(rng::Rng) = task_state_randn(api(rng), rng.raw)
 state_randint(rng::Rng, low::Integer, high::Integer) = Int(task_state_randint(api(rng), rng.raw, low, high))
+state_choice(rng::Rng, count::Integer) = Int(task_state_choice(api(rng), rng.raw, count, C_NULL)) + 1
 state_choice(rng::Rng, p::AbstractVector{<:Real}) =
     Int(task_state_choice(api(rng), rng.raw, length(p), convert(Vector{Float64}, p))) + 1
+function state_permutation(rng::Rng, count::Integer)
+    count >= 0 || throw(ArgumentError("the count $count is negative"))
+    order = Vector{Int64}(undef, count)
+    task_state_permutation(api(rng), rng.raw, count, order)
+    return order .+= 1
+end
+function state_shuffle!(rng::Rng, values::AbstractVector)
+    values .= values[state_permutation(rng, length(values))]
+    return values
+end
 
 """
     MJEnv.Row

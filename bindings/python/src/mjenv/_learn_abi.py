@@ -186,6 +186,8 @@ class Library(CDLL):
         self.mjenv_policy_destroy.restype = None
         self.mjenv_policy_id.argtypes = (c_void_p,)
         self.mjenv_policy_id.restype = c_char_p
+        self.mjenv_policy_sizes.argtypes = (c_void_p, POINTER(c_int64), POINTER(c_int64))
+        self.mjenv_policy_sizes.restype = c_int32
         self.mjenv_policy_act.argtypes = (
             c_void_p,
             c_int32,

@@ -44,7 +44,10 @@ def library() -> Library:
     file = next((folder / FILE for folder in folders if (folder / FILE).exists()), None)
     if file is None:
         raise EngineError(f"training needs {FILE}, which is not in {' or '.join(map(str, folders))}")
-    loaded = Library(str(file))
+    try:
+        loaded = Library(str(file))
+    except (AttributeError, OSError) as error:
+        raise EngineError(f"{file} is not the library of this package: {error}") from error
     number = loaded.mjenv_learn_abi_version()
     if number != _learn_abi.ABI_VERSION:
         raise EngineError(f"{file} has ABI version {number}; this package needs {_learn_abi.ABI_VERSION}")

@@ -10,7 +10,7 @@ and which episodes have ended, is held here, and is appended to the library's im
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_uint64
 from functools import partial
 from typing import Any, NoReturn
@@ -130,9 +130,10 @@ class NumpyRows(Rows):
         self._own = {name: np.zeros((count, *field.shape)) for name, field in model.items() if field is not None}
         for row in range(count):
             self._read_own(row)
+        self._shown_own = _OwnOfStep(self._own)
         self._drawing = _StepDraws(self)
         kick = np.zeros((count, self._task.nv))
-        self._sim = Sim(self._views, self._state, self._parameters, self._own, self._drawing, kick)
+        self._sim = Sim(self._views, self._state, self._parameters, self._shown_own, self._drawing, kick)
         self._streams: list[np.random.Generator] = []
         self._pristine = super().snapshot(0)  # of a row that was never reset
 
@@ -235,9 +236,8 @@ class NumpyRows(Rows):
             if status:
                 self._task.carry(self._sim)  # other rows were stepped
                 raise self.engine.last_error(status)
-        own = {name: values.copy() for name, values in self._own.items()}
         self._sim.kick[...] = 0
-        with self._drawing:
+        with self._drawing, self._shown_own as own:
             reward, terminated, infos = self._checked.step(self._sim, action)
             self._write_own(own, stepped)
             self._apply_kicks(stepped)
@@ -350,28 +350,35 @@ class NumpyRows(Rows):
         self._carry(resets)
         return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
 
-    def _read_own(self, row: int) -> None:
+    def _read_own(self, row: int, *names: str) -> None:
+        """Reads these arrays of a row, or all of its own."""
         count = c_int64()
-        for name, array in self._own.items():
-            values = array[row : row + 1]
+        for name in names or self._own:
+            values = self._own[name][row : row + 1]
             pointer = pointer_to(values, c_double)
             self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
 
-    def _write_own(self, before: Mapping[str, NDArray[Any]], rows: BoolArray) -> None:
+    def _write_own(self, before: Mapping[str, Float64Array], rows: BoolArray) -> None:
         """Gives the library what the task's step has written."""
-        for name, old in before.items():
-            new = self._own[name]
-            changed = rows & (new != old).reshape(self.count, -1).any(axis=1)
-            new[~rows] = old[~rows]
-            if changed.any():
-                numbers = pointer_to(new, c_double)
-                mask = pointer_to(changed, c_uint8)
-                try:
-                    self.check(self.engine.mjenv_write(self.pointer, mask, name.encode(), numbers, new.size))
-                except BaseException:
-                    for array, values in before.items():
-                        self._own[array][...] = values
-                    raise
+        written: list[tuple[str, BoolArray]] = []
+        try:
+            for name, old in before.items():
+                new = self._own[name]
+                changed = rows & (new != old).reshape(self.count, -1).any(axis=1)
+                new[~rows] = old[~rows]
+                if changed.any():
+                    self._write_array(name, new, changed)
+                    written.append((name, changed))
+                    for row in np.flatnonzero(changed).tolist():
+                        self._read_own(row, name)  # the library has rounded float32 numbers
+        except BaseException:
+            for name, changed in written:
+                self._write_array(name, before[name], changed)
+            raise
+
+    def _write_array(self, name: str, values: Float64Array, rows: BoolArray) -> None:
+        numbers, mask = pointer_to(values, c_double), pointer_to(rows, c_uint8)
+        self.check(self.engine.mjenv_write(self.pointer, mask, name.encode(), numbers, values.size))
 
     def _apply_kicks(self, rows: BoolArray) -> None:
         """Adds what the task's step has written into sim.kick to the velocities."""
@@ -552,6 +559,44 @@ class NumpyRows(Rows):
     def __reduce__(self) -> tuple[Any, ...]:
         image = self.snapshot(_abi.ALL_ROWS)
         return _restored, (type(self._task), self.engine.name, self.id, self.options, self.count, image)
+
+
+class _OwnOfStep(Mapping[str, Float64Array]):
+    """The rows' own arrays, which step may write. Keeps the old values of those that a step looks up, because copying
+    all height fields would take longer than a step. If the step fails, the arrays get them back."""
+
+    def __init__(self, arrays: Mapping[str, Float64Array]) -> None:
+        self._arrays = arrays
+        self._before: dict[str, Float64Array] | None = None  # None outside of step
+        self._given: list[Float64Array] = []
+
+    def __getitem__(self, name: str) -> Float64Array:
+        view = self._arrays[name].view()
+        if self._before is None:
+            view.flags.writeable = False
+            return view
+        if name not in self._before:
+            self._before[name] = view.copy()
+        self._given.append(view)
+        return view
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __enter__(self) -> Mapping[str, Float64Array]:
+        self._before = {}
+        return self._before
+
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+        if error is not None:
+            for name, values in (self._before or {}).items():
+                self._arrays[name][...] = values
+        for view in self._given:
+            view.flags.writeable = False
+        self._before, self._given = None, []
 
 
 class _StepDraws(Random):

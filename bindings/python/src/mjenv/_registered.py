@@ -103,6 +103,7 @@ class Registered:
         self.is_code = bool(coded)
         if not self.is_code:
             _refuse_code_only(kind)
+            _check_parameters(kind)
         self.maps = "before_step" in own
         self._environments: weakref.WeakValueDictionary[int, Resetting] = weakref.WeakValueDictionary()
         self._statuses: dict[str, list[int]] = {}  # what each engine's mjenv_register_task has returned
@@ -296,7 +297,7 @@ class Registered:
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
         options = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
         live = {name: np.array([values], np.float64) for name, values in options.items()}
-        own = {name: model.array(name)[None] for name in self.kind.own}
+        own = {name: model.array(name)[None].astype(np.float64) for name in self.kind.own}
         stream = [np.random.default_rng(0)]
         sim = Sim(arrays, state, live, own, Random(stream), np.zeros((1, model.nv)))
         checked = Checked(self.id, task, 1)
@@ -371,6 +372,36 @@ def _refuse_code_only(kind: type[Task]) -> None:
             raise OptionError(f"{kind.__name__}: own has {name!r}, which is for tasks in machine code", Status.E_TYPE)
     if len(kind.action_bounds) and kind.before_step is Task.before_step:
         raise OptionError(f"{kind.__name__}: action_bounds need the method before_step", Status.E_TYPE)
+
+
+# What the library passes to the methods of NumPy tasks.
+_PARAMETERS = {
+    "build": ("model",),
+    "reset": ("rng", "rows"),
+    "reset_row": ("start",),
+    "observe": ("sim",),
+    "before_step": ("sim", "action"),
+    "step": ("sim", "action"),
+    "carry": ("sim",),
+    "reset_info": ("sim",),
+    "compute_reward": ("achieved_goal", "desired_goal", "info"),
+}
+
+
+def _check_parameters(kind: type[Task]) -> None:
+    for name, parameters in _PARAMETERS.items():
+        try:
+            signature = inspect.signature(getattr(kind, name).__get__(object(), kind))
+        except (ValueError, AttributeError):  # a callable that does not tell its parameters
+            continue
+        try:
+            signature.bind(*parameters)
+        except TypeError:
+            wanted, given = (", ".join(("self", *names)) for names in (parameters, signature.parameters))
+            hint = (
+                "; it cannot draw: draw in step, and keep the numbers in state" if name in ("observe", "carry") else ""
+            )
+            raise OptionError(f"{kind.__name__}: {name} takes ({wanted}), not ({given}){hint}", Status.E_TYPE) from None
 
 
 def _initial(model: Model, name: str, contacts: int) -> Float64Array:

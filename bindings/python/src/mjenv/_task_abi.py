@@ -154,6 +154,7 @@ class mjenv_task_api(Structure):
         ("state_choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
         ("state_is_new", CFUNCTYPE(c_int32, c_void_p)),
         ("action", CFUNCTYPE(None, c_void_p, c_int64, POINTER(c_double), POINTER(c_double))),
+        ("state_permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
     )
 
 

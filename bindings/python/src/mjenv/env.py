@@ -46,7 +46,7 @@ class _Exchange:
         self.status: NDArray[np.int32] = self._batch.status
         exported = np.zeros(counts[Role.ARRAYS])
         fields = rows.fields(Role.ARRAYS)
-        self.arrays = {field.name: view[0] for field, view in zip(fields, views(exported, fields, 1), strict=True)}
+        self.arrays = {field.name: view[0, ...] for field, view in zip(fields, views(exported, fields, 1), strict=True)}
         struct = self._reset_batch.struct
         struct.reset_info, struct.reset_info_count, struct.info = struct.info, struct.info_count, None
         for batch in (self._batch, self._reset_batch):

@@ -12,11 +12,12 @@ mjenv/task.h:
 
 self[i] is number i of those that build returned. The other arguments are those that task.h describes: structs, whose
 pointers jit.array turns into arrays, or arrays, which take an index. jit.shared(sim, i, count) is the array of which
-model.array_index returned i, and jit.own(outcome, i, count) array i of the class's `own`.
+model.array_index returned i (jit.shared_float32 if its numbers are float32), and jit.own(outcome, i, count) array i of
+the class's `own`.
 
 random, uniform, normal, integers and choice draw from start.random, outcome.random or control.random, and state_rand,
-state_uniform, state_randn and state_randint from the row's RandomState. The functions must not raise exceptions: they
-fail with `return jit.fail(start, "the reason")`.
+state_uniform, state_randn, state_randint, state_choice, state_permutation and state_shuffle from the row's RandomState.
+The functions must not raise exceptions: they fail with `return jit.fail(start, "the reason")`.
 
 In reset, forward(start), advance(start, count), restart(start) and contact_count(start) simulate, if the class is
 `current`.
@@ -25,6 +26,7 @@ In reset, forward(start), advance(start, count), restart(start) and contact_coun
 from __future__ import annotations
 
 import ctypes
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -58,12 +60,17 @@ _SIM, _START, _OUTCOME, _CONTROL = (
 )
 
 
-@intrinsic  # type: ignore[misc]
-def _pointer(context: Any, address: Any) -> Any:
+def _cast(kind: Any) -> Any:
+    """The function that turns an address into a pointer of this type."""
+
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
 
-    return _NUMBERS(address), generate
+    return intrinsic(lambda context, address: (kind(address), generate))
+
+
+_pointer, _narrow_pointer = _cast(_NUMBERS), _cast(types.CPointer(types.float32))
+_addresses = _cast(types.CPointer(types.uint64))
 
 
 def _call(context: Any, builder: Any, struct: Any, name: str, result: Any, arguments: Any) -> Any:
@@ -92,14 +99,6 @@ def _simulate(name: str, result: Any, *kinds: Any) -> Any:
     return intrinsic(lambda context, start: (result(start), generate))
 
 
-@intrinsic  # type: ignore[misc]
-def _addresses(context: Any, address: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
-
-    return types.CPointer(types.uint64)(address), generate
-
-
 def _draw(name: str, result: Any, *kinds: Any) -> Any:
     """The function of mjenv_task_api with this name. Its first argument is the address of an mjenv_random."""
     signature = result(types.uint64, *kinds)
@@ -119,9 +118,31 @@ choice = _draw("choice", types.int64, types.int64, types.voidptr)
 state_rand, state_randn = _draw("state_rand", types.float64), _draw("state_randn", types.float64)
 state_uniform = _draw("state_uniform", types.float64, types.float64, types.float64)
 state_randint = _draw("state_randint", types.int64, types.int64, types.int64)
+_state_choice = _draw("state_choice", types.int64, types.int64, types.voidptr)
+_state_permutation = _draw("state_permutation", types.void, types.int64, types.voidptr)
 forward, restart = _simulate("forward", types.int32), _simulate("restart", types.int32)
 advance = _simulate("advance", types.int32, types.int64)
 contact_count = _simulate("contact_count", types.int64)
+
+
+@intrinsic  # type: ignore[misc]
+def _none(context: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.get_constant_null(signature.return_type)
+
+    return types.voidptr(), generate
+
+
+@intrinsic  # type: ignore[misc]
+def _address_of(context: Any, array: Any) -> Any:
+    if not (isinstance(array, types.Array) and array.dtype == types.int64 and array.ndim == 1 and array.is_contig):
+        raise numba.errors.TypingError("order is a contiguous array of np.int64 with one dimension")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(array)(context, builder, arguments[0]).data
+        return builder.bitcast(data, context.get_value_type(types.voidptr))
+
+    return types.voidptr(array), generate
 
 
 @intrinsic  # type: ignore[misc]
@@ -173,15 +194,52 @@ def shared(sim: Any, index: Any, count: Any) -> Any:
 
 
 @numba.njit  # type: ignore[misc]
+def shared_float32(sim: Any, index: Any, count: Any) -> Any:
+    """The same for an array of float32 numbers, such as hfield_data."""
+    addresses = numba.carray(_addresses(sim.arrays), (index + 1,))
+    return numba.carray(_narrow_pointer(addresses[index]), (count,))
+
+
+@numba.njit  # type: ignore[misc]
+def state_choice(random: Any, count: Any) -> Any:
+    """RandomState.choice(count)."""
+    return _state_choice(random, count, _none())
+
+
+@numba.njit  # type: ignore[misc]
+def state_permutation(random: Any, order: Any) -> Any:
+    """Writes RandomState.permutation(len(order)) into order, an array of np.int64."""
+    _state_permutation(random, len(order), _address_of(order))
+
+
+@numba.njit  # type: ignore[misc]
+def state_shuffle(random: Any, values: Any) -> Any:
+    """RandomState.shuffle(values) of an array with one dimension."""
+    order, old = np.empty(len(values), np.int64), values.copy()
+    state_permutation(random, order)
+    for i in range(len(values)):
+        values[i] = old[order[i]]
+
+
+@numba.njit  # type: ignore[misc]
 def own(struct: Any, index: Any, count: Any) -> Any:
     """The row's own array of this index in the class's `own`, of `count` numbers. struct: start, control or outcome."""
     addresses = numba.carray(_addresses(struct.own), (index + 1,))
     return numba.carray(_pointer(addresses[index]), (count,))
 
 
-def _writer(function: Callable[..., Any]) -> Any:
+def _body(function: Callable[..., Any], name: str, *parameters: str) -> Any:
+    """Compiles the function, which must have these parameters."""
+    given = tuple(inspect.signature(function).parameters)
+    if len(given) != len(parameters):
+        hint = "; it cannot draw: draw in step, and carry the numbers" if name in ("observe", "carry") else ""
+        raise TypeError(f"{name} takes ({', '.join(parameters)}), not ({', '.join(given)}){hint}")
+    return numba.njit(function)
+
+
+def _writer(function: Callable[..., Any], name: str, numbers: str) -> Any:
     """Compiles a callback that writes numbers."""
-    body = numba.njit(function)
+    body = _body(function, name, "self", "sim", numbers)
 
     def callback(self: Any, sim: Any, numbers: Any) -> int:
         return _status(body(self, numba.carray(sim, 1)[0], numbers))
@@ -191,7 +249,7 @@ def _writer(function: Callable[..., Any]) -> Any:
 
 def reset(function: Callable[..., Any]) -> Any:
     """Compiles reset(self, start)."""
-    body = numba.njit(function)
+    body = _body(function, "reset", "self", "start")
 
     def callback(self: Any, start: Any) -> int:
         return _status(body(self, numba.carray(start, 1)[0]))
@@ -201,22 +259,22 @@ def reset(function: Callable[..., Any]) -> Any:
 
 def reset_info(function: Callable[..., Any]) -> Any:
     """Compiles reset_info(self, sim, info)."""
-    return _writer(function)
+    return _writer(function, "reset_info", "info")
 
 
 def carry(function: Callable[..., Any]) -> Any:
     """Compiles carry(self, sim, carried)."""
-    return _writer(function)
+    return _writer(function, "carry", "carried")
 
 
 def observe(function: Callable[..., Any]) -> Any:
     """Compiles observe(self, sim, observation)."""
-    return _writer(function)
+    return _writer(function, "observe", "observation")
 
 
 def step(function: Callable[..., Any]) -> Any:
     """Compiles step(self, sim, outcome)."""
-    body = numba.njit(function)
+    body = _body(function, "step", "self", "sim", "outcome")
 
     def callback(self: Any, sim: Any, outcome: Any) -> int:
         return _status(body(self, numba.carray(sim, 1)[0], numba.carray(outcome, 1)[0]))
@@ -224,9 +282,9 @@ def step(function: Callable[..., Any]) -> Any:
     return numba.cfunc(types.int32(_NUMBERS, _SIM, _OUTCOME))(callback)
 
 
-def _map(function: Callable[..., Any]) -> Any:
+def _map(function: Callable[..., Any], name: str) -> Any:
     """Compiles a callback that writes an mjenv_control."""
-    body = numba.njit(function)
+    body = _body(function, name, "self", "sim", "control")
 
     def callback(self: Any, sim: Any, control: Any) -> int:
         return _status(body(self, numba.carray(sim, 1)[0], numba.carray(control, 1)[0]))
@@ -236,9 +294,9 @@ def _map(function: Callable[..., Any]) -> Any:
 
 def before_step(function: Callable[..., Any]) -> Any:
     """Compiles before_step(self, sim, control)."""
-    return _map(function)
+    return _map(function, "before_step")
 
 
 def before_substep(function: Callable[..., Any]) -> Any:
     """Compiles before_substep(self, sim, control)."""
-    return _map(function)
+    return _map(function, "before_substep")

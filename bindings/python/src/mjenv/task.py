@@ -6,7 +6,7 @@ import ctypes
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import byref, c_double
+from ctypes import byref, c_double, c_int64
 from dataclasses import dataclass
 from types import MappingProxyType, SimpleNamespace
 from typing import Any, ClassVar
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mjenv import _task_abi
 from mjenv._abi import Dtype, Role, Status, mjenv_field
-from mjenv._handle import DTYPES, Float64Array, encoded
+from mjenv._handle import DTYPES, Float64Array, encoded, pointer_to
 from mjenv.errors import InvalidValueError
 
 # ---- What a task declares ----
@@ -87,7 +87,8 @@ class Task:
     own: ClassVar[Sequence[str]] = ()
     """The arrays of mjModel that the task writes for its rows, which needs `current`: NumPy in reset_row (`start.own`)
     and in step (`sim.own`), machine code in reset and step (jit.own). Machine code also "qfrc_applied" and
-    "xfrc_applied", which before_step, before_substep and step write."""
+    "xfrc_applied", which before_step, before_substep and step write. The numbers are float64; where MuJoCo has float32
+    (hfield_data, geom_rgba), they are rounded."""
     action_bounds: Sequence[tuple[float, float]] = ()
     """The action space, which before_step turns into ctrl: the bounds of each number of an action. build may set it.
     Empty: actions are ctrl."""
@@ -183,10 +184,11 @@ class Task:
 class Sim:
     """All rows' simulations: an array (rows, *shape) for each name in needs, which are views and read-only, and for
     each name in state, which step and carry may write into. parameters: the live parameters by name, (rows,) or
-    (rows, n), read-only. own: the rows' own arrays of the model by name, (rows, *shape), which step may write into.
-    What it writes holds from the next step on, and stays after resets. rng: draws from all rows' own streams, in step.
-    kick: (rows, nv), 0 at the beginning of step. What step writes into it is added to qvel afterwards, so that carry,
-    observe and the next step see it. What MuJoCo has computed still belongs to the old velocities.
+    (rows, n), read-only. own: the rows' own arrays of the model by name, (rows, *shape). step may write into
+    `sim.own[name]`, which it looks up anew each time. What it writes holds from the next step on, and stays after
+    resets. rng: draws from all rows' own streams, in step. kick: (rows, nv), 0 at the beginning of step. What step
+    writes into it is added to qvel afterwards, so that carry, observe and the next step see it. What MuJoCo has
+    computed still belongs to the old velocities.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
     in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the
@@ -207,8 +209,7 @@ class Sim:
         rng: Random,
         kick: Float64Array,
     ) -> None:
-        self.kick = kick
-        self.own, self.rng = MappingProxyType(own), rng
+        self.own, self.rng, self.kick = own, rng, kick
         views = {name: array.view() for name, array in parameters.items()}
         for view in views.values():
             view.flags.writeable = False
@@ -402,9 +403,24 @@ class StateDraws:
     def randint(self, low: int, high: int) -> int:
         return int(self._draw("state_randint", low, high))
 
-    def choice(self, p: Sequence[float]) -> int:
-        """choice(len(p), p=p)"""
-        return int(self._draw("state_choice", len(p), (c_double * len(p))(*p)))
+    def choice(self, a: Any, p: Sequence[float] | None = None) -> Any:
+        items = np.asarray(a)
+        count = len(items) if items.ndim else int(items)
+        if p is not None and len(p) != count:
+            raise InvalidValueError(f"choice: p has {len(p)} probabilities, not {count}")
+        at = int(self._draw("state_choice", count, None if p is None else (c_double * count)(*p)))
+        return items[at] if items.ndim else at
+
+    def permutation(self, x: Any) -> NDArray[Any]:
+        items = np.arange(x) if isinstance(x, (int, np.integer)) else np.asarray(x)
+        order = np.empty(len(items), np.int64)
+        self._draw("state_permutation", len(order), pointer_to(order, c_int64))
+        return items[order]
+
+    def shuffle(self, x: Any) -> None:
+        """x: an array, whose first axis is shuffled, or a list."""
+        order = self.permutation(len(x))
+        x[:] = x[order] if isinstance(x, np.ndarray) else [x[at] for at in order]
 
 
 class Random:

@@ -108,9 +108,8 @@ pub const MJENV_ROLE_MODEL: mjenv_role = 8;
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
 #[doc = " the live parameters of a task, which mjenv_read and mjenv_write know by these names"]
 pub const MJENV_ROLE_PARAMETERS: mjenv_role = 10;
-#[doc = " the keys of an observation that is a Gymnasium Dict (the option \"observation\"), which are"]
-#[doc = "its groups and the terms without a group. Each is a part of the observation; none: it"]
-#[doc = "is one Box"]
+#[doc = " the keys of an observation that is a Gymnasium Dict (the option \"observation\"): its groups,"]
+#[doc = "and its terms without a group. If there are no fields, the observation is a Box"]
 pub const MJENV_ROLE_GROUPS: mjenv_role = 11;
 #[doc = " What an option holds."]
 pub type mjenv_kind = i32;
@@ -291,8 +290,8 @@ pub struct mjenv_batch {
     pub terminated: *mut u8,
     #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK; MJENV_DIVERGED: MuJoCo found bad numbers in the row and reset its simulation"]
-    #[doc = "(4.0: unless the model disables that), the other outputs are valid; or why the row failed"]
+    #[doc = " [rows] MJENV_OK; why the row failed; or MJENV_DIVERGED: MuJoCo found bad numbers and reset the"]
+    #[doc = "row's simulation (4.0: unless the model disables that). The other outputs are then valid"]
     pub status: *mut i32,
     #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
@@ -357,11 +356,11 @@ pub struct mjenv_randomization {
     pub shared: i32,
     #[doc = " 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants"]
     pub constants: i32,
-    #[doc = " 1: draws nothing: element i takes what element i of the item before takes, or the draw that is"]
-    #[doc = "shared. So an actuator's kp is drawn for gainprm and, with the factor -1, for biasprm."]
-    #[doc = "distribution, parameters and shared are not used"]
+    #[doc = " 1: draws nothing, but uses the draws of the item before: element i uses that of element i, or"]
+    #[doc = "the shared one. For example, an actuator's kp is drawn for gainprm, and used again, with the"]
+    #[doc = "factor -1, for biasprm. distribution, parameters and shared are not used"]
     pub repeats: i32,
-    #[doc = " each draw is multiplied by it; 0: 1"]
+    #[doc = " each draw is multiplied by it; 0 means 1"]
     pub factor: f64,
 }
 impl Default for mjenv_randomization {
@@ -404,7 +403,7 @@ impl Default for mjenv_push {
         }
     }
 }
-#[doc = " Noise, delays and pushes (mjenv_perturb). In a struct of zeros there are none."]
+#[doc = " Noise, delays and pushes (mjenv_perturb). A struct of zeros has none."]
 #[repr(C)]
 pub struct mjenv_perturbation {
     pub struct_size: u32,
@@ -579,8 +578,8 @@ extern "C" {
     pub fn mjenv_abi_version() -> u32;
 }
 extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". If the library was built with these, \", portable math\" and \", x86-64-v3\""]
-    #[doc = " follow."]
+    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". \", portable math\" and \", x86-64-v3\" stand before the \")\" if the library"]
+    #[doc = " was built with them."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -593,7 +592,7 @@ extern "C" {
     pub fn mjenv_last_error() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Copies why the last failed call with this handle failed, on whatever thread, into text[capacity], with a NUL. size"]
+    #[doc = " Copies why the last failed call with this handle failed, on any thread, into text[capacity], with a NUL. size"]
     #[doc = " receives how many bytes the whole text needs, also if text is NULL and capacity 0. If a function that creates a"]
     #[doc = " handle fails, pass the options or env that it was given."]
     pub fn mjenv_error_of(
@@ -763,9 +762,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,"]
-    #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. For a task that draws from RandomState, count 627 reads"]
-    #[doc = " what its get_state() returns: the 624 words of the key, pos, has_gauss (plus 2 if nothing was drawn since the stream"]
-    #[doc = " was seeded) and the bits of cached_gaussian. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
+    #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from"]
+    #[doc = " RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
     pub fn mjenv_get_stream(
         env: *mut mjenv_env,
         row: i64,
@@ -802,8 +800,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Steps rows. The option \"autoreset_mode\" says what resets a row whose episode has ended; with \"strict\" 1, the"]
-    #[doc = " default, actions must be finite and such rows must be reset first, or no row is stepped."]
+    #[doc = " Steps rows. The option \"autoreset_mode\" says what resets a row whose episode has ended. If \"strict\" is 1, the"]
+    #[doc = " default, actions must be finite and such rows must be reset first; otherwise the call fails and steps no row."]
     #[doc = "   action    [rows][actuators] of dtype, which changes results as in NumPy; count = rows * actuators"]
     #[doc = "   out       receives the outputs; may be NULL"]
     #[doc = " If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0."]
@@ -931,7 +929,7 @@ extern "C" {
     #[doc = " live parameter of the task (\"parameters.speed\"), which stays after resets; or the parameters from which resets draw"]
     #[doc = " item 0 of mjenv_randomize (\"draws[0]\")."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
-    #[doc = "   values    [count]: the array's elements, for all rows the same; or rows * elements, for each row its own"]
+    #[doc = "   values    [count]; count = elements of the array: all rows get these values; rows * elements: each row gets its own"]
     #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
     pub fn mjenv_write(
         env: *mut mjenv_env,
@@ -948,8 +946,8 @@ extern "C" {
     pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does, without a reward or"]
-    #[doc = " a count of steps. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK."]
+    #[doc = " Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does. This"]
+    #[doc = " computes no reward and counts no step. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK."]
     pub fn mjenv_simulate(
         env: *mut mjenv_env,
         row: i64,
@@ -1022,6 +1020,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Destroys a renderer and its OpenGL context."]
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
 }
 extern "C" {
@@ -1065,6 +1064,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Closes a window and destroys it, on the main thread."]
     pub fn mjenv_window_destroy(window: *mut mjenv_window);
 }
 extern "C" {
@@ -1103,7 +1103,7 @@ pub struct mjenv_task_option {
     #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text"]
     pub choices: *const ::std::os::raw::c_char,
     #[doc = " 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's."]
-    #[doc = "Callbacks read them in mjenv_sim.parameters (mjenv_build_parameter), mjenv_write changes them"]
+    #[doc = "mjenv_write changes them; callbacks read mjenv_sim.parameters (mjenv_build_parameter)"]
     pub live: i32,
     #[doc = " 0"]
     pub reserved: i32,
@@ -1402,8 +1402,8 @@ pub struct mjenv_control {
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " own[i] is the row's qfrc_applied or xfrc_applied, if mjenv_build_own returned i for it; NULL for"]
-    #[doc = "arrays of mjModel. The forces act until they are written again, or a reset sets them to 0"]
+    #[doc = " own[i] is the row's qfrc_applied or xfrc_applied for which mjenv_build_own returned i; NULL for"]
+    #[doc = "arrays of mjModel. The forces act until they are written again or the row is reset"]
     pub own: *const *mut f64,
 }
 impl Default for mjenv_control {
@@ -1432,7 +1432,7 @@ pub struct mjenv_task {
     pub model: *const ::std::os::raw::c_char,
     #[doc = " the text of an MJCF model, instead of model; give exactly one of the two"]
     pub model_text: *const ::std::os::raw::c_char,
-    #[doc = " how many mj_steps make a step: at least 1"]
+    #[doc = " how many times a step calls mj_step; at least 1"]
     pub frame_skip: i32,
     #[doc = " 0: the task has no reward_threshold"]
     pub has_reward_threshold: i32,
@@ -1441,7 +1441,7 @@ pub struct mjenv_task {
     #[doc = " the number of steps after which an episode is truncated; 0: never"]
     pub time_limit: i64,
     #[doc = " how many numbers a row carries for the task. Snapshots contain them, so"]
-    #[doc = "build bounds indices and sizes (mjenv_build_carry_bounds)"]
+    #[doc = "indices and sizes need bounds (mjenv_build_carry_bounds)"]
     pub carry_count: i64,
     #[doc = " NULL: MuJoCo's default camera"]
     pub camera: *const mjenv_task_camera,
@@ -1712,6 +1712,9 @@ pub struct mjenv_task_api {
             low: *const f64,
             high: *const f64,
         ),
+    >,
+    pub state_permutation: ::std::option::Option<
+        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
     >,
 }
 impl Default for mjenv_task_api {

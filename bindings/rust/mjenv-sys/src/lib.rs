@@ -1,4 +1,4 @@
-//! Declarations of libmjenv's C interface, generated from its headers. The crate `mjenv` is a safe interface to them.
+//! Declarations of libmjenv's C interface, generated from its headers; with the feature `learn` also of libmjenv-learn's. The crate `mjenv` is a safe interface to them.
 //!
 //! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
 //! If both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is
@@ -10,12 +10,25 @@
 #[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]
 mod bindings;
 
+#[cfg(feature = "learn")]
+#[rustfmt::skip]
+#[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]
+mod learn;
+
 pub use bindings::*;
+#[cfg(feature = "learn")]
+pub use learn::*;
 
 #[cfg(all(test, feature = "library"))]
 mod tests {
     #[test]
     fn the_library_has_the_abi_of_the_header() {
         assert_eq!(unsafe { super::mjenv_abi_version() }, super::MJENV_ABI_VERSION);
+    }
+
+    #[cfg(feature = "learn")]
+    #[test]
+    fn the_learner_has_the_abi_of_the_header() {
+        assert_eq!(unsafe { super::mjenv_learn_abi_version() }, super::MJENV_LEARN_ABI_VERSION);
     }
 }

@@ -113,26 +113,30 @@ impl std::error::Error for Error {}
 
 /// Turns the status that a call on this thread has just returned into a result.
 pub(crate) fn check(status: sys::mjenv_status) -> Result<()> {
+    // SAFETY: the text is valid until this thread's next failing call, and it is copied here. It may quote names of a
+    // model, which need not be UTF-8.
+    check_with(status, || unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned())
+}
+
+/// The same with another library's reason.
+pub(crate) fn check_with(status: sys::mjenv_status, reason: impl FnOnce() -> String) -> Result<()> {
     if status == sys::MJENV_OK {
         return Ok(());
     }
-    // SAFETY: the text is valid until this thread's next failing call, and it is copied here. It may quote names of a
-    // model, which need not be UTF-8.
-    let message = unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned();
-    Err(Error::new(ErrorKind::from_raw(status), message))
+    Err(Error::new(ErrorKind::from_raw(status), reason()))
 }
 
 pub(crate) fn check_abi() -> Result<()> {
     // SAFETY: the function takes nothing.
-    let found = unsafe { sys::mjenv_abi_version() };
-    if found == sys::MJENV_ABI_VERSION {
+    check_abi_of("libmjenv", unsafe { sys::mjenv_abi_version() }, sys::MJENV_ABI_VERSION)
+}
+
+pub(crate) fn check_abi_of(library: &str, found: u32, needed: u32) -> Result<()> {
+    if found == needed {
         return Ok(());
     }
-    let needed = sys::MJENV_ABI_VERSION;
-    Err(Error::new(
-        ErrorKind::Internal,
-        format!("libmjenv has ABI version {found}, this program was built for {needed}"),
-    ))
+    let message = format!("{library} has ABI version {found}, this program was built for {needed}");
+    Err(Error::new(ErrorKind::Internal, message))
 }
 
 pub(crate) fn check_length(what: &str, given: usize, needed: usize) -> Result<()> {

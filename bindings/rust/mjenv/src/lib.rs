@@ -72,6 +72,9 @@
 //! MuJoCo's headers are found beside its library. A program has either library, and its snapshots name the version of
 //! MuJoCo.
 //!
+//! With the feature `learn`, the crate also has the module `learn`, which trains policies, and links `libmjenv-learn.so`,
+//! which is in the same folder.
+//!
 //! Without the feature `library`, which is on by default, the crate has only the modules [`task`] and [`numpy`], and
 //! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.
 
@@ -86,6 +89,8 @@ mod describe;
 mod env;
 #[cfg(feature = "library")]
 mod error;
+#[cfg(feature = "learn")]
+pub mod learn;
 #[cfg(all(doctest, feature = "library"))]
 mod misuse;
 pub mod numpy;

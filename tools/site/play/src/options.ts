@@ -8,9 +8,19 @@ export type Texts = Record<string, string>;
 
 /**
  * Options that change nothing on this page: there is one row on one thread, the plots read what they show, visitors have
- * no models of their own, and the module computes in the same way on each CPU.
+ * no models of their own, the module computes in the same way on each CPU, and the page draws its own colours.
  */
-const WITHOUT_EFFECT = new Set(["num_threads", "lanes", "cpu_affinity", "arrays", "max_contacts", "xml_string", "trust_xml", "norm"]);
+const WITHOUT_EFFECT = new Set([
+  "num_threads",
+  "lanes",
+  "cpu_affinity",
+  "arrays",
+  "max_contacts",
+  "xml_string",
+  "trust_xml",
+  "norm",
+  "visualize_reward",
+]);
 
 export const hasEffect = ({ name }: Option) => !WITHOUT_EFFECT.has(name);
 

@@ -1,7 +1,7 @@
 // The page in a real browser. Environment variables: PAGE names the folder with the built page, SCREENSHOTS one for
 // pictures.
 import assert from "node:assert/strict";
-import { mkdir } from "node:fs/promises";
+import { mkdir, readdir } from "node:fs/promises";
 import { join, resolve } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -23,6 +23,11 @@ const ROBOTS = [
   "Swimmer-v5",
   "Walker2d-v5",
 ];
+/** Of dm_control's suite: how many tasks there are, and those with a policy. */
+const TASKS = 45;
+const PLAYED = (await readdir(new URL("../../../../examples/policies/dm_control", import.meta.url))).map(
+  (name) => `dm_control/${name.replace(".txt", "")}`,
+);
 const SECONDS = 5;
 
 let server, browser;
@@ -82,13 +87,17 @@ const hasPolicy = (page) => page.waitForFunction(() => mjenvPlay.episode.fits);
 
 pageTest("each robot moves and stays up", `#robot=${ROBOTS[0]}&speed=4`, {}, async (page, seconds) => {
   console.log(`the first picture comes ${seconds.toFixed(2)} s after the navigation`);
-  assert.deepEqual(await page.getByLabel("Robot", { exact: true }).locator("option").allTextContents(), ROBOTS);
-  for (const robot of ROBOTS) {
+  const listed = await page.getByLabel("Robot", { exact: true }).locator("option").allTextContents();
+  assert.deepEqual(listed.slice(0, ROBOTS.length), ROBOTS);
+  assert.equal(listed.filter((id) => id.startsWith("dm_control/")).length, TASKS);
+  assert.equal(listed.length, ROBOTS.length + TASKS);
+  assert.ok(PLAYED.length > 0);
+  for (const robot of [...ROBOTS, ...PLAYED]) {
     await page.getByLabel("Robot", { exact: true }).selectOption(robot);
     await hasPolicy(page);
     const start = await reset(page, 0);
     await page.waitForFunction((seconds) => mjenvPlay.episode.time >= seconds || mjenvPlay.episode.end, SECONDS);
-    await page.screenshot({ path: join(SCREENSHOTS, `${robot}.png`) });
+    await page.screenshot({ path: join(SCREENSHOTS, `${robot.replace("/", "-")}.png`) });
     const { steps, end, qpos } = await state(page);
     assert.notEqual(end, "terminated", `${robot} after ${steps} steps`);
     assert.notDeepEqual(qpos, start.qpos, robot);
@@ -128,7 +137,16 @@ pageTest("the library says what is wrong with an option", "#robot=Hopper-v5", {}
 pageTest("options without effect are not offered", "#robot=Hopper-v5&set.num_threads=4", {}, async (page) => {
   await page.getByText("Options of every robot").click();
   await page.getByLabel("frame_skip, as a number").waitFor();
-  for (const name of ["num_threads", "lanes", "cpu_affinity", "arrays", "max_contacts", "xml_string", "trust_xml", "norm"])
+  for (const name of [
+    "num_threads",
+    "lanes",
+    "cpu_affinity",
+    "arrays",
+    "max_contacts",
+    "xml_string",
+    "trust_xml",
+    "norm",
+  ])
     assert.equal(await page.locator(`#option-${name}`).count(), 0, name);
   assert.equal(await page.locator("#message").textContent(), "");
 });

@@ -76,11 +76,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def name_of(id: str) -> str:
-    return id.rpartition("-")[0]
+    return id.removeprefix("dm_control/").rpartition("-")[0]
 
 
-def camera_of(id: str) -> dict[str, Any] | None:
-    return VIEWS[id][1] if id in VIEWS else None
+def camera_of(id: str) -> dict[str, Any]:
+    """The arguments of make that choose an id's camera."""
+    if id.startswith("dm_control/"):
+        return {"camera_id": 2 if "quadruped" in id else 0}
+    return {"default_camera_config": VIEWS[id][1] if id in VIEWS else None}
 
 
 # ---- A sheet ----
@@ -105,7 +108,7 @@ def save_still(arguments: argparse.Namespace) -> int:
 def portrait(id: str, seed: int, size: int, engine: str | None, groups: dict[str, Any]) -> Any:
     """A robot after a few random actions: colours and depth."""
     steps = VIEWS[id][0] if id in VIEWS else STEPS
-    view: dict[str, Any] = {"width": size, "height": size, "default_camera_config": camera_of(id), "engine": engine}
+    view: dict[str, Any] = {"width": size, "height": size, **camera_of(id), "engine": engine}
     with mjenv.make(id, strict=False, render_mode="rgbd_tuple", **view, **groups) as env:
         env.action_space.seed(seed)
         env.reset(seed=seed)
@@ -161,8 +164,8 @@ def performance(file: Path, arguments: argparse.Namespace) -> list[Colours]:
         render_mode="rgb_array",
         width=size,
         height=size,
-        default_camera_config=camera_of(id),
         engine=arguments.engine,
+        **camera_of(id),
         **groups_of(arguments),
     ) as env:
         act = policy_of(file, env, "", None)

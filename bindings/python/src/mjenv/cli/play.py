@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
+from mjenv._videos import Gif, Mp4
 from mjenv.cli import terminal
 from mjenv.cli.arguments import (
     GROUP_COUNT,
@@ -31,7 +32,6 @@ from mjenv.cli.policies import NORMALIZER, Action, policy_of
 
 Colours = NDArray[np.uint8]
 
-GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 SHEET = 12  # pictures of an episode on a sheet
 GAP = 6  # pixels between the pictures of a sheet
 
@@ -207,40 +207,6 @@ def needed(*modules: str) -> None:
 
 
 # ---- What is written ----
-
-
-class Mp4:
-    """A video at the speed of the simulation."""
-
-    def __init__(self, path: Path, rate: int) -> None:
-        import imageio.v2  # type: ignore[import-not-found, unused-ignore]
-
-        # The encoding of colours needs even sizes, to which imageio rescales the pictures.
-        self._writer: Any = imageio.v2.get_writer(path, format="FFMPEG", fps=rate, macro_block_size=2)
-
-    def add(self, env: mjenv.MujocoEnv) -> None:
-        self._writer.append_data(env.render())
-
-    def close(self) -> None:
-        self._writer.close()
-
-
-class Gif:
-    """An animation at the speed of the simulation, with at most GIF_RATE pictures per second."""
-
-    def __init__(self, path: Path, rate: int) -> None:
-        import imageio.v2
-
-        self._every, self._count = math.ceil(rate / GIF_RATE), 0
-        self._writer: Any = imageio.v2.get_writer(path, mode="I", duration=1000 * self._every / rate, loop=0)
-
-    def add(self, env: mjenv.MujocoEnv) -> None:
-        if self._count % self._every == 0:
-            self._writer.append_data(env.render())
-        self._count += 1
-
-    def close(self) -> None:
-        self._writer.close()
 
 
 class Sheet:

@@ -92,6 +92,7 @@ class Physics:
             Named(self.model, Role.MODEL, self.model.objects), Named(self.data, Role.DATA, self.model.objects)
         )
         self._renderers: dict[Any, Renderer] = {}
+        self._most_contacts = int(self.model.nconmax)  # -1 on MuJoCo 4.0: no limit
 
     # ---- the state ----
 
@@ -144,10 +145,12 @@ class Physics:
         """Simulates nstep timesteps under the present controls."""
         self._env.do_simulation(np.array(self.data.ctrl), nstep)
         self.check_divergence()
+        self.check_contacts(self.data.ncon)
 
     def forward(self) -> None:
         """Computes what follows from positions and velocities, with the actuators switched off."""
         self._env.set_state(np.array(self.data.qpos), np.array(self.data.qvel))
+        self.check_contacts(self.data.ncon)
 
     def after_reset(self) -> None:
         """Computes what follows from the state that was written in reset_context."""
@@ -184,6 +187,11 @@ class Physics:
         """Raises PhysicsError if the state has numbers with which MuJoCo cannot go on."""
         if not np.isfinite(self.state()).all():
             self.fail("the state has numbers that are not finite")
+
+    def check_contacts(self, count: float) -> None:
+        """Raises PhysicsError if so many contacts fill MuJoCo's buffer, which then leaves out all others."""
+        if count >= self._most_contacts >= 0:
+            self.fail("Warning(s) raised: mjWARN_CONTACTFULL")
 
     def fail(self, reason: str) -> None:
         """Raises dm_control's PhysicsError, if dm_control is loaded, which is also mjenv's; or does nothing inside

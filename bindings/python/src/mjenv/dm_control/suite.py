@@ -56,6 +56,9 @@ TASKS_BY_DOMAIN: dict[str, tuple[str, ...]] = {
     domain: tuple(task.replace("*", "") for task in tasks.split()) for domain, tasks in _TASKS.items()
 }
 
+# Programs add tasks of their own to ALL_TASKS, which dm_control then loads.
+_OURS = frozenset(ALL_TASKS)
+
 # Episodes of the others end after 1,000 steps of the task's own length.
 _ENDLESS = {"lqr"}
 _OPTIONS = {"fully_observable", "sparse"}
@@ -75,19 +78,22 @@ def load(
 
     task_kwargs: random (a seed, a numpy.random.RandomState that resets then draw from, or None for any seed),
     time_limit (s), fully_observable (manipulator, stacker), sparse (cartpole's three_poles). environment_kwargs:
-    flat_observation, n_sub_steps, control_timestep. Tasks that mjenv lacks, other numbers of poles than 3, and rewards
-    in colour come from dm_control, which must be installed then.
+    flat_observation, n_sub_steps, control_timestep. visualize_reward: pictures show the reward by the colours of
+    materials. Tasks that mjenv lacks, and other numbers of poles than 3, come from dm_control, which must be installed
+    then.
     """
     kwargs = dict(task_kwargs or {})
-    is_ours = (domain_name, task_name) in ALL_TASKS and kwargs.get("num_poles", 3) == 3
-    if not is_ours or visualize_reward:
+    is_ours = (domain_name, task_name) in _OURS and kwargs.get("num_poles", 3) == 3
+    if not is_ours:
         return _original(domain_name, task_name)(
             domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward
         )
     if "environment_kwargs" in kwargs:
         environment_kwargs = kwargs.pop("environment_kwargs")
     kwargs.pop("num_poles", None)
-    return Environment(domain_name, task_name, **kwargs, **dict(environment_kwargs or {}))
+    env = Environment(domain_name, task_name, **kwargs, **dict(environment_kwargs or {}))
+    env.task.visualize_reward = visualize_reward
+    return env
 
 
 def _original(domain: str, task: str) -> Any:
@@ -107,13 +113,16 @@ def _original(domain: str, task: str) -> Any:
     raise ValueError(f"{message}{hint} mjenv has {', '.join(known)}; others need dm_control (pip install dm_control).")
 
 
-class Task:
-    """env.task: the random numbers of the episodes."""
+# The materials whose colour shows the reward. NAME_default is the colour for 0, and NAME_highlight that for 1.
+_COLOURED = ("self", "effector", "target")
 
-    visualize_reward = False
+
+class Task:
+    """env.task: the random numbers of the episodes, and whether pictures show the reward."""
 
     def __init__(self, rows: Rows, random: int | np.random.RandomState | None) -> None:
         self._rows = rows
+        self._visualize_reward = False
         # The library holds the stream. Once a RandomState is known outside, its state goes to the library before each
         # reset and comes back after it.
         self._random: np.random.RandomState | None = None
@@ -136,6 +145,24 @@ class Task:
     @random.setter
     def random(self, value: np.random.RandomState) -> None:
         self._random, self._is_new = value, False
+
+    @property
+    def visualize_reward(self) -> bool:
+        """The colours of materials show the reward, from the next step or reset on."""
+        return self._visualize_reward
+
+    @visualize_reward.setter
+    def visualize_reward(self, value: bool) -> None:
+        if not isinstance(value, bool):
+            raise ValueError(f"Expected a boolean, got {type(value)}.")
+        self._visualize_reward = value
+
+    def show(self, reward: float, physics: Physics) -> None:
+        """Colours the materials by a reward."""
+        colours = physics.named.model.mat_rgba
+        default, highlight = (colours[[f"{name}_{kind}" for name in _COLOURED]] for kind in ("default", "highlight"))
+        share = np.clip(reward, 0.0, 1.0) ** 4
+        colours[[*_COLOURED]] = share * highlight + (1.0 - share) * default
 
     def give_stream(self) -> None:
         """Gives the library the stream, if it may have moved outside."""
@@ -169,7 +196,8 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         if unknown := {*options} - _OPTIONS:
             raise TypeError(f"{domain_name} {task_name} got an unexpected keyword argument {min(unknown)!r}")
         id = f"dm_control/{domain_name}-{task_name}-v0"
-        self.mjenv = make(id, max_episode_steps=-1, **options)
+        options |= {"max_episode_steps": -1, "visualize_reward": True, "arrays": "ncon"}
+        self.mjenv = make(id, **options)
         timestep = self.mjenv._rows.timestep()
         # Where the task itself gives the length of a step, dm_control refuses another number of timesteps.
         if n_sub_steps is not None and (control_timestep is not None or self.mjenv.frame_skip > 1):
@@ -183,10 +211,17 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         natural = float("inf") if domain_name in _ENDLESS else round(1000 * self.mjenv.dt)
         if n_sub_steps is not None and n_sub_steps != self.mjenv.frame_skip:
             self.mjenv.close()
-            self.mjenv = make(id, max_episode_steps=-1, frame_skip=n_sub_steps, **options)
+            self.mjenv = make(id, frame_skip=n_sub_steps, **options)
         seconds = natural if time_limit is None else time_limit
         self._limit = seconds / (timestep * self.mjenv.frame_skip)
-        self._flat = flat_observation
+        # The name of each term, where it is in the library's observation, and its shape if it is another.
+        self._terms: list[tuple[str, Any, tuple[int, ...] | None]] = []
+        for field in () if flat_observation else self.mjenv._rows.fields(Role.OBSERVATION):
+            is_number = field.name in _NUMBERS
+            part = field.offset if is_number else slice(field.offset, field.offset + field.count)
+            self._terms.append((field.name, part, None if is_number else _SHAPES.get(field.name)))
+        self._controls = np.empty(self.mjenv.action_space.shape)
+        self._zeros = np.zeros(self.mjenv.action_space.shape)
         self._physics: Physics | None = None
         self.task = Task(self.mjenv._rows, random)
         self.mjenv._seed = 0  # the task's stream is seeded: resets go on with it
@@ -196,22 +231,27 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
     def reset(self) -> dm_env.TimeStep:
         """Begins an episode."""
         self.task.give_stream()
-        values, _ = self.mjenv.reset()
+        values, info = self.mjenv.reset()
         self.task.take_stream()
         self._ended, self._is_begun, self._steps = False, True, 0
+        if self.task.visualize_reward:
+            self.task.show(info["visualized_reward"], self.physics)
         return dm_env.restart(self._observation(values))
 
     def step(self, action: ArrayLike) -> dm_env.TimeStep:
         """Takes a step, or begins an episode if the last one has ended."""
         if self._ended:
             return self.reset()
-        controls = np.empty(self.mjenv.action_space.shape)
+        controls = self._controls
         np.copyto(controls, action)
-        if not np.isfinite(controls).all():
+        if controls.dot(self._zeros) != 0:  # which is NaN unless all are finite
             self.physics.fail("Warning(s) raised: mjWARN_BADCTRL")
-        values, reward, terminated, _, _ = self.mjenv.step(controls)
+        values, reward, terminated, _, _ = self.mjenv._step(controls)
         if self.mjenv._exchange.status[0]:
             self.physics.fail("MuJoCo found bad numbers in it, and reset the simulation")
+        self.physics.check_contacts(self.mjenv.arrays["ncon"].item())
+        if self.task.visualize_reward:
+            self.task.show(reward, self.physics)
         self._steps += 1
         observation = self._observation(values)
         if self._steps >= self._limit:
@@ -259,13 +299,11 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         self.mjenv.close()
 
     def _observation(self, values: NDArray[np.float64]) -> Observation:
-        if self._flat:
+        if not self._terms:
             return OrderedDict(observations=values)
         terms: Observation = OrderedDict()
-        for field in self.mjenv._rows.fields(Role.OBSERVATION):
-            value = values[field.offset : field.offset + field.count]
-            name = field.name
-            terms[name] = value[0] if name in _NUMBERS else value.reshape(_SHAPES[name]) if name in _SHAPES else value
+        for name, part, shape in self._terms:
+            terms[name] = values[part] if shape is None else values[part].reshape(shape)
         return terms
 
 
@@ -284,3 +322,13 @@ def _timesteps(control_timestep: float, timestep: float) -> int:
 def _checked_seed(seed: Any) -> int:
     np.random.RandomState(seed)
     return int(seed)
+
+
+def __getattr__(name: str) -> Any:
+    """What else dm_control.suite has, if it is installed: its domains and REWARD_VIZ, for example."""
+    if not name.startswith("__"):
+        try:
+            return getattr(import_module("dm_control.suite"), name)
+        except ImportError:
+            pass
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

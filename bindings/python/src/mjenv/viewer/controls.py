@@ -31,7 +31,7 @@ class Controls:
         with tabs.add_tab("Run"):
             self.run = RunPanel(gui, session)
         with tabs.add_tab("Draw"):
-            self.draw = DrawPanel(gui, session.server.viser, lambda: session.picture, session.do, session.picture_anew)
+            self.draw = DrawPanel(gui, lambda: session.picture, session.do, session.picture_anew)
         # What can change while rows go on belongs into "Model"; what needs a new environment, into "Options".
         with tabs.add_tab("Options"):
             self.options = OptionsPanel(gui, session)

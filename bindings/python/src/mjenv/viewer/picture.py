@@ -21,6 +21,7 @@ from mjenv.viewer.stage import Stage
 
 Array = NDArray[Any]
 
+SURROUNDINGS = "warehouse"  # what lights the scene from all sides: viser's name for it
 _FIELD_OF_VIEW = math.radians(45)  # MuJoCo's default
 # MuJoCo's switches, and whether each is on at first.
 SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contacts": False, "contact forces": False}
@@ -41,12 +42,11 @@ class Picture:
         self.server = server
         self.rows = rows_of(env)[:shown]
         self.pull = Pull()
-        self.follow = 0  # the number of a row
+        self.follow = 0  # the number of the row whose details are shown
         self.tracks = True  # whether the picture moves with that row
+        self._centred = len(self.rows) == 1  # whether that row is in the middle, or the grid is
         model, data = self.rows[0].model, self.rows[0].data
         self.switches = dict(SWITCHES)
-        if not hasattr(data, "efc_force"):  # MuJoCo 4.0 has no arrays of constraints that can be read
-            del self.switches["contact forces"]
         self.scene = scene_of(model, data)
         if not self.scene.batches:
             raise InvalidValueError("the model has no geoms and no sites, so there is nothing to draw")
@@ -58,19 +58,39 @@ class Picture:
         self.stage = Stage(server.viser, self.scene, len(self.rows))
         self.stage.grabbed = lambda row, body, event: do(lambda: self._drag(row, body, event))
         self._puller = -1  # the number of the browser whose user pulls
-        self._look_at()
+        self._distance = self._look_at()
+        self.dark = False
+        self.set_dark(False)
         # viser's lights suit darker materials than MuJoCo's models have.
-        server.viser.scene.configure_environment_map("warehouse", environment_intensity=0.35)
+        server.viser.scene.configure_environment_map(SURROUNDINGS, environment_intensity=0.35)
 
-    def _look_at(self) -> None:
-        """Where the camera is at first: before the rows, and above them."""
+    def take_settings(self, other: Picture) -> None:
+        """Shows what another picture of as many rows shows."""
+        self.switches, self.tracks = other.switches, other.tracks
+        self.follow, self._centred = other.follow, other._centred
+        self.set_dark(other.dark)
+
+    def choose(self, row: int) -> None:
+        """Follows another row, and puts it in the middle."""
+        self.follow, self._centred = row, True
+
+    def set_dark(self, dark: bool) -> None:
+        self.dark = dark
+        # The button would offer to send the scene to a server elsewhere.
+        gui = self.server.viser.gui
+        gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, control_width="large")
+        self.stage.show_haze(dark, self._distance)
+
+    def _look_at(self) -> float:
+        """Where the camera is at first: before the rows, and above them. Returns how far away they are."""
         height = float(np.asarray(self.rows[0].data.xpos)[self._root][2])
-        distance = 2.6 * self.scene.radius + 1.8 * float(np.abs(self.stage.offsets).max(initial=0))
+        distance = 2.6 * self.scene.radius + 1.6 * float(np.abs(self.stage.offsets).max(initial=0))
         camera = self.server.viser.initial_camera
         camera.fov = _FIELD_OF_VIEW
         camera.position = (0.35 * distance, -1.2 * distance, height + 0.6 * distance)
         camera.look_at = (0.0, 0.0, height / 2)
         camera.up = (0.0, 0.0, 1.0)
+        return float(np.linalg.norm(camera.position))
 
     def _drag(self, row: int, body: int, event: Any) -> None:
         here = self.stage.origin - self.stage.offsets[row]
@@ -103,7 +123,7 @@ class Picture:
             marks["centres of mass"] = poses.centres_of_mass(model, data, self.scale)
         if self.switches["contacts"]:
             marks["contacts"] = poses.contacts(data, self.scale)
-        if self.switches.get("contact forces"):
+        if self.switches["contact forces"]:
             marks["contact forces"] = poses.contact_forces(model, data, self.scale)
         return marks
 
@@ -117,7 +137,8 @@ class Picture:
             found[grip.row] = replace(one, marks={**one.marks, "pull": spring})
         origin = np.zeros(3)
         if self.tracks:
-            origin[:2] = (found[self.follow].root + self.stage.offsets[self.follow])[:2]
+            middle = self.stage.offsets[self.follow] if self._centred else np.zeros(3)
+            origin[:2] = (found[self.follow].root + middle)[:2]
         self.stage.show(found, origin)
         if self._skins:
             data = self.rows[self.follow].data

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 _PULLEY = -2  # in wrap_obj
-_PYRAMIDAL = 0  # mjtCone
 
 
 @dataclass(frozen=True)
@@ -114,29 +113,15 @@ def contacts(data: Any, scale: float) -> Marks:
 
 def contact_forces(model: Any, data: Any, scale: float) -> Marks:
     """An arrow for the force of each contact: as long as the robot's weight is when it has that weight."""
-    position, force = forces_of(model, data)
+    position, force = forces_of(data)
     weight = max(float(np.sum(model.body_mass)) * max(float(np.linalg.norm(model.opt.gravity)), 1e-6), 1e-9)
     length = np.minimum(np.linalg.norm(force, axis=1) / weight * 2 * scale, 4 * scale)
     size = np.stack([np.full(len(length), 0.06 * scale) * (length > 0), np.full(len(length), 0.06 * scale), length], 1)
     return Marks(position, along(force), size, np.zeros(len(position), int))
 
 
-def forces_of(model: Any, data: Any) -> tuple[Array, Array]:
-    """The places of the contacts, and the force of each in the world's axes: mj_contactForce's first three numbers."""
+def forces_of(data: Any) -> tuple[Array, Array]:
+    """The places of the contacts, and the force of each in the world's axes."""
     contact = data.contact
-    position, frames = np.asarray(contact.pos).reshape(-1, 3), np.asarray(contact.frame).reshape(-1, 3, 3)
-    addresses, friction = np.asarray(contact.efc_address), np.asarray(contact.friction).reshape(-1, 5)
-    force = np.zeros((len(position), 3))
-    numbers = np.asarray(data.efc_force)
-    pyramidal = int(model.opt.cone) == _PYRAMIDAL
-    for index, dim in enumerate(np.asarray(contact.dim)):
-        first = int(addresses[index])
-        if first < 0:  # it takes no part in the constraints
-            continue
-        if dim == 1 or not pyramidal:
-            force[index, : min(int(dim), 3)] = numbers[first : first + min(int(dim), 3)]
-            continue
-        edges = numbers[first : first + 2 * (int(dim) - 1)].reshape(-1, 2)
-        force[index, 0] = edges.sum()
-        force[index, 1:] = ((edges[:2, 0] - edges[:2, 1]) * friction[index, :2])[:2]
-    return position, np.einsum("nij,ni->nj", frames, force)
+    frames, force = np.asarray(contact.frame).reshape(-1, 3, 3), np.asarray(contact.force)[:, :3]
+    return np.asarray(contact.pos), np.einsum("nij,ni->nj", frames, force)

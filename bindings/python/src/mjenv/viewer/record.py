@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import io
-import math
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import mjenv
+from mjenv._videos import Gif, Mp4
 
 if TYPE_CHECKING:
     from mjenv.viewer.session import Session
 
 _LONGEST = 100_000  # steps
-_GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 
 
 class Recorder:
@@ -77,37 +76,20 @@ class Recorder:
         options = {
             name: value for name, value in session.options.items() if name not in ("num_threads", "autoreset_mode")
         }
-        with mjenv.make(session.id, render_mode="rgb_array", **options) as env:
+        kind = Mp4 if importlib.util.find_spec("imageio_ffmpeg") else Gif
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            mjenv.make(session.id, render_mode="rgb_array", **options) as env,
+        ):
+            path = Path(folder) / f"video.{kind.__name__.lower()}"
             env.reset(seed=0)
-            rate = env.metadata["render_fps"]
-            is_mp4 = importlib.util.find_spec("imageio_ffmpeg") is not None
-            every = 1 if is_mp4 else math.ceil(rate / _GIF_RATE)
-            pictures = []
-            for frame in self.frames[::every]:
+            writer = kind(path, env.metadata["render_fps"])
+            for frame in self.frames:
                 for name in ("mocap_pos", "mocap_quat"):
                     if frame[name].size:
                         getattr(env.data, name)[...] = frame[name]
                 env.set_state(frame["qpos"], frame["qvel"])
-                pictures.append(env.render())
-        return (".mp4", _mp4(pictures, rate)) if is_mp4 else (".gif", _gif(pictures, rate / every))
-
-
-def _mp4(pictures: list[Any], rate: int) -> bytes:
-    import imageio.v2  # type: ignore[import-not-found, unused-ignore]
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "video.mp4"
-        # The encoding of colours needs even sizes, to which imageio rescales the pictures.
-        with imageio.v2.get_writer(path, format="FFMPEG", fps=rate, macro_block_size=2) as writer:  # type: ignore[arg-type, unused-ignore]
-            for picture in pictures:
-                writer.append_data(picture)
-        return path.read_bytes()
-
-
-def _gif(pictures: list[Any], rate: float) -> bytes:
-    from PIL import Image  # type: ignore[import-not-found, unused-ignore]
-
-    file = io.BytesIO()
-    first, *others = [Image.fromarray(picture) for picture in pictures]
-    first.save(file, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)
-    return file.getvalue()
+                writer.add(env)
+            writer.close()
+            content = path.read_bytes()
+        return path.suffix, content

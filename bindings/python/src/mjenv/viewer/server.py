@@ -39,6 +39,7 @@ class Server:
         if port not in (None, 0, found):  # another program has taken it in the meantime
             self.close()
             raise InvalidValueError(f"port {port} of {host} is in use: choose another, or none")
+        self.viser.gui.main_panel.dock_right()  # beside the picture, the panel hides nothing
         self.address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{found}"
         self.port: int = found
 

@@ -119,7 +119,7 @@ class Session:
         """Runs a function on the thread that steps, and returns at once."""
         self._commands.put(function)
 
-    def ask(self, function: Callable[[], Any], timeout: float = 60.0) -> Any:
+    def ask(self, function: Callable[[], Any], timeout: float = 300.0) -> Any:
         """Runs a function on the thread that steps, waits for it, and returns what it returns."""
         done = threading.Event()
         found: list[Any] = []
@@ -306,7 +306,7 @@ class Session:
     def choose_row(self, row: int) -> None:
         """Follows another row, whose history begins now."""
         if row != self.picture.follow:
-            self.picture.follow = row
+            self.picture.choose(row)
             self.history.clear()
             self.picture_anew()
             self.on_change()
@@ -339,8 +339,7 @@ class Session:
             self.picture = Picture(self.server, old, self.count, self.do)
             self._start()
             raise
-        self.picture.switches, self.picture.tracks = settings.switches, settings.tracks
-        self.picture.follow = settings.follow
+        self.picture.take_settings(settings)
         self.options = dict(options)
         self.saved.clear()  # snapshots belong to the options that they were taken with
         old.close()

@@ -29,6 +29,7 @@ MARKS: dict[str, tuple[Callable[[], Shape], tuple[int, int, int]]] = {
     "contact forces": (shapes.arrow, (160, 220, 60)),
     "pull": (shapes.unit_cylinder, (224, 83, 61)),
 }
+_BACKGROUNDS = {False: (255, 255, 255), True: (20, 20, 20)}  # of the page, by whether it is dark
 _NOWHERE = -1e4  # where marks stand that are not needed now
 
 
@@ -197,6 +198,13 @@ class Stage:
         for batch, node, _ in self._nodes:
             if batch.kind == kind and batch.group == group:
                 node.visible = shown
+
+    def show_haze(self, dark: bool, near: float) -> None:
+        """Hides the edges of the floor, which ends far away, in the colour of the background. near: how far away the
+        rows are, which stay clear."""
+        floors = [batch.shape.vertices for batch, _, _ in self._nodes if self._is_shared(batch)]
+        reach = max((float(np.abs(vertices[:, :2]).max()) for vertices in floors), default=0.0)
+        self._server.scene.configure_fog(1.5 * near, 1.5 * near + reach, color=_BACKGROUNDS[dark], enabled=reach > 0)
 
     @property
     def needs_sites(self) -> bool:

@@ -301,9 +301,10 @@ impl<'a> Builder<'a> {
     /// An array of mjModel that [`Task::reset`](super::Task::reset) and [`Task::step`](super::Task::step) write for their
     /// row, which needs [`Builder::current`]. Or `"qfrc_applied"` or `"xfrc_applied"`, which
     /// [`Task::before_step`](super::Task::before_step), `before_substep` and `step` write. What they have written stays; if
-    /// the method fails, the row keeps its old values.
+    /// the method fails, the row keeps its old values. Where MuJoCo has `f32` (`"hfield_data"`, `"geom_rgba"`), what they
+    /// write is rounded.
     pub fn own(&mut self, name: &str) -> Own {
-        let Array { index, .. } = self.array::<f64>(name);
+        let (index, _) = self.share(name);
         if self.lists() {
             return Own { index: 0, count: 0 };
         }

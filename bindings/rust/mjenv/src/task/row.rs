@@ -91,9 +91,29 @@ impl Rng<'_> {
         call!(self.state_randint(low, high))
     }
 
-    /// `RandomState.choice(len(p), p=p)`: an integer in [0, len(p)).
-    pub fn state_choice(&mut self, p: &[f64]) -> usize {
+    /// `RandomState.choice(count)`: an integer in [0, count). `count` must be at least 1.
+    pub fn state_choice(&mut self, count: usize) -> usize {
+        size(call!(self.state_choice(int64(count), std::ptr::null())))
+    }
+
+    /// `RandomState.choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
+    pub fn state_choice_weighted(&mut self, p: &[f64]) -> usize {
         size(call!(self.state_choice(int64(p.len()), p.as_ptr())))
+    }
+
+    /// `RandomState.permutation(count)`: the integers of [0, count) in random order.
+    pub fn state_permutation(&mut self, count: usize) -> Vec<i64> {
+        let mut order = vec![0; count];
+        call!(self.state_permutation(int64(count), order.as_mut_ptr()));
+        order
+    }
+
+    /// `RandomState.shuffle(values)`.
+    pub fn state_shuffle<T: Clone>(&mut self, values: &mut [T]) {
+        let old = values.to_vec();
+        for (value, &from) in values.iter_mut().zip(&self.state_permutation(old.len())) {
+            value.clone_from(&old[size(from)]);
+        }
     }
 
     /// `permutation(count)`: the integers of [0, count) in random order.

@@ -3,6 +3,8 @@
 mod allocation;
 mod asynchronous;
 mod golden;
+#[cfg(feature = "learn")]
+mod learner;
 mod misuse;
 mod numpy;
 mod options;

@@ -911,6 +911,96 @@ fn maps_of_actions_and_own_arrays_equal_those_in_cpp() {
     assert!(error.message().contains("RustFollow-v0: before_substep: the trunk flies"), "{error}");
 }
 
+/// tests/tasks/terrain.cpp written again.
+struct Terrain {
+    heights: Own,
+    colours: Own,
+    field: Array<f32>,
+    rgba: Array<f32>,
+    ball: usize,
+    touched: Carry<1>,
+}
+
+impl Task for Terrain {
+    const ID: &'static str = "tests/RustTerrain-v0";
+    const MODEL: Model = Model::Text(include_str!("../../../../../tests/tasks/terrain.xml"));
+    const FRAME_SKIP: u32 = 4;
+    const TIME_LIMIT: u64 = 25;
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        b.current();
+        b.random_state();
+        Ok(Self {
+            heights: b.own("hfield_data"),
+            colours: b.own("geom_rgba"),
+            field: b.array("hfield_data"),
+            rgba: b.array("geom_rgba"),
+            ball: b.body("ball"),
+            touched: b.carry(),
+        })
+    }
+
+    fn reset(&self, start: &mut Start, rng: &mut Rng) -> Result {
+        let order = rng.state_permutation(30);
+        for (height, &level) in start.own(self.heights).iter_mut().zip(&order) {
+            *height = level as f64 / 30.0;
+        }
+        rng.state_shuffle(&mut start.own(self.heights)[..7]);
+        let colours = start.own(self.colours);
+        colours[0] = rng.state_choice(5) as f64 / 10.0;
+        colours[4] += 0.01; // counts the resets
+        start.qpos[0] = rng.state_uniform(-1.0, 1.0);
+        start.forward()?;
+        for _ in 0..200 {
+            if start.contact_count() > 0 {
+                break;
+            }
+            start.advance(1)?;
+        }
+        let touched = start.see(|sim| sim.xpos()[self.ball][2]);
+        start.carried.set(self.touched, [touched]);
+        start.set_time(0.0);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("qpos", sim.qpos());
+        observation.put_all("qvel", sim.qvel());
+        observation.put_all("field", sim.array(self.field).iter().map(|&height| f64::from(height)));
+        observation.put_all("rgba", sim.array(self.rgba).iter().map(|&colour| f64::from(colour)));
+        observation.put_all("touched", sim.carried(self.touched));
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, row: &mut Row, info: &mut Fields) -> Result<Outcome> {
+        let at = usize::try_from(row.rng.integers(0, 30)).unwrap();
+        row.own(self.heights)[at] = row.rng.random();
+        info.put("height", sim.qpos()[2]);
+        Ok(Outcome { reward: sim.qpos()[0], terminated: false })
+    }
+}
+
+#[test]
+fn own_arrays_of_float32_equal_those_in_cpp() {
+    register::<Terrain>().unwrap();
+    let folder = std::env::var("MJENV_LIB_DIR").unwrap();
+    load_tasks(format!("{folder}/tests/tasks/libterrain.so")).unwrap();
+    let mut envs = [Terrain::ID, "tests/Terrain-v0"].map(|id| env(id).unwrap());
+    let mut batches = [envs[0].batch::<f64>(), envs[1].batch::<f64>()];
+    for (env, batch) in envs.iter_mut().zip(&mut batches) {
+        env.seed(.., &[3; 4]).unwrap();
+        env.reset(.., batch).unwrap();
+    }
+    for step in 0..24 {
+        equal::assert_bits("observations", [batches[0].observations(), batches[1].observations()]);
+        let action: Vec<f64> = (0..8).map(|i| f64::from((7 * step + 3 * i) % 11) / 5.0 - 1.0).collect();
+        for (env, batch) in envs.iter_mut().zip(&mut batches) {
+            env.step(.., &action, batch).unwrap();
+        }
+        equal::assert_bits("reward", [batches[0].reward(), batches[1].reward()]);
+    }
+}
+
 /// Draws from the row's stream in reset, and writes what it drew.
 struct Draws {
     wrong: bool,

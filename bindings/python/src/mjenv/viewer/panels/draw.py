@@ -17,15 +17,12 @@ _COUNTS = {"geom": "ngeom", "site": "nsite", "tendon": "ntendon", "joint": "njnt
 
 
 class DrawPanel:
-    def __init__(
-        self, gui: Any, server: Any, picture: Callable[[], Picture], do: Do, changed: Callable[[], None]
-    ) -> None:
+    def __init__(self, gui: Any, picture: Callable[[], Picture], do: Do, changed: Callable[[], None]) -> None:
         """picture: gives the present one. changed: is called after something else is to be drawn."""
         self._picture, self._changed = picture, changed
         self._run = do
         self._dark = gui.add_checkbox("Dark", False)
-        on_user(self._dark, lambda value: _theme(server, bool(value)))
-        _theme(server, False)
+        on_user(self._dark, self._do, self._darken)
         for name, initial in picture().switches.items():
             box = gui.add_checkbox(name.capitalize(), initial)
             on_user(box, self._do, self._switch, name)
@@ -43,6 +40,9 @@ class DrawPanel:
     def _do(self, function: Callable[..., None], *arguments: Any) -> None:
         self._run(lambda: function(*arguments))
 
+    def _darken(self, value: bool) -> None:
+        self._picture().set_dark(bool(value))
+
     def _switch(self, name: str, value: bool) -> None:
         self._picture().switches[name] = bool(value)
         self._changed()
@@ -50,8 +50,3 @@ class DrawPanel:
     def _group(self, kind: str, group: int, value: bool) -> None:
         self._picture().stage.show_group(kind, group, bool(value))
         self._changed()
-
-
-def _theme(server: Any, dark: bool) -> None:
-    # The button would offer to send the scene to a server elsewhere.
-    server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, control_width="large")

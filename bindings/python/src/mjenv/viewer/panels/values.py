@@ -23,8 +23,9 @@ SCALED: dict[str, tuple[tuple[str, ...], int | None, bool]] = {
     "Damping": (("dof_damping",), None, False),
     "Strength": (("actuator_gear",), None, False),
     "Stiffness": (("jnt_stiffness",), None, False),
+    "Gravity": (("opt.gravity",), None, False),
 }
-GRAVITY = "Gravity"
+_LEAST = {"Gravity": 0.0}  # the other values stay positive
 _MOST = 4.0
 
 
@@ -37,11 +38,9 @@ class ValuesPanel:
         self._factors: dict[str, float] = {}
         self._sliders: dict[str, Any] = {}
         for label, (arrays, _, _) in SCALED.items():
-            if not np.asarray(getattr(model, arrays[0])).any():
-                continue
-            self._sliders[label] = gui.add_slider(label, 0.05, _MOST, 0.05, 1.0, hint=f"{' and '.join(arrays)}, scaled")
-        # Zero stays possible for gravity.
-        self._sliders[GRAVITY] = gui.add_slider(GRAVITY, 0.0, _MOST, 0.05, 1.0, hint="opt.gravity, scaled")
+            if np.asarray(_of(model, arrays[0])).any():
+                least, hint = _LEAST.get(label, 0.05), f"{' and '.join(arrays)}, scaled"
+                self._sliders[label] = gui.add_slider(label, least, _MOST, 0.05, 1.0, hint=hint)
         self._text = gui.add_markdown("")
         own = gui.add_button("The model's own values")
         for label, slider in self._sliders.items():
@@ -56,18 +55,15 @@ class ValuesPanel:
         """The environment is another one, with the model's own values."""
         model = self._session.envs.envs[0].model
         self._factors = {}
-        self._own = {array: np.array(_of(model, array)) for array in self._arrays()}
+        self._own = {array: np.array(_of(model, array)) for label in self._sliders for array in SCALED[label][0]}
         for slider in self._sliders.values():
             slider.value = 1.0
         self._show()
 
-    def _arrays(self) -> list[str]:
-        return ["opt.gravity", *(array for label in self._sliders if label in SCALED for array in SCALED[label][0])]
-
     def scale(self, label: str, factor: float) -> None:
         """Multiplies values of the model by a factor, in all rows."""
         self._factors[label] = factor
-        arrays, column, derived = SCALED.get(label, (("opt.gravity",), None, False))
+        arrays, column, derived = SCALED[label]
         envs = self._session.envs
 
         def write() -> None:
@@ -107,7 +103,7 @@ class ValuesPanel:
         for label, factor in self._factors.items():
             if factor == 1.0:
                 continue
-            arrays, column, derived = SCALED.get(label, (("opt.gravity",), None, False))
+            arrays, column, derived = SCALED[label]
             for array in arrays:
                 parts = [f"{array}=scale", f"{min(factor, 1.0):.2f}", f"{max(factor, 1.0):.2f}"]
                 parts += [f"columns={column}"] if column is not None else []

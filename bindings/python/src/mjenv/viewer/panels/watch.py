@@ -20,8 +20,7 @@ class WatchPanel:
     def __init__(self, view: View) -> None:
         self._view = view
         self._updated, self._counted = time.monotonic(), 0
-        server: Any = view.server.viser
-        gui = server.gui
+        gui: Any = view.server.viser.gui
         tabs = gui.add_tab_group()
         with tabs.add_tab("Run"):
             gui.add_markdown(
@@ -44,7 +43,7 @@ class WatchPanel:
                 lambda: None,
             )
         with tabs.add_tab("Draw"):
-            DrawPanel(gui, server, lambda: view.picture, view.do, lambda: None)
+            DrawPanel(gui, lambda: view.picture, view.do, lambda: None)
         on_click(self._pause, lambda: view.do(self._switch))
         on_click(step, lambda: view.do(view.go_one_step))
         on_user(real, lambda value: view.do(lambda: setattr(view, "real_time", bool(value))))
@@ -53,7 +52,7 @@ class WatchPanel:
             on_user(row, lambda value: view.do(lambda: self._follow(int(value))))
 
     def _follow(self, row: int) -> None:
-        self._view.picture.follow = row
+        self._view.picture.choose(row)
         self.parameters.refresh()
 
     def _switch(self) -> None:

@@ -1,6 +1,6 @@
-// MuJoCo 2.2.2's Newton solver (engine_solver.c) for several rows at once. A lane that has converged keeps its
-// acceleration while the others iterate. After the last iteration, MuJoCo computes a Hessian and a search direction
-// that nothing reads; the lanes do not.
+// MuJoCo 2.2.2's solvers Newton and CG (engine_solver.c) for several rows at once. A lane that has converged keeps its
+// acceleration while the others iterate. After the last iteration, MuJoCo also computes a Hessian and a search
+// direction. Nothing reads them, so lanes do not compute them.
 #pragma once
 
 #include "engine/lanes/constraints.hpp"
@@ -80,8 +80,8 @@ unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   return lost;
 }
 
-// MuJoCo's line search (CGsearch) for one lane, divided at its evaluations (CGeval), so that all lanes are evaluated
-// together.
+// MuJoCo's line search (CGsearch) for one lane. It stops where CGsearch calls CGeval, so that the caller can evaluate
+// all lanes together, and goes on in `take`.
 class LineSearch {
  public:
   void begin(double gtol) {
@@ -95,11 +95,11 @@ class LineSearch {
     stage_ = Stage::ended;
   }
   bool has_ended() const { return stage_ == Stage::ended; }
-  // Where to evaluate next. After the search has ended: the step that it found.
+  // Where the caller must evaluate next, or after the search has ended, the step that it has found.
   double alpha() const { return alpha_; }
 
-  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Goes on to the next
-  // evaluation.
+  // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Then searches on, up to
+  // the next evaluation.
   void take(double cost, double slope, double curvature) {
     ++evaluations_;
     const Point point{alpha_, cost, slope, curvature};
@@ -120,7 +120,7 @@ class LineSearch {
   }
 
  private:
-  static constexpr int kMost = 50;  // LSmaxiter
+  static constexpr int kMaxEvaluations = 50;  // LSmaxiter
   enum class Stage { start, first, one_sided, bracketed, middle, next1, next2, ended };
   struct Point {
     double alpha, cost, slope, curvature;
@@ -140,18 +140,18 @@ class LineSearch {
 
   // The one-sided search, which ends when the least cost is between p1 and p2.
   void go_on() {
-    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMost) {
+    if (p1_.slope * direction_ <= -gtol_ && evaluations_ < kMaxEvaluations) {
       p2_ = p1_;
       has_p2_ = true;
       return evaluate_at(newton(p1_), Stage::one_sided);
     }
-    if (evaluations_ >= kMost || !has_p2_) return end(p1_.alpha);
+    if (evaluations_ >= kMaxEvaluations || !has_p2_) return end(p1_.alpha);
     p2_next_ = p1_;
     evaluate_at(newton(p1_), Stage::bracketed);
   }
 
   void bisect() {
-    if (evaluations_ < kMost) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
+    if (evaluations_ < kMaxEvaluations) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
     if (p1_.cost <= p2_.cost && p1_.cost < p0_.cost) return end(p1_.alpha);
     end(p2_.cost <= p1_.cost && p2_.cost < p0_.cost ? p2_.alpha : 0);
   }
@@ -187,10 +187,10 @@ class LineSearch {
   }
 };
 
-// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton
-class Newton : Constrained {
+// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG
+class Primal : Constrained {
  public:
-  Newton(Lanes& d, Constraints& c) : Constrained(d, c) {}
+  Primal(Lanes& d, Constraints& c) : Constrained(d, c), is_newton_(m_.opt.solver == mjSOL_NEWTON) {}
 
   void run() {
     leave_huge(c_.J, size_ * nv_);
@@ -202,7 +202,9 @@ class Newton : Constrained {
   }
 
  private:
+  const bool is_newton_;
   V cost_{}, gauss_[3]{};
+  V product_{};              // of CG: the dot product of the gradient and the gradient preconditioned by M
   bool has_middle_ = false;  // whether a contact is in the middle zone of its cone
   LineSearch searches_[kWidth];
 
@@ -239,8 +241,8 @@ class Newton : Constrained {
     return sum;
   }
 
-  // warmstart of engine_forward.c. It chooses the first acceleration, and keeps the products of M and J with it, with
-  // which mj_solNewton begins.
+  // warmstart of engine_forward.c. Chooses the acceleration with which mj_solNewton begins, and keeps the products of M
+  // and J with it.
   void warmstart() {
     V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);
     const V* const smooth = vectors(d_.qacc_smooth);
@@ -313,8 +315,8 @@ class Newton : Constrained {
     cholFactor(H, nv_);
   }
 
-  // The H of mjContact that mj_constraintUpdate computes. Only the lower triangle, because mju_cholFactor reads no
-  // more.
+  // The H of mjContact that mj_constraintUpdate computes. Computes only the lower triangle, because mju_cholFactor does
+  // not read the rest.
   void cone_Hessian(V* H, int i) const {
     const int dim = c_.dims[i];
     const Cone cone = cone_at(i, of(c_.jar));
@@ -352,8 +354,8 @@ class Newton : Constrained {
     }
   }
 
-  // Updates H for the constraints whose state has changed. Each lane makes its changes one after the other; all lanes
-  // that still have one make it together. old: c_.quadratic before the move.
+  // Updates H for the constraints whose state has changed. In each round, every lane that still has such a constraint
+  // updates H for one of them. old: c_.quadratic before the move.
   void HessianIncremental(const unsigned char* old) {
     int next[kWidth] = {};
     V* const vec = of(c_.vec);
@@ -500,12 +502,27 @@ class Newton : Constrained {
     return alpha;
   }
 
-  // CGupdateGradient, and the new search direction, which follows from the gradient.
-  void updateSearch() {
+  // The end of CGupdateGradient, and the new search direction, which follows from the gradient. is_first: before the
+  // first iteration.
+  void updateSearch(bool is_first) {
+    if (!is_newton_) return updateConjugate(is_first);
     V* const vec = of(c_.search);
     if (has_middle_) HessianCone();
     cholSolve(vec, of(has_middle_ ? c_.Hcone : c_.H), of(c_.grad), nv_);
     for (int i = 0; i < nv_; ++i) vec[i] *= -1.0;
+  }
+
+  // The same for CG: the direction of Polak and Ribiere.
+  void updateConjugate(bool is_first) {
+    V *const vec = of(c_.search), *const grad = of(c_.grad), *const Mgrad = of(c_.Mgrad), *const dif = of(c_.Mgraddif);
+    copy(dif, Mgrad, nv_);
+    copy(Mgrad, grad, nv_);
+    solveLD(m_, Mgrad, vectors(d_.qLD), vectors(d_.qLDiagInv));
+    for (int i = 0; i < nv_; ++i) dif[i] = Mgrad[i] - dif[i];
+    V beta = dot(grad, dif, nv_) / (splat(mjMINVAL) >= product_ ? splat(mjMINVAL) : product_);
+    beta = beta < V{} ? V{} : beta;
+    product_ = dot(grad, Mgrad, nv_);
+    for (int i = 0; i < nv_; ++i) vec[i] = is_first ? Mgrad[i] * -1.0 : -Mgrad[i] + beta * vec[i];
   }
 
   void updateGradient() {
@@ -524,7 +541,7 @@ class Newton : Constrained {
     add(of(c_.jar), of(c_.Jv), size_);
   }
 
-  // mj_solNewton
+  // mj_solCGNewton
   void solve() {
     const V scale = *of(c_.meaninertia) * number_of_dofs();
     unsigned ended = 0;
@@ -536,9 +553,9 @@ class Newton : Constrained {
     leave(bits(~(abs(cost_) <= splat(kHuge))) & active_);
     active_ &= ~ended;
     if (active_ == 0) return;
-    HessianDirect();
+    if (is_newton_) HessianDirect();
     updateGradient();
-    updateSearch();
+    updateSearch(true);
     while (active_ != 0) {
       const V alpha = search();
       active_ &= bits(alpha != V{});
@@ -554,13 +571,14 @@ class Newton : Constrained {
         if (active_ >> lane & 1 && ++c_.iterations[lane] == c_.most[lane]) has_converged |= 1u << lane;
       active_ &= ~has_converged;
       if (active_ == 0) return;
-      HessianIncremental(c_.old);
-      updateSearch();
+      if (is_newton_) HessianIncremental(c_.old);
+      updateSearch(false);
     }
   }
 };
 
-void solNewton(Lanes& d, Constraints& c) { Newton(d, c).run(); }
+void solNewton(Lanes& d, Constraints& c) { Primal(d, c).run(); }
+void solCG(Lanes& d, Constraints& c) { Primal(d, c).run(); }
 
 }  // namespace
 }  // namespace mjenv::core::lanes

@@ -1,0 +1,378 @@
+# Trains policies with libmjenv-learn, and plays them.
+
+const LEARN_ADDRESSES = fill(C_NULL, length(LEARN_FUNCTIONS))  # null until the library is loaded
+
+# Returns the address of LEARN_FUNCTIONS[index]. The first call loads the library.
+function learn_address(index)
+    LEARN_ADDRESSES[end] == C_NULL && load_learn!()
+    return LEARN_ADDRESSES[index]
+end
+
+# libmjenv-learn is in the folder of an engine's library.
+function learn_paths()
+    folders = unique(dirname(path) for library in LIBRARIES for path in paths(library))
+    name = "libmjenv-learn." * Libdl.dlext
+    return [isempty(folder) ? "$name.$MJENV_LEARN_ABI_VERSION" : joinpath(folder, name) for folder in folders]
+end
+
+@noinline function load_learn!()
+    lock(LOADING) do
+        LEARN_ADDRESSES[end] == C_NULL || return
+        reasons = String[]
+        for path in learn_paths()
+            handle = try
+                dlopen(path, DLOPEN_FLAGS)
+            catch reason
+                push!(reasons, "  $path: $(sprint(showerror, reason))")
+                continue
+            end
+            abi = ccall(dlsym(handle, :mjenv_learn_abi_version), UInt32, ())
+            abi == MJENV_LEARN_ABI_VERSION || error("$path has ABI version $abi; this package needs $MJENV_LEARN_ABI_VERSION")
+            addresses = [dlsym(handle, name) for name in LEARN_FUNCTIONS]
+            return copyto!(LEARN_ADDRESSES, addresses)
+        end
+        error("training needs libmjenv-learn, which was not found:\n", join(reasons, '\n'))
+    end
+end
+
+# As check, for a status of this library.
+learn_check(status::Status) =
+    status == MJENV_OK ? nothing : throw(MJEnvError(status, unsafe_string(mjenv_learn_last_error())))
+
+# The functions of an engine that libmjenv-learn calls.
+function learn_calls(engine::Engine)
+    names = filter(name -> !(name in (:struct_size, :reserved)), fieldnames(mjenv_learn_calls))
+    functions = (name => address(engine, findfirst(==(Symbol(:mjenv_, name)), FUNCTIONS)) for name in names)
+    return mjenv_learn_calls(; functions...)
+end
+
+const ACTIVATIONS = (tanh = MJENV_ACTIVATION_TANH, relu = MJENV_ACTIVATION_RELU, elu = MJENV_ACTIVATION_ELU)
+const LEARN_FLAGS = (:normalize_obs, :normalize_reward, :normalize_advantage, :scale_actions)
+# Those that a learner takes from its environment or as keywords of their own, and counts of arrays.
+const NO_SETTINGS = (:struct_size, :id, :hidden_count, :obs_count, :seed, :threads, :instructions)
+
+"""
+    MJEnv.learn_settings(id)
+
+Returns the settings of PPO for an id as a NamedTuple: tuned ones for the robots of Gymnasium's v5, else one set of
+defaults. `mjenv/learn.h` describes them. `hidden` is a tuple with the widths of the hidden layers, `activation` is
+`:tanh`, `:relu` or `:elu`. `actor_obs` and `critic_obs` are `nothing`, or vectors of `Bool` that say which elements of
+the observation the actor and the critic see.
+"""
+function learn_settings(id::AbstractString)
+    found = Ref(mjenv_learn_settings())
+    name = text(id)
+    GC.@preserve name learn_check(mjenv_learn_defaults(name, found))
+    s = found[]
+    names = Tuple(filter(name -> !(name in NO_SETTINGS), fieldnames(mjenv_learn_settings)))
+    return NamedTuple{names}(Tuple(setting_of(s, name) for name in names))
+end
+
+function setting_of(s::mjenv_learn_settings, name::Symbol)
+    name === :activation && return only(key for (key, value) in pairs(ACTIVATIONS) if Int32(value) == s.activation)
+    name === :hidden && return Tuple(Int.(unsafe_wrap(Array, s.hidden, s.hidden_count)))
+    name in (:actor_obs, :critic_obs) && return nothing
+    value = getfield(s, name)
+    return name in LEARN_FLAGS ? value != 0 : value
+end
+
+# Calls f with the mjenv_learn_settings of the given settings.
+function with_settings(f, id, seed, threads, settings)
+    for name in (:actor_obs, :critic_obs)
+        mask = settings[name]
+        mask === nothing && continue
+        other = something(settings.actor_obs, mask)
+        length(mask) == length(other) || throw(DimensionMismatch("actor_obs and critic_obs have different lengths"))
+    end
+    haskey(ACTIVATIONS, settings.activation) ||
+        throw(ArgumentError("activation is $(repr(settings.activation)), not one of $(join(keys(ACTIVATIONS), ", "))"))
+    0 <= seed <= typemax(UInt64) || throw(ArgumentError("the seed of a training is $seed, outside 0..2^64-1"))
+    name, hidden = text(id), Int64[settings.hidden...]
+    masks = map(mask -> mask === nothing ? UInt8[] : UInt8.(mask), (settings.actor_obs, settings.critic_obs))
+    pointers = map(mask -> isempty(mask) ? Ptr{UInt8}(C_NULL) : pointer(mask), masks)
+    numbers = (
+        key => value for (key, value) in pairs(settings) if !(key in (:activation, :hidden, :actor_obs, :critic_obs))
+    )
+    GC.@preserve name hidden masks begin
+        return f(
+            Ref(
+                mjenv_learn_settings(;
+                    numbers...,
+                    id = Base.unsafe_convert(Cstring, name),
+                    activation = Int32(ACTIVATIONS[settings.activation]),
+                    hidden = pointer(hidden),
+                    hidden_count = length(hidden),
+                    actor_obs = pointers[1],
+                    critic_obs = pointers[2],
+                    obs_count = maximum(length, masks),
+                    seed = seed,
+                    threads = threads,
+                ),
+            ),
+        )
+    end
+end
+
+"""
+    MJEnv.Learner(env; seed = 1, threads = 1, settings...)
+
+Makes a learner that trains a policy by PPO in all rows of `env`, whose option `autoreset_mode` must be `:same_step`. It
+seeds and resets the environment, which others must not use until the learner is closed. `settings` replace some of
+[`MJEnv.learn_settings`](@ref)`(env.id)`; `rows` is that of the environment. The same seed gives the same bits with any
+number of `threads`.
+
+You may read the fields `env` and `settings`. `close(learner)` frees its memory at once; without it the garbage
+collector frees it at some time.
+
+```julia
+env = Env("Hopper-v5"; rows = 8, autoreset_mode = :same_step)
+learner = MJEnv.Learner(env)
+MJEnv.train!(learner, 1_000_000)
+MJEnv.save(learner, "checkpoint")
+write("policy.txt", MJEnv.policy_text(learner))
+```
+"""
+mutable struct Learner
+    handle::Ptr{mjenv_learner}
+    env::Env
+    seed::Int
+    threads::Int
+    settings::NamedTuple
+
+    function Learner(env::Env; seed::Integer = 1, threads::Integer = 1, settings...)
+        chosen = changed(learn_settings(env.id), env, settings)
+        created = Ref{Ptr{mjenv_learner}}(C_NULL)
+        calls = Ref(learn_calls(env.handle.engine))
+        with_settings(env.id, seed, threads, chosen) do raw
+            learn_check(inside(handle -> mjenv_learner_create(calls, handle, raw, created), env))
+        end
+        return finalizer(destroy, new(created[], env, seed, threads, chosen))
+    end
+end
+
+# Settings with some others.
+function changed(settings, env, others)
+    for name in keys(others)
+        haskey(settings, name) && name !== :rows && continue
+        known = join(filter(!=(:rows), keys(settings)), ", ")
+        throw(ArgumentError("there is no setting $name; the settings are $known"))
+    end
+    size = get(others, :minibatch_size, settings.minibatch_size)
+    steps = get(others, :rollout_steps, settings.rollout_steps)
+    haskey(others, :minibatch_size) || (size = min(size, env.rows * steps))
+    return merge(merge(settings, others), (rows = env.rows, minibatch_size = size))
+end
+
+destroy(learner::Learner) = (mjenv_learner_destroy(learner.handle); learner.handle = C_NULL; nothing)
+Base.close(learner::Learner) = destroy(learner)
+Base.isopen(learner::Learner) = learner.handle != C_NULL
+Base.show(io::IO, learner::Learner) = print(io, "MJEnv.Learner(", learner.env, ")")
+
+# Calls f with the handle, which is not collected while f runs.
+function learning(f, learner::Learner)
+    isopen(learner) || throw(ArgumentError("this $learner is closed"))
+    return GC.@preserve learner learn_check(f(learner.handle))
+end
+
+"""
+    MJEnv.train!(learner, steps)
+
+Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If it
+throws, also for Ctrl-C, the learner is as after its last update. Returns `learner`.
+"""
+function train!(learner::Learner, steps::Integer)
+    steps >= 0 || throw(ArgumentError("steps is $steps, less than 0"))
+    for _ in 1:cld(steps, learner.settings.rows * learner.settings.rollout_steps)
+        inside(_ -> learning(handle -> mjenv_learner_train(handle, 1), learner), learner.env)
+    end
+    return learner
+end
+
+"""
+    MJEnv.train(id; steps = nothing, seed = 1, threads = 1, settings = (;), options...)
+
+Trains a policy for an id and returns the [`MJEnv.Learner`](@ref). `steps` are those of all rows together; without it,
+they are those of the settings. `settings` replace some of [`MJEnv.learn_settings`](@ref)`(id)`, `options` are those of
+[`Env`](@ref). `threads` step the rows and compute the networks.
+"""
+function train(
+    id::AbstractString;
+    steps::Union{Nothing,Integer} = nothing,
+    seed::Integer = 1,
+    threads::Integer = 1,
+    settings = NamedTuple(),
+    options...,
+)
+    rows = get(settings, :rows, learn_settings(id).rows)
+    others = Dict{Symbol,Any}(name => value for (name, value) in pairs(settings) if name !== :rows)
+    steps === nothing || (others[:steps] = steps)
+    env = Env(id; rows = rows, num_threads = threads, options..., autoreset_mode = :same_step)
+    learner = Learner(env; seed = seed, threads = threads, others...)
+    return train!(learner, learner.settings.steps)
+end
+
+"""
+    MJEnv.set!(learner; settings...)
+
+Changes settings from the next rollout on. Those of the networks and of the rollouts' sizes cannot change. Returns
+`learner`.
+"""
+function set!(learner::Learner; settings...)
+    chosen = changed(learner.settings, learner.env, settings)
+    with_settings(learner.env.id, learner.seed, learner.threads, chosen) do raw
+        learning(handle -> mjenv_learner_set(handle, raw), learner)
+    end
+    learner.settings = chosen
+    return learner
+end
+
+function report_of(raw::mjenv_learn_report)
+    names = Tuple(filter(name -> !(name in (:struct_size, :reserved)), fieldnames(mjenv_learn_report)))
+    return NamedTuple{names}(Tuple(getfield(raw, name) for name in names))
+end
+
+"""
+    MJEnv.report(learner)
+
+Describes the learner after its last update as a NamedTuple: `updates`, `steps` and `episodes` so far, `mean_return` and
+`mean_length` of the last episodes, which explored, and what the update did. `mjenv/learn.h` describes all members.
+Before the first update the means are `NaN`.
+"""
+function report(learner::Learner)
+    found = Ref(mjenv_learn_report())
+    learning(handle -> mjenv_learner_report(handle, found), learner)
+    return report_of(found[])
+end
+
+"""
+    MJEnv.curve(learner)
+
+Returns the learning curve: a vector with the [`MJEnv.report`](@ref) of each update.
+"""
+function curve(learner::Learner)
+    found = Ref(mjenv_learn_report())
+    return map(1:(report(learner).updates)) do update
+        learning(handle -> mjenv_learner_report_at(handle, update, found), learner)
+        report_of(found[])
+    end
+end
+
+"""
+    MJEnv.save(learner, path)
+
+Saves a checkpoint: networks, optimizer, normalisation, random streams, curve, and the state of all rows.
+"""
+save(learner::Learner, path::AbstractString) =
+    learning(handle -> mjenv_learner_save(handle, text(path)), learner)
+
+"""
+    MJEnv.load!(learner, path)
+
+Continues from a checkpoint, bit for bit. The learner must have been made for the same id and sizes. Returns `learner`.
+"""
+function load!(learner::Learner, path::AbstractString)
+    inside(_ -> learning(handle -> mjenv_learner_load(handle, text(path)), learner), learner.env)
+    return learner
+end
+
+"""
+    MJEnv.policy_text(learner; best = false)
+
+Returns the deterministic policy of the last update as text, which a file `policy.txt` contains. `best`: that of the
+update after which the mean return of the last episodes was greatest.
+"""
+function policy_text(learner::Learner; best::Bool = false)
+    which = best ? MJENV_LEARNED_BEST : MJENV_LEARNED_LAST
+    size = Ref{Int64}()
+    learning(handle -> mjenv_learner_policy(handle, which, C_NULL, 0, size), learner)
+    bytes = Vector{UInt8}(undef, size[])
+    learning(handle -> mjenv_learner_policy(handle, which, bytes, length(bytes), size), learner)
+    return String(bytes[1:(end - 1)])
+end
+
+"""
+    MJEnv.Policy(learner; best = false)
+    MJEnv.Policy(path)
+
+A deterministic policy: a learner's, or that of a file `policy.txt`. Call it with an observation, or with a matrix that
+has a column for each row, to compute actions: `policy(obs)`. The actions are `Float32`, computed in `Float64`, or with
+`precision = Float32` as the learner computes.
+
+You may read the fields `id`, `observations` and `actuators`.
+"""
+mutable struct Policy
+    handle::Ptr{mjenv_policy}
+    id::String
+    observations::Int
+    actuators::Int
+
+    function Policy(handle::Ptr{mjenv_policy})
+        policy = finalizer(held -> mjenv_policy_destroy(held.handle), new(handle))
+        inputs, outputs = Ref{Int64}(), Ref{Int64}()
+        learn_check(mjenv_policy_sizes(handle, inputs, outputs))
+        policy.id, policy.observations, policy.actuators = unsafe_string(mjenv_policy_id(handle)), inputs[], outputs[]
+        return policy
+    end
+end
+
+function Policy(path::AbstractString)
+    made = Ref{Ptr{mjenv_policy}}(C_NULL)
+    learn_check(mjenv_policy_load(text(path), made))
+    return Policy(made[])
+end
+
+function Policy(learner::Learner; best::Bool = false)
+    content = Vector{UInt8}(policy_text(learner; best = best))
+    made = Ref{Ptr{mjenv_policy}}(C_NULL)
+    GC.@preserve content learn_check(
+        mjenv_policy_parse(Cstring(pointer(content)), length(content), made),
+    )
+    return Policy(made[])
+end
+
+Base.show(io::IO, policy::Policy) = print(io, "MJEnv.Policy of ", policy.id)
+
+precision_of(::Type{Float64}) = MJENV_PRECISION_FLOAT64
+precision_of(::Type{Float32}) = MJENV_PRECISION_FLOAT32
+precision_of(other) = throw(ArgumentError("precision is $other, not Float64 or Float32"))
+
+function (policy::Policy)(obs::AbstractVecOrMat{<:Real}; precision::Type = Float64)
+    seen = convert(Array{Float64}, obs)
+    rows = size(seen, 2)
+    action = ndims(seen) == 1 ? zeros(Float32, policy.actuators) : zeros(Float32, policy.actuators, rows)
+    GC.@preserve policy learn_check(
+        mjenv_policy_act(policy.handle, precision_of(precision), rows, seen, length(seen), action, length(action)),
+    )
+    return action
+end
+
+"""
+    MJEnv.evaluate(policy; episodes = 1000, id = policy.id, seed = 0, rows = 64, precision = Float64, options...)
+
+Plays whole episodes of a policy in the library. Returns `(returns, lengths)`: the sum of the rewards of each episode
+and its steps. Episode `k`, counted from 0, begins with a reset by `seed + k`, so that the result does not depend on the
+number of rows. `options` are those of [`Env`](@ref).
+"""
+function evaluate(
+    policy::Policy;
+    episodes::Integer = 1000,
+    id::AbstractString = policy.id,
+    seed::Integer = 0,
+    rows::Integer = 64,
+    precision::Type = Float64,
+    options...,
+)
+    episodes >= 1 || throw(ArgumentError("episodes is $episodes, less than 1"))
+    returns, lengths = zeros(episodes), zeros(Int64, episodes)
+    Env(id; rows = min(rows, episodes), options..., autoreset_mode = :disabled) do env
+        calls = Ref(learn_calls(env.handle.engine))
+        GC.@preserve policy inside(env) do handle
+            learn_check(
+                mjenv_evaluate(
+                    calls, handle, policy.handle, precision_of(precision), seed, episodes, returns, lengths,
+                ),
+            )
+        end
+    end
+    return (returns = returns, lengths = lengths)
+end

@@ -1,0 +1,102 @@
+//! The learner. tests/learn tests what it learns, and that it computes the same bits however it is told to.
+
+use std::fs;
+
+use mjenv::learn::{evaluate, Activation, Learner, Policy, Precision, Settings, Which};
+use mjenv::{Env, Error, ErrorKind, Options};
+
+fn env(settings: &Settings, autoreset_mode: &str) -> Env {
+    let mut options = Options::new(&settings.id).unwrap();
+    options.set("autoreset_mode", autoreset_mode).unwrap();
+    Env::new(&options, settings.rows).unwrap()
+}
+
+fn learner(settings: &Settings) -> Learner {
+    Learner::new(env(settings, "same_step"), settings).unwrap()
+}
+
+#[test]
+fn a_training_its_checkpoint_and_its_policy() {
+    let folder = std::env::temp_dir().join(format!("mjenv-learner-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    let (checkpoint, file) = (folder.join("checkpoint"), folder.join("policy.txt"));
+    let settings = Settings::new("InvertedPendulum-v5").unwrap();
+    let mut first = learner(&settings);
+    assert!(first.report().unwrap().mean_return.is_nan());
+    first.train(20_000).unwrap();
+    first.save(&checkpoint).unwrap();
+    first.train(40_000).unwrap();
+    let curve = first.curve().unwrap();
+    assert_eq!((curve.len(), curve[0].steps, curve[29].mean_return), (30, 2048, 1000.0));
+    assert_eq!(curve[29], first.report().unwrap());
+
+    let mut resumed = Learner::new(env(&settings, "same_step"), &Settings { threads: 2, ..settings.clone() }).unwrap();
+    resumed.load(&checkpoint).unwrap();
+    assert_eq!(resumed.report().unwrap().steps, 20_480);
+    let mut resumed = std::thread::spawn(move || resumed.train(40_000).map(|()| resumed)).join().unwrap().unwrap();
+    assert_eq!(resumed.policy_text(Which::Last), first.policy_text(Which::Last));
+    // New episodes, in another environment.
+    let before = resumed.replace_env(env(&settings, "same_step")).unwrap();
+    assert_eq!(before.rows(), settings.rows);
+    resumed.train(1).unwrap();
+    assert_eq!(resumed.report().unwrap().updates, 31);
+
+    first.save_policy(Which::Best, &file).unwrap();
+    assert_eq!(fs::read_to_string(&file).unwrap(), first.policy_text(Which::Best).unwrap());
+    let policy = Policy::load(&file).unwrap();
+    assert_eq!((policy.id(), policy.sizes()), ("InvertedPendulum-v5", (4, 1)));
+    let played = evaluate(&mut env(&settings, "disabled"), &first.policy().unwrap(), 10, 100).unwrap();
+    assert_eq!((played.returns, played.lengths), (vec![1000.0; 10], vec![1000; 10]));
+    let action = policy.act(Precision::Float64, &[0.1, 0.2, 0.3, 0.4, 0.1, 0.2, 0.3, 0.4]).unwrap();
+    let rounded = policy.act(Precision::Float32, &[0.1, 0.2, 0.3, 0.4]).unwrap();
+    assert!(action.len() == 2 && action[0] == action[1] && (action[0] - rounded[0]).abs() < 1e-5, "{action:?}");
+    fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn settings() {
+    let mut settings = Settings::new("Hopper-v5").unwrap();
+    assert_eq!((settings.rows, &settings.hidden[..], settings.activation), (8, &[64, 64][..], Activation::Tanh));
+    settings = Settings { rows: 4, rollout_steps: 20, minibatch_size: 40, epochs: 1, ..settings };
+    settings = Settings { hidden: vec![16], activation: Activation::Elu, ..settings };
+    settings.actor_obs = (0..11).map(|element| element != 2).collect();
+    let mut learner = learner(&settings);
+    learner.train(80).unwrap();
+    assert!(learner.policy_text(Which::Last).unwrap().contains("elu"));
+    let (policy, mut obs) = (learner.policy().unwrap(), [0.3; 11]);
+    let action = policy.act(Precision::Float64, &obs).unwrap();
+    obs[2] = -0.3; // which the actor does not see
+    assert_eq!(policy.act(Precision::Float64, &obs).unwrap(), action);
+    obs[3] = -0.3;
+    assert_ne!(policy.act(Precision::Float64, &obs).unwrap(), action);
+    settings.learning_rate = 1e-4;
+    learner.set(&settings).unwrap();
+    learner.train(1).unwrap();
+    let report = learner.report().unwrap();
+    assert!(report.learning_rate < 1.001e-4 && report.updates == 2 && report.epochs == 1, "{report:?}");
+}
+
+#[test]
+fn refusals() {
+    fn refused(error: Error, kind: ErrorKind, words: &str) {
+        assert!(error.kind() == kind && error.message().contains(words), "{words:?} is not in {error:?}");
+    }
+    let settings = Settings::new("Hopper-v5").unwrap();
+    let wrong = |settings: &Settings, mode| Learner::new(env(settings, mode), settings).unwrap_err();
+    refused(wrong(&settings, "disabled"), ErrorKind::Value, "autoreset_mode");
+    refused(wrong(&Settings { gamma: 2.0, ..settings.clone() }, "same_step"), ErrorKind::Value, "settings.gamma is 2");
+    refused(wrong(&Settings { actor_obs: vec![true], ..settings.clone() }, "same_step"), ErrorKind::Size, "obs_count");
+    let masks = Settings { actor_obs: vec![true], critic_obs: vec![true; 2], ..settings.clone() };
+    refused(wrong(&masks, "same_step"), ErrorKind::Size, "critic_obs 2");
+    let mut learner = learner(&settings);
+    refused(learner.load("/nowhere/checkpoint").unwrap_err(), ErrorKind::File, "No such file");
+    refused(learner.save("a\0b").unwrap_err(), ErrorKind::Argument, "NUL");
+    refused(learner.set(&Settings { seed: 9, ..settings.clone() }).unwrap_err(), ErrorKind::Value, "settings.seed");
+    let other = env(&Settings { id: "Walker2d-v5".to_string(), ..settings.clone() }, "same_step");
+    refused(learner.replace_env(other).unwrap_err(), ErrorKind::Value, "other spaces");
+    refused(Policy::parse("no policy").unwrap_err(), ErrorKind::Value, "line 1");
+    let policy = learner.policy().unwrap();
+    refused(policy.act(Precision::Float64, &[0.0; 12]).unwrap_err(), ErrorKind::Size, "obs_count");
+    let mut env = env(&settings, "disabled");
+    refused(evaluate(&mut env, &policy, 0, 0).unwrap_err(), ErrorKind::Value, "episodes is 0");
+}

@@ -1,0 +1,12 @@
+// Functions of MuJoCo 2.2.2 that mujoco.h does not list. Lanes call them, because they are compiled together with MuJoCo.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+extern "C" {
+void mj_implicit(const mjModel* m, mjData* d);
+mjtNum mju_wrap(mjtNum* wpnt, const mjtNum* x0, const mjtNum* x1, const mjtNum* xpos, const mjtNum* xmat,
+                const mjtNum* size, int type, const mjtNum* side);
+void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum* vec, int nr, const int* rownnz,
+                         const int* rowadr, const int* colind, const int* rowsuper);
+}

@@ -1,0 +1,187 @@
+/* learn.hpp - learn.h for C++17, in the manner of mjenv.hpp: handles that destroy themselves, and exceptions.
+ *
+ * The header only calls the functions of learn.h, whose comments say what each does. A call that fails throws
+ * mjenv::Error. This header itself refuses a text with a NUL inside (MJENV_E_ARGUMENT), an array of another length than
+ * needed (MJENV_E_SIZE), and a library with another MJENV_LEARN_ABI_VERSION (MJENV_E_INTERNAL). Programs are linked
+ * with libmjenv-learn and with the libmjenv whose environments they use. */
+#ifndef MJENV_LEARN_HPP
+#define MJENV_LEARN_HPP
+
+#include <mjenv/learn.h>
+
+#include <mjenv/mjenv.hpp>
+
+namespace mjenv {
+
+/* Throws unless the status, of a function of learn.h, is MJENV_OK. */
+inline void check_learn(mjenv_status status) {
+  if (status != MJENV_OK) throw Error(status, mjenv_learn_last_error());
+}
+
+/* Calls the function of learn.h with the text. Refuses a text with a NUL. */
+template <typename Call>
+void learn_with_text(const std::string &text, const Call &call) {
+  if (text.find('\0') != std::string::npos) throw Error(MJENV_E_ARGUMENT, "a text has a NUL character inside");
+  check_learn(call(text.c_str()));
+}
+
+/* The functions of the libmjenv that the program is linked with. */
+inline const mjenv_learn_calls &learn_calls() {
+  static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
+  return calls;
+}
+
+/* How a learner learns: mjenv_learn_settings, and the arrays to which it points. */
+struct LearnSettings {
+  mjenv_learn_settings values = MJENV_LEARN_SETTINGS_INIT; /* all but its pointers */
+  std::string id;
+  std::vector<std::int64_t> hidden;                /* the widths of the hidden layers */
+  std::vector<std::uint8_t> actor_obs, critic_obs; /* which elements of the observation each sees; empty: all */
+
+  /* The settings for an id: tuned ones for the robots of Gymnasium's v5, else the defaults. */
+  explicit LearnSettings(const std::string &env_id) : id(env_id) {
+    if (mjenv_learn_abi_version() != MJENV_LEARN_ABI_VERSION)
+      throw Error(MJENV_E_INTERNAL, "libmjenv-learn has another ABI version than this program was compiled for");
+    learn_with_text(id, [&](const char *text) { return mjenv_learn_defaults(text, &values); });
+    hidden.assign(values.hidden, values.hidden + values.hidden_count);
+  }
+
+  /* Returns the mjenv_learn_settings, whose pointers are valid until one of the members changes. */
+  mjenv_learn_settings raw() const {
+    if (!actor_obs.empty() && !critic_obs.empty() && actor_obs.size() != critic_obs.size())
+      throw Error(MJENV_E_SIZE, "actor_obs and critic_obs have different lengths");
+    mjenv_learn_settings settings = values;
+    settings.id = id.c_str();
+    settings.hidden = hidden.data();
+    settings.hidden_count = int64(hidden.size());
+    settings.actor_obs = actor_obs.empty() ? nullptr : actor_obs.data();
+    settings.critic_obs = critic_obs.empty() ? nullptr : critic_obs.data();
+    settings.obs_count = int64(actor_obs.empty() ? critic_obs.size() : actor_obs.size());
+    return settings;
+  }
+};
+
+/* A deterministic policy. */
+class Policy {
+ public:
+  /* Reads the text of a policy.txt. */
+  static Policy parse(const std::string &text) {
+    mjenv_policy *made = nullptr;
+    check_learn(mjenv_policy_parse(text.data(), int64(text.size()), &made));
+    return Policy(made);
+  }
+  /* Reads a policy.txt. */
+  static Policy load(const std::string &path) {
+    mjenv_policy *made = nullptr;
+    learn_with_text(path, [&](const char *name) { return mjenv_policy_load(name, &made); });
+    return Policy(made);
+  }
+
+  std::string id() const {
+    const char *text = mjenv_policy_id(handle());
+    if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_learn_last_error());
+    return text;
+  }
+  std::size_t observations() const { return sizes().first; }
+  std::size_t actuators() const { return sizes().second; }
+  /* obs[rows][observations()], action[rows][actuators()] */
+  void act(std::int64_t rows, Span<const double> obs, Span<float> action,
+           mjenv_precision precision = MJENV_PRECISION_FLOAT64) const {
+    check_learn(mjenv_policy_act(handle(), precision, rows, obs.data(), int64(obs.size()), action.data(),
+                                 int64(action.size())));
+  }
+
+  mjenv_policy *handle() const { return handle_.get(); }
+
+ private:
+  std::unique_ptr<mjenv_policy, Destroy<mjenv_policy_destroy>> handle_;
+
+  explicit Policy(mjenv_policy *handle) : handle_(handle) {}
+  std::pair<std::size_t, std::size_t> sizes() const {
+    std::int64_t inputs = 0, outputs = 0;
+    check_learn(mjenv_policy_sizes(handle(), &inputs, &outputs));
+    return {static_cast<std::size_t>(inputs), static_cast<std::size_t>(outputs)};
+  }
+};
+
+/* Episodes that a policy has played: the sum of the rewards of each, and its steps. */
+struct Evaluation {
+  std::vector<double> returns;
+  std::vector<std::int64_t> lengths;
+};
+
+/* Plays episodes in all rows of an environment whose option "autoreset_mode" is disabled. Episode k begins with a reset
+ * by seed + k. */
+inline Evaluation evaluate(Env &env, const Policy &policy, std::size_t episodes, std::uint64_t seed = 0,
+                           mjenv_precision precision = MJENV_PRECISION_FLOAT64) {
+  Evaluation played{std::vector<double>(episodes), std::vector<std::int64_t>(episodes)};
+  check_learn(mjenv_evaluate(&learn_calls(), env.handle(), policy.handle(), precision, seed, int64(episodes),
+                             played.returns.data(), played.lengths.data()));
+  return played;
+}
+
+/* Trains a policy in the rows of an environment, which it seeds and resets. */
+class Learner {
+ public:
+  /* The environment has settings.values.rows rows and the option "autoreset_mode" same_step. Until the learner is
+   * destroyed, it must not be destroyed or used by others. */
+  Learner(Env &env, const LearnSettings &settings) {
+    const mjenv_learn_settings raw = settings.raw();
+    mjenv_learner *made = nullptr;
+    check_learn(mjenv_learner_create(&learn_calls(), env.handle(), &raw, &made));
+    handle_.reset(made);
+  }
+
+  /* Trains for at least so many more steps of all rows together. */
+  void train(std::int64_t steps) { check_learn(mjenv_learner_train(handle(), steps)); }
+  /* Replaces the settings from the next rollout on. */
+  void set(const LearnSettings &settings) {
+    const mjenv_learn_settings raw = settings.raw();
+    check_learn(mjenv_learner_set(handle(), &raw));
+  }
+  /* Continues in another environment with the same spaces and number of rows. */
+  void set_env(Env &env) { check_learn(mjenv_learner_set_env(handle(), env.handle())); }
+
+  mjenv_learn_report report() const {
+    mjenv_learn_report found = MJENV_LEARN_REPORT_INIT;
+    check_learn(mjenv_learner_report(handle(), &found));
+    return found;
+  }
+  /* The learning curve: the report of each update. */
+  std::vector<mjenv_learn_report> curve() const {
+    std::vector<mjenv_learn_report> found(static_cast<std::size_t>(report().updates), MJENV_LEARN_REPORT_INIT);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      check_learn(mjenv_learner_report_at(handle(), int64(i + 1), &found[i]));
+    return found;
+  }
+
+  /* Saves a checkpoint. */
+  void save(const std::string &path) const {
+    learn_with_text(path, [&](const char *name) { return mjenv_learner_save(handle(), name); });
+  }
+  /* Continues from a checkpoint, bit for bit. */
+  void load(const std::string &path) {
+    learn_with_text(path, [&](const char *name) { return mjenv_learner_load(handle(), name); });
+  }
+  /* The text of the policy, as policy.txt contains it. */
+  std::string policy_text(mjenv_learned which = MJENV_LEARNED_LAST) const {
+    const auto text = fetch<char>([&](char *to, std::int64_t capacity, std::int64_t *size) {
+      check_learn(mjenv_learner_policy(handle(), which, to, capacity, size));
+    });
+    return text.data();
+  }
+  Policy policy(mjenv_learned which = MJENV_LEARNED_LAST) const { return Policy::parse(policy_text(which)); }
+  /* Writes policy.txt. */
+  void save_policy(const std::string &path, mjenv_learned which = MJENV_LEARNED_LAST) const {
+    learn_with_text(path, [&](const char *name) { return mjenv_learner_save_policy(handle(), which, name); });
+  }
+
+  mjenv_learner *handle() const { return handle_.get(); }
+
+ private:
+  std::unique_ptr<mjenv_learner, Destroy<mjenv_learner_destroy>> handle_;
+};
+
+}  // namespace mjenv
+
+#endif

@@ -1,0 +1,93 @@
+"""Records short episodes of dm_control's suite for machines without it: fma/dm_control.txt and sse2/dm_control.txt.
+
+    suite_episodes.py            writes both files; needs a CPU with AVX-512
+    suite_episodes.py --check    records again, and compares what this CPU can give
+
+Runs on the Python of `tools/setup dm_control`. NumPy computes without its AVX-512 kernels of exp, log1p and arctan2,
+which differ from the C library's functions.
+"""
+
+from __future__ import annotations
+
+import os
+
+# Before NumPy is imported.
+os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL")
+os.environ.setdefault("MUJOCO_GL", "disabled")
+
+import argparse
+import subprocess
+import sys
+from importlib.metadata import version
+from typing import Any
+
+import gymnasium
+import numpy as np
+from dm_control import suite
+
+from episodes import Checksum
+from machine import HERE, WITHOUT_FMA, libm, norm_rounding
+
+FILE = "dm_control.txt"
+SEED, EPISODES, STEPS = 42, 3, 50
+# Without what mjenv lacks (dog, escape), and without lqr, whose motors have no bounds within which samples make sense.
+TASKS = [task for task in suite.ALL_TASKS if task[0] not in ("dog", "lqr") and task != ("quadruped", "escape")]
+
+
+def flat(observation: Any) -> np.ndarray:
+    return np.concatenate([np.ravel(value) for value in observation.values()])
+
+
+def line(task: tuple[str, str], norm: str) -> str:
+    """The line of a task: ID NORM LENGTH RETURN CHECKSUM, as in episodes.txt."""
+    env = suite.load(*task, {"random": SEED, "time_limit": float("inf")})
+    spec = env.action_spec()
+    space = gymnasium.spaces.Box(spec.minimum.astype(np.float32), spec.maximum.astype(np.float32))
+    space.seed(SEED)
+    checksum, length, total = Checksum(), 0, 0.0
+    for _ in range(EPISODES):
+        checksum.add(flat(env.reset().observation))
+        for step in range(1, STEPS + 1):
+            found = env.step(space.sample())
+            checksum.add(flat(found.observation), found.reward)
+            checksum.add_word(int(found.last()))
+            checksum.add_word(int(step == STEPS))
+            length += 1
+            total += float(found.reward)
+            if found.last():
+                break
+    return f"dm_control/{'-'.join(task)}-v0 {norm} {length} {total.hex()} {checksum.value:016x}"
+
+
+def recorded() -> str:
+    versions = [f"{name} {version(name)}" for name in ("dm_control", "mujoco", "numpy")]
+    lines = [
+        f"# What dm_control's suite gives for {EPISODES} episodes of {STEPS} steps: ID NORM LENGTH RETURN CHECKSUM, as"
+        " in episodes.txt. An episode is truncated in its last step.",
+        f"# {', '.join(versions)}, norm {norm_rounding()}, libm {libm()}",
+        *(line(task, norm_rounding()) for task in TASKS),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true")
+    check = parser.parse_args().check
+    path = HERE / libm() / FILE
+    if not check:
+        path.write_text(recorded())
+    else:
+        wanted = path.read_text().splitlines()[1:]
+        # The norms are those of OpenBLAS's kernel for this CPU.
+        if f"norm {norm_rounding()}" not in wanted[0]:
+            print(f"{path} was recorded with norms that this CPU rounds otherwise, so it is not compared")
+        elif wanted != recorded().splitlines()[1:]:
+            raise SystemExit(f"{path} differs from what dm_control gives here")
+    if libm() == "fma":
+        command = [sys.executable, __file__, *["--check"][: int(check)]]
+        subprocess.run(command, check=True, env={**os.environ, **WITHOUT_FMA, "OPENBLAS_CORETYPE": "Nehalem"})
+
+
+if __name__ == "__main__":
+    main()
