@@ -1,10 +1,7 @@
-"""Tests of QuadrupedVelocity-v0. The plug-in is built against an installed mjenv, in a folder of its own."""
+"""Tests of QuadrupedVelocity-v0."""
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -23,20 +20,6 @@ sys.path.append(str(HERE))
 
 import draw  # noqa: E402
 from evaluate import FORWARD, ID, actions, evaluate  # noqa: E402
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _plugin(tmp_path_factory: pytest.TempPathFactory) -> None:
-    folder, prefix = tmp_path_factory.mktemp("tasks") / "quadruped", tmp_path_factory.mktemp("prefix")
-    shutil.copytree(HERE, folder)
-    for command in (
-        ["cmake", "--install", Path(os.environ["MJENV_LIBRARY"]).resolve().parent, "--prefix", prefix],
-        ["cmake", "-S", folder, "-B", folder / "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
-        ["cmake", "--build", folder / "build"],
-    ):
-        done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr
-    mjenv.load_tasks(folder / "build" / "libquadruped.so")
 
 
 @pytest.fixture(scope="module")
