@@ -408,9 +408,12 @@ void Env::make_own(const std::vector<std::string>& arrays) {
   prepare_workers();
 }
 
-// Allocates what workers need to compute with the rows' own values now, because steps and resets must not allocate.
+// Allocates what workers need to compute with the rows' own values now, because steps and resets must not allocate. If
+// memory runs out, they try again.
 void Env::prepare_workers() {
-  if (!rows_.arrays().empty()) workers_.for_each([&](Worker& worker) { worker.prepare(rows_.arrays()); });
+  if (rows_.arrays().empty()) return;
+  workers_.for_each([](Worker& worker) { worker.forget_layout(); });
+  workers_.for_each([&](Worker& worker) { worker.prepare(rows_.arrays()); });
 }
 
 // Prepares all workers, because any of them may compute a row for which mj_setConst was called.

@@ -193,6 +193,7 @@ void Worker::take_own() {
 }
 
 void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
+  if (!is_prepared_) prepare(rows.arrays());
   if (work_.keeps_current()) return begin_simulating(rows, row, rng, randomization);
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
@@ -229,30 +230,37 @@ void Worker::adopt(Rows& rows, std::int64_t row) noexcept {
 
 void Worker::prepare(const OwnArrays& arrays) {
   release();
+  is_prepared_ = false;
   draws_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
-  own_values_.clear();
-  controlled_.assign(task_.needs.own.size(), nullptr);
-  written_ = forces_of_task_ = controlled_;
-  own_values_.reserve(controlled_.size());
-  for (std::size_t i = 0; i < controlled_.size(); ++i) {
+  // In vectors of their own, so that those of the last call stay if memory runs out.
+  std::vector<OwnValues> own;
+  std::vector<double*> controlled(task_.needs.own.size()), forces = controlled, written = controlled;
+  own.reserve(controlled.size());
+  for (std::size_t i = 0; i < controlled.size(); ++i) {
     const OwnArray* array = arrays.find(task_.needs.own[i]);
     if (!array) continue;  // not yet added to the rows' arrays
     const bool is_force = array->place == OwnArray::Place::data_input;
     const bool is_converted = array->original.type != MJENV_DTYPE_FLOAT64;
-    own_values_.push_back({array, is_force, is_converted, std::vector<double>(array->original.count()), {}});
-    own_values_.back().before = own_values_.back().values;
-    controlled_[i] = own_values_.back().values.data();
+    own.push_back({array, is_force, is_converted, std::vector<double>(array->original.count()), {}});
+    own.back().before = own.back().values;
+    controlled[i] = own.back().values.data();
     if (is_force)
-      forces_of_task_[i] = controlled_[i];
+      forces[i] = controlled[i];
     else
-      written_[i] = is_converted ? controlled_[i] : reinterpret_cast<double*>(inputs_.data() + array->offset);
+      written[i] = is_converted ? controlled[i] : reinterpret_cast<double*>(inputs_.data() + array->offset);
   }
+  own_values_ = std::move(own);
+  controlled_ = std::move(controlled);
+  forces_of_task_ = std::move(forces);
+  written_ = std::move(written);
   arrays.fill(0, inputs_.data());
   use(arrays, inputs_.data());
+  is_prepared_ = true;
 }
 
 void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes) {
+  if (!is_prepared_) prepare(rows.arrays());
   if (rows.head(row).written == Written::by_caller &&
       task_.carry_count > 0) {  // carried numbers may depend on what was written
     hold(rows, row);

@@ -78,6 +78,9 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
+  // Call this when the layout of the rows' arrays has changed. The next reset or step prepares the worker if `prepare` is
+  // not called before, or has thrown.
+  void forget_layout() { is_prepared_ = false; }
   // Call its prepare() if mj_setConst was called for a row, and its prepare_draw() if resets call mj_setConst.
   RowConstants& constants() { return constants_; }
   // Scratch memory for one step of a perturbed row (Perturbation::make_step).
@@ -130,6 +133,8 @@ class Worker {
     std::vector<double> values, before;
   };
   std::vector<OwnValues> own_values_;
+  // False if there was no memory for own_values_, or if they belong to an older layout of the rows' arrays.
+  bool is_prepared_ = true;
   std::vector<double*> controlled_, forces_of_task_;  // mjenv_outcome.own, mjenv_control.own
   const std::function<void()> take_own_ = [this] { take_own(); };
   const Work::BeforeSubstep before_substep_ = [this](std::int64_t substep) { before_substep(substep); };
