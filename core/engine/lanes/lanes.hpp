@@ -139,11 +139,11 @@ struct Lanes {
       *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
       *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
   double *wrap_prm, *cam_quat, *geom_size;
-  bool has_own_sizes;  // geom_size differs from the shared model's, for which `boxes` are
   // Filled only if has_own_frames.
   double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
-  double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+  bool has_own_sizes;  // geom_size differs from the shared model's, for which `boxes` are
+  double* com_scale;   // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   // For each of fluid_bodies, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity one of
   // the torque and one of the force, and for drag one of each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
@@ -161,9 +161,8 @@ struct Lanes {
   bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
   const int* fluid_bodies;               // the bodies on which a fluid acts
-  int fluid_body_count;
+  int fluid_body_count, pair_count;
   const GeomPair* pairs;
-  int pair_count;
   const BoxPair* box_pairs;
   const GeomBox* boxes;         // for each geom, if there are box_pairs
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
