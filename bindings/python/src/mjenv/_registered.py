@@ -131,7 +131,7 @@ class Registered:
         except TaskError as failure:
             if now.error is not None and (task or not isinstance(now.error, Exception)):
                 raise now.error from None
-            if _NOTHING_RETURNED in str(failure):
+            if not now.finished and any(text in str(failure) for text in _INTERRUPTED):
                 raise now.interrupt() from None
             raise
         finally:
@@ -635,5 +635,6 @@ class _Building(threading.local):
 
 # On each thread: the environment that is being built.
 building = _Building()
-# In the library's error for a callback that ctypes has ended: _build_environment itself gives a message.
-_NOTHING_RETURNED = "without a message"
+# In the library's error for a callback that ctypes has ended: _build_environment itself gives a message. If ctypes has
+# returned 0, the library misses what was not built.
+_INTERRUPTED = ("without a message", "there is no field of the observation")
