@@ -63,15 +63,17 @@ fn rows_draw_as_environments_of_one_row() {
 #[test]
 fn forces_last_and_kicks_change_velocities() {
     let mut env = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
-    let force = Push {
+    let values = [5.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let push = |every, is_kick, duration| Push {
         body: 1,
-        every: (1, 1),
-        low: [5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        high: [5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        duration: (3, 3),
+        every,
+        low: values,
+        high: values,
+        is_kick,
+        duration,
         ..Default::default()
     };
-    let kick = Push { every: (5, 5), is_kick: true, duration: (0, 0), ..force.clone() };
+    let (force, kick) = (push((1, 1), false, (3, 3)), push((5, 5), true, (0, 0)));
     env.perturb(&Perturbation { pushes: vec![force, kick], ..Default::default() }).unwrap();
     env.seed(.., &[3]).unwrap();
     let mut batch = env.batch::<f64>();
