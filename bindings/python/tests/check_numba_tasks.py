@@ -124,6 +124,7 @@ class NumbaFollow(mjenv.Task):
         outcome.reward = action[0] + action[1]
         jit.array(outcome.info, 1)[0] = jit.array(sim.qvel, 1)[0]
         jit.own(outcome, 1, 3 * sim.ngeom)[3] += 0.25
+        jit.array(outcome.qvel, sim.nv)[1] += 0.1 * action[0]
 
 
 mjenv.register("tests/NumbaFollow-v0", NumbaFollow)
