@@ -64,15 +64,7 @@ fn rows_draw_as_environments_of_one_row() {
 fn forces_last_and_kicks_change_velocities() {
     let mut env = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
     let values = [5.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let push = |every, is_kick, duration| Push {
-        body: 1,
-        every,
-        low: values,
-        high: values,
-        is_kick,
-        duration,
-        ..Default::default()
-    };
+    let push = |every, is_kick, duration| Push { body: 1, every, low: values, high: values, is_kick, duration };
     let (force, kick) = (push((1, 1), false, (3, 3)), push((5, 5), true, (0, 0)));
     env.perturb(&Perturbation { pushes: vec![force, kick], ..Default::default() }).unwrap();
     env.seed(.., &[3]).unwrap();
