@@ -19,19 +19,13 @@ end
     lock(LOADING) do
         LEARN_ADDRESSES[end] == C_NULL || return
         reasons = String[]
-        for path in learn_paths()
-            handle = try
-                dlopen(path, DLOPEN_FLAGS)
-            catch reason
-                push!(reasons, "  $path: $(sprint(showerror, reason))")
-                continue
-            end
+        handle = open_first(learn_paths(), reasons) do handle, path
             abi = ccall(dlsym(handle, :mjenv_learn_abi_version), UInt32, ())
             abi == MJENV_LEARN_ABI_VERSION || error("$path has ABI version $abi; this package needs $MJENV_LEARN_ABI_VERSION")
-            addresses = [dlsym(handle, name) for name in LEARN_FUNCTIONS]
-            return copyto!(LEARN_ADDRESSES, addresses)
+            return nothing
         end
-        error("training needs libmjenv-learn, which was not found:\n", join(reasons, '\n'))
+        handle === nothing && error("training needs libmjenv-learn, which was not found:\n", join(reasons, '\n'))
+        copyto!(LEARN_ADDRESSES, [dlsym(handle, name) for name in LEARN_FUNCTIONS])
     end
 end
 

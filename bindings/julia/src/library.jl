@@ -103,24 +103,32 @@ function paths(library::Library)
     return [joinpath(REPOSITORY, library.built, library.file), "$(library.file).$MJENV_ABI_VERSION"]
 end
 
-function find(library::Library)
-    reasons = String[]
-    for path in paths(library)
+# Opens the first library that can be opened and for which refusal(handle, path) is nothing. If there is none, returns
+# nothing, and `reasons` has a line for each path.
+function open_first(refusal, paths, reasons)
+    for path in paths
         handle = try
             dlopen(path, DLOPEN_FLAGS)
         catch reason
             push!(reasons, "  $path: $(sprint(showerror, reason))")
             continue
         end
-        abi = ccall(dlsym(handle, :mjenv_abi_version), UInt32, ())
-        if abi != MJENV_ABI_VERSION
-            push!(reasons, "  $path: it has ABI version $abi, this package needs $MJENV_ABI_VERSION")
-        elseif library_of(engine_of(handle)) !== library
-            push!(reasons, "  $path: it works with MuJoCo $(library_of(engine_of(handle)).engine)")
-        else
-            return handle
-        end
+        reason = refusal(handle, path)
+        reason === nothing && return handle
+        push!(reasons, "  $path: $reason")
     end
+    return nothing
+end
+
+function find(library::Library)
+    reasons = String[]
+    handle = open_first(paths(library), reasons) do handle, _
+        abi = ccall(dlsym(handle, :mjenv_abi_version), UInt32, ())
+        abi == MJENV_ABI_VERSION || return "it has ABI version $abi, this package needs $MJENV_ABI_VERSION"
+        other = library_of(engine_of(handle))
+        return other === library ? nothing : "it works with MuJoCo $(other.engine)"
+    end
+    handle === nothing || return handle
     error(
         "the mjenv library on MuJoCo $(library.engine) was not found:\n", join(reasons, '\n'),
         "\nBuild it in the repository ($(library.build)), or set ENV[\"MJENV_LIBRARY\"] to the path of ",
