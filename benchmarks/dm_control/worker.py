@@ -74,17 +74,21 @@ def mjenv_single(task: str) -> Task:
 
 
 def mjenv_rows(task: str) -> Task:
+    return mjenv_vector(task, ENVS)
+
+
+def mjenv_vector(task: str, rows: int, **keywords: Any) -> Task:
     import mjenv
 
-    envs = mjenv.make_vec(f"dm_control/{task}-v0", ENVS, num_threads=1)
+    envs = mjenv.make_vec(f"dm_control/{task}-v0", rows, num_threads=1, **keywords)
     envs.reset(seed=1)
     space = envs.single_action_space
 
     def step(actions: Any) -> int:
         envs.step(actions)
-        return ENVS
+        return rows
 
-    return Task((ENVS, *space.shape), space.low, space.high, step)
+    return Task((rows, *space.shape), space.low, space.high, step)
 
 
 PIXELS = {"height": 64, "width": 64, "camera_id": 0}
@@ -111,20 +115,8 @@ def dm_control_pixels(task: str) -> Task:
 
 def mjenv_pixels(rows: int) -> Callable[[str], Task]:
     def open_task(task: str) -> Task:
-        import mjenv
-
         size = PIXELS["height"], PIXELS["width"]
-        envs = mjenv.make_vec(
-            f"dm_control/{task}-v0", rows, num_threads=1, pixels=size, camera=PIXELS["camera_id"], action_repeat=REPEAT
-        )
-        envs.reset(seed=1)
-        space = envs.single_action_space
-
-        def step(actions: Any) -> int:
-            envs.step(actions)
-            return rows
-
-        return Task((rows, *space.shape), space.low, space.high, step)
+        return mjenv_vector(task, rows, pixels=size, camera=PIXELS["camera_id"], action_repeat=REPEAT)
 
     return open_task
 
