@@ -99,15 +99,16 @@ class Perturbation {
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
-  // A record begins with the phase and two numbers for each push: how many steps are left until it, and how many steps
-  // its force lasts, the last step included (0: none acted in the last step). Then follow the two delays, if resets draw any; the delayed actions and observations, as
-  // many as the greatest delays; and the last observation. These are the offsets of the parts:
+  // A record begins with the phase and two numbers for each push: in how many steps it begins next, and for how many steps,
+  // counted from the last one, its force still acts (0: none acted in the last step). Then follow the two delays, if
+  // resets draw any; the delayed actions and observations, as many as the greatest delays; and the last observation.
+  // These are the offsets of the parts:
   std::size_t delays_ = 0, actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 
   void take_pushes(const mjenv_perturbation& given, const Model& model);
   static double interval(const Push& push, np::Generator& rng);
-  // Decides what a push does in a step. left, lasts: its numbers in the record, which are changed.
+  // Decides what a push does in a step, and counts down its two numbers in the record, `left` and `lasts`.
   void push(const Push& push, double& left, double& lasts, np::Generator& rng, Work::Pushes& to) const;
   bool resets_draw_delays() const {
     return !redraws_delays_ && (action_delay_.is_drawn || observation_delay_.is_drawn);

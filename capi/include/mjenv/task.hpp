@@ -425,7 +425,8 @@ std::array<double, N> air_time(Eigen::Map<Eigen::VectorXd> time, const std::arra
 }
 
 /* A height field whose geom is fixed to the world and not turned (Robot::terrain). `view` is a Sim or a Start. The
- * surface consists of the triangles with which other geoms collide; beyond the edge, the heights are those of the edge. */
+ * surface consists of the triangles with which other geoms collide. Beyond the edge, the heights are those of the
+ * edge. */
 class Terrain {
  public:
   /* The surface's height at x and y, m; all in the world's frame. */
@@ -761,9 +762,9 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). One of mjModel needs current(), and is
-   * written in reset with start[own] and in step with row[own]. "qfrc_applied" and "xfrc_applied" are written in before_step and
-   * before_substep with control[own], and in step with row[own]. */
+  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). An array of mjModel needs current(); reset
+   * writes it with start[own], and step with row[own]. before_step and before_substep write "qfrc_applied" and
+   * "xfrc_applied" with control[own], and step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
     mjenv_field field = MJENV_FIELD_INIT;
