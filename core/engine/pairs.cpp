@@ -81,8 +81,8 @@ bool are_excluded(const mjModel& m, int body1, int body2) {
   return std::count(m.exclude_signature, m.exclude_signature + m.nexclude, signature) > 0;
 }
 
-// between_bodies: whether the list may have a pair in which neither geom belongs to the world. most: returns no value
-// if there would be more pairs.
+// Lists the pairs that can touch. Returns no value if there are more than `most`, or if one of them is between two
+// bodies other than the world and between_bodies is false.
 std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
   if (!searchable(m)) return std::nullopt;
   Pairs pairs;
@@ -102,6 +102,13 @@ std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size
       for (const auto& [g1, g2] : found) append(pairs, m, g1, g2);
     }
   return pairs;
+}
+
+void clear(Pairs& mixed) {
+  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
+  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
+                      &mixed.adhesion})
+    array->clear();
 }
 
 }  // namespace
@@ -128,17 +135,6 @@ void set_pairs(mjModel& view, Pairs& pairs) {
   view.pair_gap = pairs.gap.data();
   view.pair_friction = pairs.friction.data();
 }
-
-namespace {
-
-void clear(Pairs& mixed) {
-  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
-  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
-                      &mixed.adhesion})
-    array->clear();
-}
-
-}  // namespace
 
 void mix_one(int geom1, int geom2, const mjModel& m, Pairs& mixed) {
   clear(mixed);

@@ -23,7 +23,7 @@ void check_limit(const Limits& limits, const char* what, std::int64_t count, con
 }
 
 void check_coordinate(double x) {
-  if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex at " + number(x) + ", which is too far out");
+  if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex has the coordinate " + number(x) + ", which is too large");
 }
 
 // Returns the last four characters of a path in lower case: ".png", for instance.
@@ -125,7 +125,8 @@ class Obj {
   // A positive index counts from 1, and a negative one back from the last element so far.
   static void check_index(std::int64_t index, std::int64_t count) {
     if (index == 0 || index > count || index < -count)
-      refuse("a face or a line has index " + std::to_string(index) + " into " + std::to_string(count));
+      refuse("a face or a line has index " + std::to_string(index) + ", but there are " + std::to_string(count) +
+             " elements so far");
   }
 
   std::string path_;
@@ -178,7 +179,7 @@ class Obj {
     const std::size_t e = std::min(text.find_first_of("eE"), text.size());
     const std::string exponent(text.substr(std::min(e + 1, text.size())));
     if (!x || text.size() > 100 || std::strtol(exponent.c_str(), nullptr, 10) > 99)
-      refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" for a number");
+      refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" in place of a number");
     check_coordinate(*x);
   }
 
@@ -187,7 +188,8 @@ class Obj {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     std::int64_t value = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (read.ec != std::errc()) refuse("a face or a line has \"" + std::string(text.substr(0, 20)) + "\" for an index");
+    if (read.ec != std::errc())
+      refuse("a face or a line has \"" + std::string(text.substr(0, 20)) + "\" in place of an index");
     text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
     return value;
   }
@@ -208,7 +210,7 @@ class Obj {
           check_index(index(corner), normals_);
         }
       }
-      if (!corner.empty()) refuse("a face has a corner \"" + whole.substr(0, 20) + "\"");
+      if (!corner.empty()) refuse("a face has an invalid corner: \"" + whole.substr(0, 20) + "\"");
       bare_of_normals_ = bare_of_normals_ || !normal;
       bare_of_texcoords_ = bare_of_texcoords_ || !texcoord;
     }
@@ -230,7 +232,7 @@ class Obj {
         end.remove_prefix(1);
         check_index(index(end), texcoords_);
       }
-      if (!end.empty()) refuse("a line has an end \"" + std::string(end.substr(0, 20)) + "\"");
+      if (!end.empty()) refuse("a line has \"" + std::string(end.substr(0, 20)) + "\" after an index");
     }
     if (ends < 2) refuse("a line has " + std::to_string(ends) + " ends");
     line_ends_ += ends;
@@ -248,7 +250,8 @@ class Obj {
       const std::string file = folder + std::string(name);
       const platform::FileStatus status = platform::status_of(file);
       if (!status.exists) continue;  // tinyobjloader ignores missing files
-      if (!status.is_regular) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
+      if (!status.is_regular)
+        refuse("its materials are in " + quoted(std::string(name)) + ", which is no regular file");
       check_limit(limits_, "bytes of materials", status.bytes, kMaterialBytes);
     }
   }

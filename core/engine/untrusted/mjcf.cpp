@@ -86,7 +86,7 @@ struct Source {
   std::vector<std::unique_ptr<XMLDocument>> documents;  // of the included files and the children
   Settings settings;
   std::vector<File> files;
-  std::map<std::string, Node> named;             // the bodies and frames up to here
+  std::map<std::string, Node> named;             // the bodies and frames that have been read
   std::vector<Child> children;                   // models that can be attached
   std::map<std::string, std::int64_t> attached;  // how often each child is attached
 };
@@ -243,12 +243,12 @@ class Check {
 
   // Attaches a copy of another model, or of a body or a frame that came earlier in this model.
   void attach(const Element& element, std::int64_t level) {
+    check_limit("attachments", ++replicas_, kReplicas, &element.xml);
     if (const std::string model = element.text("model"); !model.empty()) {
       ++source_.attached[model];
-      return check_limit("attachments", ++replicas_, kReplicas, &element.xml);
+      return;
     }
     ++attachments_;
-    check_limit("attachments", ++replicas_, kReplicas, &element.xml);
     for (const char* kind : {"body", "frame"}) {
       const std::string name = element.text(kind);
       if (name.empty()) continue;
@@ -258,7 +258,7 @@ class Check {
         enter(*node.xml, level + 1, node.parent);
       } else if (!limits_.trusted()) {
         refuse("there is no " + std::string(kind) + " " + quoted(name) +
-                   " above it; one of a replica or of another attachment cannot be attached",
+                   " above it; a copy that a replica or another attachment makes cannot be attached",
                &element.xml);
       }
     }
@@ -369,7 +369,7 @@ class Check {
     surface(element, File::Kind::mesh);
   }
 
-  // Counts the vertices of a mesh that MuJoCo makes from parameters. The first parameters are whole numbers.
+  // Counts the vertices of a mesh that MuJoCo makes from parameters. Its first parameters set its resolution.
   void add_built_in(const Element& element) {
     const std::string type = element.text("builtin");
     std::vector<std::int64_t> counts;
@@ -506,7 +506,7 @@ class Check {
   void surface(const Element& element, File::Kind kind) {
     const std::vector<float> coordinates = values_of<float>(element.text("vertex"));
     for (const float x : coordinates)
-      if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex is too far out", &element.xml);
+      if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex has a coordinate that is too large", &element.xml);
     const auto vertices = static_cast<std::int64_t>(coordinates.size()) / 3;
     check_limit("vertices", vertices, kVertices, &element.xml);
     for (const auto vertex : values_of<std::int64_t>(element.text("face")))
