@@ -35,7 +35,7 @@ class Places {
     for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equalities[i].size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
-  // The place of the first lane's next constraint.
+  // With elliptic cones, where all lanes have the same places: the place of the next constraint.
   int first() const { return numbers_[0]; }
   // For each lane, the place of constraint i of the limit, contact or equality to which `next` went.
   const int* of(int i) const { return places_[i]; }

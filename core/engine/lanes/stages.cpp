@@ -225,7 +225,7 @@ const std::vector<Stage>& stages() {
 
 std::string how(const Stage& stage, const Model& model) {
   if (!stage.is_there(model)) return "absent";
-  if (const std::string why = stage.alone(model); !why.empty()) return "row by row: " + why;
+  if (const std::string why = stage.obstacle(model); !why.empty()) return "row by row: " + why;
   const std::string what = stage.partly(model);
   return what.empty() ? "lanes" : "lanes; row by row: " + what;
 }

@@ -116,7 +116,7 @@ class Obj {
       refuse("it has no faces, and " + std::to_string(positions_) + " vertices, " + std::to_string(normals_) +
              " normals and " + std::to_string(texcoords_) + " texture coordinates");
     // If there are normals, every corner of a face must have one; the same holds for texture coordinates.
-    if ((normals_ && bare_of_normals_) || (texcoords_ && bare_of_texcoords_))
+    if ((normals_ && lacks_normals_) || (texcoords_ && lacks_texcoords_))
       refuse("it has normals or texture coordinates, but not for all faces");
     return {positions_, triangles_};
   }
@@ -133,7 +133,7 @@ class Obj {
   const Limits& limits_;
   std::int64_t positions_ = 0, normals_ = 0, texcoords_ = 0;
   std::int64_t faces_ = 0, triangles_ = 0, lines_ = 0, line_ends_ = 0;
-  bool bare_of_normals_ = false, bare_of_texcoords_ = false, begins_with_lines_ = false;
+  bool lacks_normals_ = false, lacks_texcoords_ = false, begins_with_lines_ = false;
 
   static bool is_blank(char c) { return c == ' ' || c == '\t'; }
   static std::string_view trimmed(std::string_view text) {
@@ -211,8 +211,8 @@ class Obj {
         }
       }
       if (!corner.empty()) refuse("a face has an invalid corner: \"" + whole.substr(0, 20) + "\"");
-      bare_of_normals_ = bare_of_normals_ || !normal;
-      bare_of_texcoords_ = bare_of_texcoords_ || !texcoord;
+      lacks_normals_ = lacks_normals_ || !normal;
+      lacks_texcoords_ = lacks_texcoords_ || !texcoord;
     }
     check_limit(limits_, "corners of a face", corners, kFaceCorners);
     faces_ += corners == 3 || corners == 4;

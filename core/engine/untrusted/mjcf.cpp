@@ -480,13 +480,13 @@ class Check {
 
   void sensor(const Element& element) {
     reference(element);
-    constexpr std::int64_t kOfContact = 23;  // the most numbers of a sensor for each contact
+    constexpr std::int64_t kNumbersPerContact = 23;  // at most
     const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
     check_limit("nsample", samples, kNumericSize, &element.xml);
     if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
       wide_samples_ += samples;
     else
-      numbers_ += samples * kOfContact * std::max(element.integer("num"), std::int64_t{1});
+      numbers_ += samples * kNumbersPerContact * std::max(element.integer("num"), std::int64_t{1});
   }
 
   void joint(const Element& element) {
@@ -638,8 +638,8 @@ class Check {
     for (auto* referring : {&counts_.tendons, &counts_.actuators, &counts_.sensors, &counts_.equalities})
       *referring *= copies;
 
-    constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // the most numbers of a sensor for each pixel or vertex
-    const std::int64_t wide = std::max(kOfPixel * max_camera_pixels_, kOfVertex * vertices_);
+    constexpr std::int64_t kNumbersPerPixel = 14, kNumbersPerVertex = 3;  // at most
+    const std::int64_t wide = std::max(kNumbersPerPixel * max_camera_pixels_, kNumbersPerVertex * vertices_);
     check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
     std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
     for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
