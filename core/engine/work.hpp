@@ -82,8 +82,8 @@ class Work {
   void load_rest(const double* rest);
   void save(double* state) const;
 
-  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), actuation is disabled meanwhile, as in
-  // dm_control's resets.
+  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), it computes without actuation, as
+  // dm_control's resets do.
   void forward();
 
   // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
