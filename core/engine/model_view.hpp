@@ -24,8 +24,8 @@ class ModelView {
  private:
   const Model& model_;
   std::unique_ptr<mjModel_> whole_, stepped_;
-  Pairs mixed_;
-  bool searches_ = false;
+  Pairs mixed_;            // the model's list of pairs, with parameters that depend on the row's arrays
+  bool searches_ = false;  // the row's arrays may change which pairs MuJoCo finds, so no list of them is valid
 };
 
 }  // namespace mjenv::core

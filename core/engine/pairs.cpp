@@ -20,7 +20,7 @@ bool is_surface(const mjModel& m, int geom) {
 
 // Whether a list of pairs can replace MuJoCo's search: the model has no setting that changes what the search finds,
 // except excluded bodies, which list_pairs considers.
-bool searchable(const mjModel& m) {
+bool can_replace_search(const mjModel& m) {
   if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)
     if (is_surface(m, g) && m.geom_bodyid[g] != 0) return false;
@@ -39,6 +39,7 @@ bool can_touch(const mjModel& m, int g1, int g2) {
   return !filter_parent || (weld1 != parent2 && weld2 != parent1);
 }
 
+// The weight of g1 when MuJoCo mixes the solref and solimp of two geoms.
 double mix_of(const mjModel& m, int g1, int g2) {
   const double s1 = m.geom_solmix[g1], s2 = m.geom_solmix[g2];
   if (s1 >= mjMINVAL && s2 >= mjMINVAL) return s1 / (s1 + s2);
@@ -81,10 +82,10 @@ bool are_excluded(const mjModel& m, int body1, int body2) {
   return std::count(m.exclude_signature, m.exclude_signature + m.nexclude, signature) > 0;
 }
 
-// between_bodies: whether the list may have a pair in which neither geom belongs to the world. most: returns no value
-// if there would be more pairs.
+// Lists the pairs that can touch. Returns no value if there are more than `most`, or if one of them is between two
+// bodies other than the world and between_bodies is false.
 std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
-  if (!searchable(m)) return std::nullopt;
+  if (!can_replace_search(m)) return std::nullopt;
   Pairs pairs;
   // MuJoCo sorts the pairs by bodies. This loop gives the same order, because geoms are numbered body by body.
   for (int b1 = 0; b1 < m.nbody; ++b1)
@@ -102,6 +103,13 @@ std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size
       for (const auto& [g1, g2] : found) append(pairs, m, g1, g2);
     }
   return pairs;
+}
+
+void clear(Pairs& mixed) {
+  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
+  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
+                      &mixed.adhesion})
+    array->clear();
 }
 
 }  // namespace
@@ -128,17 +136,6 @@ void set_pairs(mjModel& view, Pairs& pairs) {
   view.pair_gap = pairs.gap.data();
   view.pair_friction = pairs.friction.data();
 }
-
-namespace {
-
-void clear(Pairs& mixed) {
-  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
-  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
-                      &mixed.adhesion})
-    array->clear();
-}
-
-}  // namespace
 
 void mix_one(int geom1, int geom2, const mjModel& m, Pairs& mixed) {
   clear(mixed);

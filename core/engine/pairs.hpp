@@ -22,7 +22,7 @@ struct Pairs {
 
 // Lists all pairs that can touch. Returns no value if MuJoCo's search might miss a contact that the list finds: the
 // search excludes pairs of moving geoms by float32 computations, and could miss a contact in which the geoms overlap by
-// less than 1e-7 m. trusted: this does not happen in this model.
+// less than 1e-7 m. trusted: the model is known to have no such contacts.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
 // Lists all pairs that MuJoCo's search can find in any state, in the order of the search. The caller must determine

@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::array<mjtWarning, 3> divergence{mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 
-template <typename T>
-T* put(T* to, const T* from, std::size_t count) {
-  return std::copy_n(from, count, to);
-}
-
 }  // namespace
 
 Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layout_(*model_) {
@@ -60,7 +55,7 @@ bool Work::has_forces() const {
 
 void Work::clear() {
   mj_resetData(&model(), data_.get());
-  put(data_->qpos, model_->get()->qpos0, layout_.nq);
+  std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
   forces_lag_ = frames_lag_ = false;
   is_whole_ = true;
   ++computation_;
@@ -72,7 +67,7 @@ void Work::begin() {
   mjData* d = data_.get();
   clear_stack(*d);
   d->time = 0;
-  put(d->qpos, m->qpos0, layout_.nq);
+  std::copy_n(m->qpos0, layout_.nq, d->qpos);
   for (mjtNum* array : {d->qvel, d->qacc_warmstart}) std::fill_n(array, layout_.nv, 0.0);
   std::fill_n(d->act, layout_.na, 0.0);
   std::fill_n(d->ctrl, layout_.nu, 0.0);
@@ -94,7 +89,7 @@ void Work::load(const double* state) {
                                      {d->act, layout_.na},
                                      {d->qacc_warmstart, layout_.nv},
                                      {d->ctrl, layout_.nu}}) {
-    put(array, state, count);
+    std::copy_n(state, count, array);
     state += count;
   }
   load_rest(state);
@@ -107,11 +102,11 @@ void Work::load_rest(const double* rest) {
 void Work::save(double* state) const {
   const mjData* d = data_.get();
   *state++ = d->time;
-  state = put(state, static_cast<const mjtNum*>(d->qpos), layout_.nq);
-  state = put(state, static_cast<const mjtNum*>(d->qvel), layout_.nv);
-  state = put(state, static_cast<const mjtNum*>(d->act), layout_.na);
-  state = put(state, static_cast<const mjtNum*>(d->qacc_warmstart), layout_.nv);
-  state = put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
+  state = std::copy_n(d->qpos, layout_.nq, state);
+  state = std::copy_n(d->qvel, layout_.nv, state);
+  state = std::copy_n(d->act, layout_.na, state);
+  state = std::copy_n(d->qacc_warmstart, layout_.nv, state);
+  state = std::copy_n(d->ctrl, layout_.nu, state);
   if (layout_.more > 0) save_more(*model_->get(), *d, state);
 }
 
@@ -120,7 +115,7 @@ void Work::keep_current() {
   raw_qpos_.resize(layout_.nq);
 }
 
-void Work::keep_raw_qpos() { put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq); }
+void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
 
 void Work::compute_current(bool is_whole) {
   if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from

@@ -45,7 +45,7 @@ class Work {
 
     void clear() { forces.clear(), kicks.clear(); }
   };
-  // Call this after the row's state was loaded.
+  // Call this after the row's state has been loaded.
   void apply(const Pushes& pushes);
   // qfrc_applied or xfrc_applied of mjData.
   double* force(const std::string& array);
@@ -60,7 +60,8 @@ class Work {
   bool reads_forces() const { return reads_forces_; }
   // Whether `expect` named another array for which is_after_every_step is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays of is_after_every_step may be read.
+  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_after_every_step is true
+  // may be read.
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }
@@ -68,8 +69,8 @@ class Work {
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
   // The view of this model that mj_step computes with.
   const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
-  // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live as long
-  // as it is used.
+  // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live until
+  // the next call.
   void use(const OwnArrays& arrays, std::byte* block);
 
   // Calls mj_resetData, which also clears the derived arrays.
@@ -81,7 +82,8 @@ class Work {
   void load_rest(const double* rest);
   void save(double* state) const;
 
-  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), actuation is disabled in it.
+  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), it computes without actuation, as
+  // dm_control's resets do.
   void forward();
 
   // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
@@ -102,11 +104,11 @@ class Work {
   // Called before each mj_step of a step, with its number. May write ctrl and forces.
   using BeforeSubstep = std::function<void(std::int64_t)>;
   // For a step, call act, then step, which calls mj_step `frames` times and writes the state before the last call to
-  // `before`. before_substep may be null. If lanes::Stepper advances mjData instead of `step`, it calls note_step at
-  // the end. shows_current: the stepper has called keep_raw_qpos and then computed the stages of mj_step1.
+  // `before`. before_substep may be null.
   void act(const Action& action);
   void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
-  // has_forces: the stepper has also computed what complete_forces computes.
+  // lanes::Stepper advances mjData instead of `step`, and calls this at the end. shows_current: it has called
+  // keep_raw_qpos and then computed the stages of mj_step1. has_forces: it has computed what complete_forces computes.
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;

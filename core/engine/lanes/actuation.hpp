@@ -180,7 +180,7 @@ void fwdVelocity(Lanes& d) {
     }
     V velocity = m.actuator_gear[6 * i] * qvel[actuator.dof];
     if (m.nv < 4)
-      velocity += V{};
+      velocity += V{};  // the sum of mju_dot begins at +0
     else if (any(velocity == V{}))
       for (int k = 0; k < m.nv; ++k)
         if (k != actuator.dof) velocity += 0.0 * qvel[k];

@@ -8,7 +8,8 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// MuJoCo's getsolparam, and what mj_makeImpedance computes from its result alone. Returns false if MuJoCo would warn.
+// MuJoCo's getsolparam, and what mj_makeImpedance computes from nothing but its result. Returns false if MuJoCo would
+// warn of the numbers.
 bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, const mjtNum* solimp) {
   if ((solref[0] > 0) != (solref[1] > 0)) return false;
   const bool is_safe = solref[0] > 0 && !(m.opt.disableflags & mjDSBL_REFSAFE);
@@ -32,7 +33,7 @@ bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, 
   return true;
 }
 
-// Whether mjData's stack certainly suffices for MuJoCo's search for pairs. If not, the search may fail.
+// Whether mjData's stack is certainly large enough for MuJoCo's search for pairs. If it is not, the search may fail.
 bool has_room_to_search(const mjModel& m, const mjData& d) {
   const std::int64_t bodies = m.nbody;
   return d.nstack - d.pstack >= bodies * bodies + 16 * bodies;
@@ -85,15 +86,15 @@ ConstraintMaker::ModelNumbers::ModelNumbers(const mjModel& m, std::size_t pairs)
   tendon_frictions_ = tendon_limits_ + count(m.ntendon);
   equalities_ = tendon_frictions_ + count(m.ntendon);
   numbers_.resize(equalities_ + count(m.neq));
-  are_known_.resize(numbers_.size());
+  validity_.resize(numbers_.size());
 }
 
 template <typename Compute>
 const ConstraintNumbers* ConstraintMaker::ModelNumbers::get(std::size_t first, int index, const Compute& compute) {
   ConstraintNumbers& numbers = numbers_[first + static_cast<std::size_t>(index)];
-  unsigned char& is_known = are_known_[first + static_cast<std::size_t>(index)];
-  if (is_known == unknown) is_known = compute(numbers) ? usual : mixed;
-  return is_known == usual ? &numbers : nullptr;
+  unsigned char& validity = validity_[first + static_cast<std::size_t>(index)];
+  if (validity == unknown) validity = compute(numbers) ? valid : invalid;
+  return validity == valid ? &numbers : nullptr;
 }
 
 const ConstraintNumbers* ConstraintMaker::ModelNumbers::of_equality(const mjModel& m, int id) {
@@ -178,7 +179,7 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
 }
 
 // Sets the numbers of an entry (a limit, contact, equality or friction). Lanes that do not have it get the numbers of
-// another lane.
+// another lane. Returns false if MuJoCo would warn of the numbers.
 template <typename Entry, typename Get>
 bool ConstraintMaker::set_numbers(Entry& entry, const Get& get) {
   const ConstraintNumbers* some = nullptr;

@@ -34,7 +34,7 @@ class ConstraintMaker {
   class ModelNumbers {
    public:
     ModelNumbers(const mjModel& m, std::size_t pairs);
-    void forget() { are_known_.assign(are_known_.size(), 0); }
+    void forget() { validity_.assign(validity_.size(), unknown); }
     // These return null if MuJoCo would warn of the numbers.
     const ConstraintNumbers* of_equality(const mjModel& m, int id);
     const ConstraintNumbers* of_friction(const mjModel& m, Object object, int id);
@@ -42,11 +42,11 @@ class ConstraintMaker {
     const ConstraintNumbers* of_contact(ConstraintMaker& maker, const mjModel& m, int pair);
 
    private:
-    enum : unsigned char { unknown, usual, mixed };
-    std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_,
-        equalities_;  // where the numbers of each kind begin in numbers_; those of joints begin at 0
+    enum : unsigned char { unknown, valid, invalid };  // invalid: MuJoCo would warn of them
+    // Where the numbers of each kind begin in numbers_. Those of the limits of joints begin at 0.
+    std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_, equalities_;
     std::vector<ConstraintNumbers> numbers_;
-    std::vector<unsigned char> are_known_;
+    std::vector<unsigned char> validity_;  // for each of numbers_: unknown, valid or invalid
     template <typename Compute>
     const ConstraintNumbers* get(std::size_t first, int index, const Compute& compute);
   };

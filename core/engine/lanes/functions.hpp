@@ -344,7 +344,7 @@ inline V clip(V x, const double* range) {
 
 // ---- engine_support.c ----
 
-// mj_local2Global. Compilers no longer inline it by themselves, because it has several instances.
+// mj_local2Global. Compilers would not inline it by themselves, because it has several instances.
 template <typename T, typename U>
 inline __attribute__((always_inline)) void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat,
                                                         int body, int sameframe) {
@@ -522,6 +522,7 @@ auto frames_of(const double* own, const double* shared) {
     return shared;
 }
 
+// mj_kinematics. kAreOwn: rows have their own positions and orientations.
 template <bool kAreOwn>
 void place(Lanes& d) {
   const mjModel& m = *d.model;
@@ -606,7 +607,6 @@ void place(Lanes& d) {
                  frames_of<kAreOwn>(d.site_quat, m.site_quat) + 4 * i, m.site_bodyid[i], m.site_sameframe[i]);
 }
 
-// mj_kinematics
 void kinematics(Lanes& d) { d.has_own_frames ? place<true>(d) : place<false>(d); }
 
 // mj_comPos
@@ -692,8 +692,8 @@ void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
   for (int k = nv - 1; k >= 0; --k) {
     const int Madr_kk = dof_Madr[k];
     const V diagonal = qLD[Madr_kk];
-    // Lanes with a number below mjMINVAL are left, because MuJoCo warns of it. The second comparison finds numbers that
-    // are not finite.
+    // Lanes with a number below mjMINVAL are left to MuJoCo, because MuJoCo warns of it. The second comparison finds
+    // numbers that are not finite.
     d.left_to_mujoco |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
     if (m.dof_simplenum[k]) continue;
     int Madr_ki = Madr_kk + 1;
@@ -839,7 +839,7 @@ void passive(Lanes& d) {
   for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, i);
 }
 
-// mj_rne with flg_acc = 0, that is without accelerations
+// mj_rne with flg_acc = 0: without accelerations
 void rne(Lanes& d) {
   const mjModel& m = *d.model;
   V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);

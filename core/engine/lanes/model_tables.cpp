@@ -23,10 +23,9 @@ bool has_ellipsoids(const mjModel& m) {
   return false;
 }
 
-// Whether a tendon wraps around a geom. There is no lane code for this, and MuJoCo does not export its function.
 bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
 
-// Whether there are slider-crank actuators, or actuators whose site has a reference site.
+// Whether an actuator is a slider-crank, acts on a body (adhesion), or has a reference site.
 bool has_other_actuators(const mjModel& m) {
   for (int i = 0; i < m.nu; ++i) {
     const int type = m.actuator_trntype[i];
@@ -175,16 +174,17 @@ GeomBox box_of(const mjModel& m, int geom) {
   }
 }
 
-// Returns the gap between the boxes beyond which MuJoCo's function is not called: the margin and the radii, plus a
-// hundred-thousandth of the geoms' sizes, which is far more than rounding errors.
+// The limit of the gap between the boxes is the margin and the radii, plus a hundred-thousandth of the geoms' sizes,
+// which is far more than rounding errors.
 BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
   constexpr double kShare = 1e-5, kGround = 2e-4;
   const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];
   double size = box1.round + box2.round;
   for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
   const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
-  // MuJoCo makes the prisms of a height field higher by the margin. Also, their centres can be nearer to the geom than
-  // the field's centre is. So the limit for height fields is greater.
+  // The limit for height fields is greater, because MuJoCo makes the prisms of a field higher by the margin, and
+  // because their centres can be nearer to the geom than the field's centre, by whose distance boxes_apart divides
+  // kCollinear.
   const double most = is_ground ? 2 * margin + kGround : margin;
   return {most + box1.round + box2.round + kShare * size, is_ground};
 }

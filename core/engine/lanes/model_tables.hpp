@@ -35,11 +35,11 @@ struct ModelTables {
   std::vector<Segment> segments;
   std::vector<int> segment_adr;
   std::vector<int> fluid_bodies;
-  std::vector<GeomPair> pairs;  // the pairs that can collide; empty if there is no list of them
+  bool lists_pairs;             // whether the pairs that can collide are known; if not, MuJoCo must search for them
+  std::vector<GeomPair> pairs;  // these pairs
   std::vector<BoxPair> box_pairs;
-  std::vector<GeomBox> boxes;  // for each geom, if there are box_pairs
-  bool lists_pairs;
-  std::optional<Pairs> searched;           // the list of pairs, if Model has none
+  std::vector<GeomBox> boxes;              // for each geom, if there are box_pairs
+  std::optional<Pairs> searched;           // the parameters of the pairs, if Model has no list of pairs
   std::vector<ContactPair> contact_pairs;  // for each of `pairs`
   std::vector<Equality> equalities;
   std::vector<int> columns;  // Lanes::columns

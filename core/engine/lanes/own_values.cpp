@@ -17,8 +17,8 @@ const Names kInLanes{"body_pos",         "body_quat",      "geom_pos",     "geom
                      "actuator_acc0",    "body_mass",      "body_inertia", "body_ipos",           "jnt_stiffness",
                      "dof_armature",     "dof_damping",    "dof_M0",       "tendon_lengthspring", "actuator_gainprm",
                      "actuator_biasprm", "opt.gravity",    "qfrc_applied", "xfrc_applied",        "geom_size"};
-// Only computations that are done row by row (collisions and the parameters of constraints and solvers) read these arrays,
-// or no step reads them.
+// No step reads these arrays, or only computations that are done row by row: collisions and the parameters of
+// constraints and solvers.
 const Names kRowByRow{"geom_friction",     "geom_solref",       "geom_solimp",
                       "geom_solmix",       "geom_rgba",         "hfield_data",
                       "jnt_solref",        "jnt_solimp",        "dof_solref",

@@ -9,7 +9,7 @@ namespace {
 
 // ---- engine_collision_primitive.c ----
 
-constexpr int kMostFound = 4;  // contacts of a pair
+constexpr int kMostFound = 4;  // the most contacts of a pair
 
 // A contact in the lanes of a mask.
 struct Contact {

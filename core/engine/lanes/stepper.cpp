@@ -24,7 +24,7 @@ namespace {
 // Eight lanes are only about a tenth faster than four, and each lane takes the memory of an mjData.
 constexpr int kBestWidth = 4;
 
-// An array of Lanes, and mjData's array of the same name.
+// An array of Lanes, and the array of mjData from and to which it is copied.
 struct LaneArray {
   double* Lanes::*numbers;
   mjtNum* mjData::*data;
@@ -100,7 +100,7 @@ class LaneArrays {
   std::vector<OwnNumbers> own_;
   std::vector<OwnNumbers> frames_;  // those that the lanes hold only if rows have their own
   Counts<Lanes> counts_;
-  int longest_ = 1;  // the greatest count of these arrays
+  int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
 // The lists are in the order of mj_forward. shown_ lists what mjenv_sim shows to callbacks.
@@ -213,6 +213,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
+  // Arrays of Lanes that are not copied from or to mjData.
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
                                                             {&L::subtree_linvel, 3 * sensing},
                                                             {&L::subtree_angmom, 3 * sensing},
@@ -424,7 +425,8 @@ void LaneStepper::gather_own() {
   for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
   if (has_changed_ || had_own_frames != lanes_.has_own_frames) {
     code_.adopt(lanes_);
-    // As obstacle() does for the shared model, leaves rows with numbers that are not moderate to MuJoCo.
+    // obstacle() refuses a shared model with numbers that are not finite or too large. Rows with such numbers of their
+    // own are left to MuJoCo.
     for (const OwnNumbers& own : own_)
       if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
     for (const OwnNumbers& own : frames_)
@@ -501,19 +503,17 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.mocap_pos, 3 * m_.nmocap);
   leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
+    const bool is_last = frame == frames;
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
-    if (before_substep || frame == frames) scatter(state_);
+    if (before_substep || is_last) scatter(state_);
     if (before_substep) {
       for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { (*before_substep)(row, frame - 1); });
       gather(control_);
       gather_forces(works);
       leave_bad(lanes_.ctrl, m_.nu);
     }
-    if (frame == frames) {
-      for (int row = 0; row < count; ++row) works[row]->save(before[row]);
-    }
-    const bool is_last = frame == frames;
+    for (int row = 0; row < count && is_last; ++row) works[row]->save(before[row]);
     forward({is_last && m_.opt.integrator != mjINT_RK4, is_last && sensors_ != SensorNeeds::nothing});
     integrate(is_last);
     if (live() == 0) return 0;
@@ -521,8 +521,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
-  const bool has_forces = reads_forces_ && !is_whole_;
-  if (has_forces) {
+  const bool computes_forces = reads_forces_ && !is_whole_;
+  if (computes_forces) {
     code_.rnePostConstraint(lanes_, maker_->found(), solver_->constraints());
     scatter(after_constraints_);
   }
@@ -530,7 +530,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   if (is_whole_ && !single_.actuation) scatter_moments();
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
-  for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown, has_forces);
+  for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown, computes_forces);
   return live();
 }
 
@@ -774,9 +774,9 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
-    // mj_RungeKutta keeps four X, four F and dX on mjData's stack, so less is left for constraints, and MuJoCo may
-    // fail. As much of the stack is marked as used here, so that the same happens. The stack has room for these arrays,
-    // because the environment's trial step has used them.
+    // mj_RungeKutta keeps four X, four F and dX on mjData's stack. This leaves less of it for constraints, so MuJoCo
+    // may fail. Marking as much of the stack as used makes the same happen here. The stack is large enough for these
+    // arrays, or the environment's trial step (registered_task.cpp) would have failed.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});

@@ -26,7 +26,7 @@ std::string obstacle(const Model& model);
 // A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.
 std::string stage_lines(const Model& model);
 
-// Whether rows of a model without obstacles can have their own values of this array of mjModel, or input of mjData.
+// Whether lanes can step rows with their own values of this array, which is one of mjModel or an input of mjData.
 bool computes_own(const std::string& array);
 
 // How many lanes a thread should use to step its rows; 0: it should step them one by one.
