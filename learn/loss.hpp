@@ -41,7 +41,7 @@ class Loss {
   LossTerms differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
                           const mjenv_learn_settings& settings);
 
-  // The derivatives by all parameters, in the order of the parameters.
+  // The derivatives with respect to the parameters, in their order.
   const std::vector<float>& gradient() const { return parts_.front()->gradient; }
 
  private:
