@@ -54,7 +54,7 @@ class Table {
   constexpr Table() = default;
   Table(const Table&) = delete;
   Table& operator=(const Table&) = delete;
-  // Frees nothing if a handle was never destroyed, because other threads may use it until the process has ended.
+  // Frees nothing if a handle was never destroyed, because other threads may use it until the process ends.
   ~Table() {
     if (live_ > 0) return;
     for (auto& chunk : more_) delete[] chunk.exchange(nullptr);

@@ -138,7 +138,7 @@ void Episodes::step(Team& team) const {
 void Episodes::advance(Team& team, std::uint32_t& moving) const {
   const auto load = [&](std::size_t i) {
     Turn& turn = team.turns()[i];
-    if (!task_.calls->has_maps()) return team[i].load(rows_, turn.row, turn.seen, turn.pushes);
+    if (!task_.calls->has_control()) return team[i].load(rows_, turn.row, turn.seen, turn.pushes);
     turn.random = turn.begun;  // restored, because the row may be loaded a second time (Team::advance)
     team[i].begin_step(rows_, turn.row, turn.seen, turn.pushes, turn.random);
   };
@@ -160,7 +160,7 @@ void Episodes::begin_step(Worker& worker, Turn& turn) const {
                                   turn.random.rng(), worker.perturbed);
     turn.pushes = &worker.perturbed.done;
   }
-  if (task_.calls->has_maps()) turn.begun = turn.random;
+  if (task_.calls->has_control()) turn.begun = turn.random;
 }
 
 // Writes the step's reward, flags, status and info.

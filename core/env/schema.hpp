@@ -23,6 +23,7 @@ class Schema {
   Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const Options& options,
          const Work& work);
 
+  // Throws if there is no such role.
   const std::vector<Field>& fields(mjenv_role role) const;
   // How many numbers the role's fields have in one row. Not for MJENV_ROLE_DATA and _MODEL, which have no offsets.
   std::int64_t count(mjenv_role role) const;

@@ -27,6 +27,9 @@ struct Needs {
   std::size_t info = 0;             // the number of elements of info or reset info, whichever is longer
 };
 
+// Whether the array is one of the two in mjData of which rows can have their own copies.
+inline bool is_applied_force(const std::string& array) { return array == "qfrc_applied" || array == "xfrc_applied"; }
+
 class SimView {
  public:
   SimView(Work& work, int frame_skip, const Needs& needs = {}, std::size_t carry_count = 0);
