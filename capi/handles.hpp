@@ -16,6 +16,11 @@
 
 namespace mjenv::core {
 
+// The base of each kind of handle, which defines
+//   kName               the parameter's name, for messages
+//   kThing              what the handle is called in messages
+//   kReadersSeeChanges  whether calls that only read the object see what other calls change, and so must not run
+//                       at the same time
 // Each slot has cache lines of its own, because different threads may use different handles at the same time.
 template <typename T>
 struct alignas(64) Slot {

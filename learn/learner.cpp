@@ -212,7 +212,7 @@ void Learner::evaluate(const float* inputs, int rows, float* values, float* mean
     for (int worker = 0; worker < threads; ++worker) work(worker);
 }
 
-// Draws the actions of all rows into rollout_.actions and, as the environment takes them, into bounded_.
+// Draws the actions of all rows into rollout_.actions, and converts them for the environment into bounded_.
 void Learner::draw_actions() {
   const std::size_t n = rows(), actuators = agent_.actuators;
   if (step_ == 0) {

@@ -77,8 +77,8 @@ void declare_env_options(Options& options) {
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
                Scope::service);
   options.integer("max_contacts", 0, 0, kMaxContacts,
-                  "of how many contacts of a row the exported arrays contact.* have room: the row's first ones; 0: of "
-                  "as many as MuJoCo can find",
+                  "how many contacts of a row the exported arrays contact.* can hold, the first ones; 0: as many as "
+                  "MuJoCo can find",
                   Scope::service);
   declare_frame_options(options);
   declare_action_options(options);

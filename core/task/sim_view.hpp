@@ -27,7 +27,7 @@ struct Needs {
   std::size_t info = 0;             // the number of elements of info or reset info, whichever is longer
 };
 
-// Whether the array is one of the two in mjData of which rows can have their own copies.
+// Whether this is an array of mjData that tasks can write (mjenv_build_own).
 inline bool is_applied_force(const std::string& array) { return array == "qfrc_applied" || array == "xfrc_applied"; }
 
 class SimView {

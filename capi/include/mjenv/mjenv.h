@@ -296,8 +296,9 @@ typedef struct mjenv_randomization {
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
-/* Pushes a body now and then (mjenv_perturb): by a force that replaces the body's xfrc_applied while it lasts, and then
- * sets it to 0; or by a kick, which is added to the six numbers in qvel of the body's free joint before the step. */
+/* A push, which acts on a body now and then (mjenv_perturb). It is a force, which replaces the body's xfrc_applied
+ * while it lasts and then sets it to 0, or a kick, which is added to the six numbers in qvel of the body's free joint
+ * before the step. */
 typedef struct mjenv_push {
   uint32_t struct_size;
   int32_t body; /* the index of a body; not 0, the world */

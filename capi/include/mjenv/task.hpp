@@ -482,7 +482,7 @@ struct Outcome {
 struct PythonFloat {
   double value;
 };
-/* A value of any type. */
+/* A value and its type. */
 struct Typed {
   double value;
   mjenv_dtype type;

@@ -267,7 +267,7 @@ MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
 /* Returns the id that a policy was trained for; NULL if it fails. */
 MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
 
-/* Returns how many numbers an observation has for which the policy was trained, and how many an action has. */
+/* Reads how many numbers an observation of the policy has, and how many an action. */
 MJENV_LEARN_API mjenv_status mjenv_policy_sizes(const mjenv_policy *policy, int64_t *observations, int64_t *actuators);
 
 /* Computes the actions of rows.

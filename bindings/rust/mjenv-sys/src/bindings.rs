@@ -372,8 +372,9 @@ impl Default for mjenv_randomization {
         }
     }
 }
-#[doc = " Pushes a body now and then (mjenv_perturb): by a force that replaces the body's xfrc_applied while it lasts, and then"]
-#[doc = " sets it to 0; or by a kick, which is added to the six numbers in qvel of the body's free joint before the step."]
+#[doc = " A push, which acts on a body now and then (mjenv_perturb). It is a force, which replaces the body's xfrc_applied"]
+#[doc = " while it lasts and then sets it to 0, or a kick, which is added to the six numbers in qvel of the body's free joint"]
+#[doc = " before the step."]
 #[repr(C)]
 pub struct mjenv_push {
     pub struct_size: u32,

@@ -392,7 +392,7 @@ extern "C" {
     pub fn mjenv_policy_id(policy: *const mjenv_policy) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns how many numbers an observation has for which the policy was trained, and how many an action has."]
+    #[doc = " Reads how many numbers an observation of the policy has, and how many an action."]
     pub fn mjenv_policy_sizes(
         policy: *const mjenv_policy,
         observations: *mut i64,
