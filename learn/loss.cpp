@@ -104,17 +104,17 @@ void Loss::add_chunk(const Task& task, int from, int count, Part& part) {
   const float* x = part.inputs.data();
   const float* mean = part.actor.forward(kernels_, task.parameters, x, rows);
   const float* value = part.critic.forward(kernels_, task.parameters + agent_.critic_at, x, rows);
-  std::fill_n(part.actor.output_slopes(), rows * agent_.actor.output_stride(), 0.0F);
-  std::fill_n(part.critic.output_slopes(), rows * agent_.critic.output_stride(), 0.0F);
-  add_policy_slopes(task, steps, count, mean, part);
-  add_value_slopes(task, steps, count, value, part);
+  std::fill_n(part.actor.output_gradient(), rows * agent_.actor.output_stride(), 0.0F);
+  std::fill_n(part.critic.output_gradient(), rows * agent_.critic.output_stride(), 0.0F);
+  add_policy_gradient(task, steps, count, mean, part);
+  add_value_gradient(task, steps, count, value, part);
   part.actor.backward(kernels_, actor_transposed_.data(), x, rows, part.gradient.data());
   part.critic.backward(kernels_, critic_transposed_.data(), x, rows, &part.gradient[agent_.critic_at]);
 }
 
 // The objective is min(ratio * advantage, bounded * advantage). ratio is the probability of the action under the
 // present policy divided by that under the policy of the rollout; bounded is the clipped ratio.
-void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part) {
+void Loss::add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part) {
   const std::size_t actuators = agent_.actuators;
   const auto stride = static_cast<std::size_t>(agent_.actor.output_stride());
   const float *log_std = task.parameters + agent_.log_std_at, *inverse_std = deviations_.inverse.data();
@@ -138,7 +138,7 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
   kernels_.exp(part.ratios.data(), part.ratios.size());
 
   const auto clip = static_cast<float>(task.settings.clip), share = 1.0F / static_cast<float>(task.batch.count);
-  float *slopes = part.actor.output_slopes(), *std_gradient = &part.gradient[agent_.log_std_at];
+  float *output_gradient = part.actor.output_gradient(), *std_gradient = &part.gradient[agent_.log_std_at];
   for (int i = 0; i < count; ++i) {
     const float ratio = part.ratios[static_cast<std::size_t>(i)];
     const float advantage =
@@ -152,7 +152,7 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
     const float slope = -advantage * ratio * share;
     for (std::size_t j = 0; j < actuators; ++j) {
       const float z = distance(i, j);
-      slopes[static_cast<std::size_t>(i) * stride + j] = slope * z * inverse_std[j];
+      output_gradient[static_cast<std::size_t>(i) * stride + j] = slope * z * inverse_std[j];
       std_gradient[j] += slope * (z * z - 1);
     }
   }
@@ -160,11 +160,11 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
 
 // With value_clip, the error is the greater of two: that of the value, and that of the value whose change since the
 // rollout is clipped.
-void Loss::add_value_slopes(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part) {
+void Loss::add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part) {
   const auto stride = static_cast<std::size_t>(agent_.critic.output_stride());
   const auto factor = static_cast<float>(2 * task.settings.value_coef) / static_cast<float>(task.batch.count);
   const auto most = static_cast<float>(task.settings.value_clip);
-  float* slopes = part.critic.output_slopes();
+  float* output_gradient = part.critic.output_gradient();
   for (int i = 0; i < count; ++i) {
     const auto step = static_cast<std::size_t>(steps[i]);
     const float now = value[static_cast<std::size_t>(i) * stride];
@@ -178,7 +178,7 @@ void Loss::add_value_slopes(const Task& task, const std::int32_t* steps, int cou
       }
     }
     part.terms.value += error * error;
-    slopes[static_cast<std::size_t>(i) * stride] = slope * error;
+    output_gradient[static_cast<std::size_t>(i) * stride] = slope * error;
   }
 }
 

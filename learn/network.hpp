@@ -43,7 +43,7 @@ class Network {
 
     // [rows][output_stride()] the derivatives of the loss with respect to the outputs. The caller sets them before
     // backward(), those of padding outputs to 0.
-    float* output_slopes() { return slopes_.back().data(); }
+    float* output_gradient() { return output_gradients_.back().data(); }
 
     // Adds the derivatives with respect to the parameters to `gradient`. Call forward() with the same x and rows
     // before. transposed: the weights that transpose() wrote.
@@ -51,7 +51,7 @@ class Network {
 
    private:
     const Network& network_;
-    std::vector<std::vector<float>> outputs_, slopes_;  // of each layer
+    std::vector<std::vector<float>> outputs_, output_gradients_;  // of each layer
   };
 
   // Writes the transposed weights of all layers except the first. backward() needs them.

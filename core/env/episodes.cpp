@@ -10,8 +10,8 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: the error's own if that is MJENV_E_TASK, or MJENV_E_VALUE or
-// MJENV_E_MODEL (a drawn value was refused), otherwise MJENV_E_PHYSICS.
+// Calls body. If it throws, writes the row's status: the error's own if this is MJENV_E_TASK, MJENV_E_VALUE or
+// MJENV_E_MODEL (the latter two: a drawn value was refused), otherwise MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {
@@ -85,8 +85,7 @@ void Episodes::reset_row(Worker& worker, std::int64_t row, const Place& place) c
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
-  // Calls adopt in its destructor, so also if observe or reset_info fails, because the row has begun the episode by
-  // then.
+  // Calls adopt in its destructor, because the row has begun the episode even if observe or reset_info fails.
   struct Adoption {
     Worker& worker;
     Rows& rows;

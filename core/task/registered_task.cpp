@@ -302,7 +302,7 @@ Task RegisteredTask::build(const Options& options) const {
   return task;
 }
 
-// Returns how many numbers a goal has. Throws if the observation has not two goals of the same length.
+// Returns how many numbers a goal has. Throws unless the observation has two goals of the same length.
 std::int64_t RegisteredTask::goal_count(const std::vector<Field>& observation) const {
   const std::vector<Field> keys = keys_of(observation);
   const auto length_of = [&](const char* name) {

@@ -39,7 +39,7 @@ struct ResetSimulation {
   const std::function<void()>& take_own;
 };
 
-// What before_step and before_substep write: the part of mjenv_control that does not belong to the row.
+// The members of mjenv_control that the caller of before_step and before_substep provides.
 struct Control {
   std::int64_t substep;
   double *ctrl, *const *own;
