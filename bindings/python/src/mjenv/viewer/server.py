@@ -85,6 +85,11 @@ def open_browser(address: str) -> None:
 
 @contextlib.contextmanager
 def _silent() -> Any:
-    """viser prints where it listens, and that it has stopped."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        yield
+    """viser prints where it listens, and that it has stopped, by rich, which in a notebook does not write to stdout."""
+    console = importlib.import_module("rich").get_console()  # viser needs rich
+    quiet, console.quiet = console.quiet, True
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        console.quiet = quiet
