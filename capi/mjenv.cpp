@@ -289,12 +289,11 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return ask<std::int64_t>(0, env,
-                           [&](const HeldEnv& held) { return held.env.schema().fields(known_role(role)).size(); });
+  return ask<std::int64_t>(0, env, [&](const HeldEnv& held) { return held.env.schema().fields(role).size(); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(known_role(role)), index, "field")); });
+  return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(role), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {

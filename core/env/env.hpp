@@ -52,7 +52,7 @@ class Env {
   void seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words);
   void compute_reward(const double* achieved, const double* desired, std::int64_t count, double* rewards,
                       std::int64_t reward_count) const;
-  // words: 4 or 6, as mjenv_get_stream lays them out.
+  // count: 4, 6, or 627 for RandomState. words: as mjenv_get_stream lays them out.
   void get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const;
   void set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count);
 

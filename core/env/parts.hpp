@@ -85,13 +85,14 @@ constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept
 // must compute them from the state and values from before the write. So a row stores the inputs of up to four
 // computations, its versions:
 //
-//   version    state           own values        its own values are kept            what Worker::hold does with it
-//   now        state           values            always                             loads it last; steps go on from it
-//   computed   computed_state  computed_values   if written since the computation   repeats the last mj_step or mj_forward
-//   stepped    stepped_state   stepped_values    if computed_values were kept when  repeats the last mj_step before that
-//                                                set_state was called               mj_forward, for that step's forces
-//   constants  constants_rest  constants_values  from mj_setConst until the next    repeats mj_setConst
-//                                                computation
+//   version    state           own values        own values are kept          what Worker::hold does with it
+//   now        state           values            always                       loads it last; steps begin with it
+//   computed   computed_state  computed_values   if written since             repeats the last mj_step or mj_forward
+//                                                the computation
+//   stepped    stepped_state   stepped_values    if computed_values were      repeats the last mj_step before that
+//                                                kept at set_state            mj_forward, for that step's forces
+//   constants  constants_rest  constants_values  from mj_setConst until       repeats mj_setConst
+//                                                the next computation
 //
 // If a version's own values are not kept, those of the version above apply, or for `constants` those of the model.
 enum class Version : std::uint8_t { now, computed, stepped, constants };

@@ -282,13 +282,13 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work
 
 void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes,
                         Random& random) {
-  const bool is_mapped = task_.calls->has_before_step();
-  load(rows, row, is_mapped ? Action{} : action, pushes);
+  const bool has_before_step = task_.calls->has_before_step();
+  load(rows, row, has_before_step ? Action{} : action, pushes);
   random_ = &random;
   action_ = action;
   for (OwnValues& own : own_values_)
     if (own.is_force) std::copy_n(work_.force(own.array->original.name), own.values.size(), own.values.data());
-  if (!is_mapped) return;
+  if (!has_before_step) return;
   task_.calls->before_step(view_, action, {0, work_.state().ctrl, forces_of_task_.data()}, random);
   apply_own_forces();
 }

@@ -220,7 +220,7 @@ impl Control<'_> {
     /// If it is an array of the model.
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
-        unsafe { own.array((*self.raw).own, self.owned, "only reset and step write own arrays of the model") }
+        unsafe { own.array((*self.raw).own, self.owned, "only reset and step can write own arrays of mjModel") }
     }
 }
 
@@ -371,7 +371,7 @@ impl<'a> Start<'a> {
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
         unsafe {
-            own.array((*self.raw).own, self.shape.own.len(), "a reset writes own arrays of the model, not forces")
+            own.array((*self.raw).own, self.shape.own.len(), "reset can write own arrays of mjModel only, not forces")
         }
     }
 
@@ -468,7 +468,7 @@ impl<'a> Row<'a> {
     /// # Panics
     /// In `before_step` and `before_substep`.
     pub fn qvel(&mut self) -> &mut [f64] {
-        self.qvel.as_deref_mut().expect("only a step writes the velocities")
+        self.qvel.as_deref_mut().expect("only step can write the velocities")
     }
 
     /// The row's own array, in a step. What the step writes holds from the next one on.
@@ -477,7 +477,7 @@ impl<'a> Row<'a> {
     /// In `before_step` and `before_substep`, which write forces with [`Control::own`].
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `with_own` requires.
-        unsafe { own.array(self.own.0, self.own.1, "only a step writes own arrays with its row") }
+        unsafe { own.array(self.own.0, self.own.1, "only step can write own arrays with its row") }
     }
 }
 
