@@ -17,7 +17,7 @@ from mjenv.cli.arguments import Commands, add_json, not_negative, print_json
 
 ENGINES = ("2.2.2",)
 NEEDED = "4.0"
-STEPS = (1, 10, 100)  # after which --check compares
+STEPS = (1, 10, 100)  # the numbers of steps after which --check compares
 INSTALL = f'mjenv convert needs the Python package of MuJoCo {NEEDED}: pip install "mujoco=={NEEDED}.*"'
 
 
@@ -91,7 +91,7 @@ def _compare_sizes(model: Any, converted: Any) -> None:
 
 
 def _apart(model: Any, envs: Any, actuators: Sequence[int], seed: int) -> list[dict[str, Any]]:
-    """How far positions and velocities of both models are apart after some steps with the same controls.
+    """The differences between positions and velocities of both models after some steps with the same controls.
 
     Each step's controls are drawn uniformly from their ranges, from -1 to 1 where they have none.
     """

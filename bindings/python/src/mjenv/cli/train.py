@@ -67,14 +67,14 @@ def add(commands: Commands) -> None:
 
 
 def _type(annotation: Any) -> Any:
-    """What reads a setting's text."""
+    """The function that converts a setting's text."""
     if str(annotation).startswith("tuple"):
         return _widths
     return {"int": int, "float": float, "bool": _flag}.get(str(annotation), str)
 
 
 def _widths(text: str) -> tuple[int, ...]:
-    """64,64 as widths of layers."""
+    """The widths of layers in a text such as 64,64."""
     return tuple(int(word) for word in text.split(",") if word)
 
 
@@ -150,7 +150,7 @@ class Display:
         if not self._on:
             return
         point, total = training.curve[-1], training.settings.steps
-        if self._first < 0:  # a training that continues has done some steps before
+        if self._first < 0:  # a training that continues has already done some steps
             self._first = point.steps - training.settings.rows * training.settings.rollout_steps
         speed = (point.steps - self._first) / self.seconds()
         share = min(1.0, point.steps / total)

@@ -108,7 +108,7 @@ def load(file: Path) -> None:
         raise FileNotFoundError(f"there is no file {file}")
     module = importlib.util.module_from_spec(spec)
     sys.modules[file.stem] = module
-    sys.path.insert(0, str(file.resolve().parent))  # where it finds its own modules, as when Python runs it
+    sys.path.insert(0, str(file.resolve().parent))  # so that it can import modules of its folder
     try:
         spec.loader.exec_module(module)
     except Exception as error:  # a stranger's module can raise anything
