@@ -69,7 +69,7 @@ def seconds(text: str) -> float:
 
 
 def add_json(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--json", action="store_true", help="print JSON, for machines")
+    command.add_argument("--json", action="store_true", help="print JSON")
 
 
 def add_options(command: argparse.ArgumentParser) -> None:

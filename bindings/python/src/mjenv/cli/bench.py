@@ -30,7 +30,7 @@ def add(commands: Commands) -> None:
         description="Measures how many random steps per second each contender takes. In each round all contenders run "
         "in turn for a slice of time, and the order changes from round to round, so that other work on the machine "
         "affects all of them alike. Prints the median of the rounds, and the median of the ratios within a round. The "
-        "time of resets counts. Gymnasium takes part, without its checking wrapper, if its MuJoCo environments can be "
+        "times include resets. Gymnasium takes part, without its checking wrapper, if its MuJoCo environments can be "
         "built.",
     )
     command.add_argument("id", nargs="*", type=known_id, help=f"ids to measure (default: {' '.join(DEFAULT_IDS)})")

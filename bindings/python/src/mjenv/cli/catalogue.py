@@ -43,7 +43,7 @@ def add(commands: Commands) -> None:
         "info",
         help="describe an environment",
         description="Describes an environment: spaces, the parts of observation, action and info, constructor options "
-        "with bounds and with the defaults of make, and of make_vec where it has others, and figures of its model.",
+        "with their bounds and their defaults in make (and in make_vec if they differ), and sizes of its model.",
     )
     described = command.add_mutually_exclusive_group(required=True)
     described.add_argument("id", nargs="?", type=known_id, help="an id, Ant-v5 for instance")

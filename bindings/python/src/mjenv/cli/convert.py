@@ -24,10 +24,10 @@ INSTALL = f'mjenv convert needs the Python package of MuJoCo {NEEDED}: pip insta
 def add(commands: Commands) -> None:
     command = commands.add_parser(
         "convert",
-        help="write a model of today's MuJoCo for the engine 2.2.2",
+        help="rewrite a model of MuJoCo 4.0 for the engine 2.2.2",
         description="Writes a model in the MJCF of MuJoCo 4.0 as MJCF for the engine 2.2.2, which steps it fastest. "
-        "Defaults, attached and replicated parts, damping ratios and inherited ranges become numbers. Says what the "
-        "engine computes otherwise, and refuses models that it cannot compute. Files of meshes stay where they are. "
+        "Defaults, attached and replicated parts, damping ratios and inherited ranges become numbers. Lists what the "
+        "engine computes differently, and refuses models that it cannot compute. Files of meshes stay where they are. "
         f'Needs the Python package of MuJoCo {NEEDED}: pip install "mujoco=={NEEDED}.*".',
     )
     command.add_argument("model", type=Path, metavar="FILE", help="a model that MuJoCo 4.0 reads")

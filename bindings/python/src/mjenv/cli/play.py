@@ -55,7 +55,7 @@ def add(commands: Commands) -> None:
         metavar="FILE",
         help="the file to write: NAME.mp4, NAME.gif, or NAME.png for a sheet of 12 pictures of the episode",
     )
-    command.add_argument("--steps", type=positive, help="greatest number of steps (default: to the end of the episode)")
+    command.add_argument("--steps", type=positive, help="maximum number of steps (default: to the end of the episode)")
     source = command.add_mutually_exclusive_group()
     source.add_argument("--actions", type=Path, metavar="FILE.npy", help="recorded actions, one in each row")
     source.add_argument(

@@ -41,7 +41,9 @@ def add(commands: Commands) -> None:
     command.add_argument("--engine", type=known_engine, default=argparse.SUPPRESS, metavar="NAME", help="2.2.2 or 4.0")
     command.add_argument("--seconds", type=seconds, help="end after so many seconds")
     command.add_argument("--seed", type=not_negative, default=1, help="default: 1")
-    command.add_argument("--threads", type=positive, default=1, help="threads; they change no bit (default: 1)")
+    command.add_argument(
+        "--threads", type=positive, default=1, help="threads; the results do not depend on them (default: 1)"
+    )
     command.add_argument(
         "--stage",
         nargs="+",
@@ -58,7 +60,10 @@ def add(commands: Commands) -> None:
         "--view", action="store_true", help='show the training in a browser (pip install "mjenv[view]")'
     )
     add_options(command)
-    settings = command.add_argument_group("settings of the learner, whose defaults depend on the id")
+    settings = command.add_argument_group(
+        "settings of the learner",
+        "Their defaults depend on the id. The class mjenv.training.Settings and mjenv/learn.h explain them.",
+    )
     for one in fields(Settings):
         if one.name in ("actor_obs", "critic_obs"):
             continue
