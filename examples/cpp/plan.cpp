@@ -24,7 +24,7 @@ constexpr double kReplan = 0.04;   // how long a plan is played before it is imp
 constexpr double kKnot = 0.2;      // time between two knots of the noise, which is interpolated linearly, s
 constexpr double kSpread = 1;      // standard deviation of the noisiest sample, in halves of an actuator's range
 // The weight of a sample falls to 1/e when its score falls by kGreed times the difference between the best score and
-// that of sample number kElite, so about kElite samples count.
+// that of sample number kElite, so samples after number kElite hardly count.
 constexpr std::size_t kElite = 16;
 constexpr double kGreed = 0.1;
 constexpr double kFall = 3;       // subtracted from a sample's score for each step after a fall
