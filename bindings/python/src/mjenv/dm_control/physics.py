@@ -1,4 +1,4 @@
-"""env.physics of mjenv.dm_control.suite: what dm_control.mujoco.Physics offers of a simulation."""
+"""env.physics of mjenv.dm_control.suite, with the interface of dm_control.mujoco.Physics."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from mjenv.dm_control._named import Named, Names
 from mjenv.env import MujocoEnv
 from mjenv.errors import InvalidValueError, OptionError, PhysicsError, UnknownNameError
 
-# As many as a scene of the suite can have, with all that can be shown of it.
+# Enough for each scene of the suite with everything visible.
 _MAX_GEOM = 10_000
-# How many renderers a simulation keeps, one for each size, camera and set of options.
+# A simulation keeps the renderers used last, one for each size, camera and set of options.
 _MAX_RENDERERS = 8
 # MuJoCo's mjtRndFlag by their names in render_flag_overrides, as settings of the library.
 _RENDER_FLAGS = {
@@ -79,8 +79,8 @@ class PhysicsModel(Model):
 class Physics:
     """The simulation of an environment.
 
-    data, model: mjData and mjModel by MuJoCo's names; each access of an array reads a copy, and assignments to it or to
-    its elements write what MuJoCo does not compute itself.
+    data, model: mjData and mjModel by MuJoCo's names. Each access to an array returns a new copy. Assignments to arrays
+    or their elements change the simulation, except for arrays that MuJoCo computes.
     """
 
     def __init__(self, env: MujocoEnv) -> None:
@@ -189,13 +189,15 @@ class Physics:
             self.fail("the state has numbers that are not finite")
 
     def check_contacts(self, count: float) -> None:
-        """Raises PhysicsError if so many contacts fill MuJoCo's buffer, which then leaves out all others."""
+        """Raises PhysicsError if so many contacts fill MuJoCo's buffer, because MuJoCo then drops further contacts."""
         if count >= self._most_contacts >= 0:
             self.fail("Warning(s) raised: mjWARN_CONTACTFULL")
 
     def fail(self, reason: str) -> None:
-        """Raises dm_control's PhysicsError, if dm_control is loaded, which is also mjenv's; or does nothing inside
-        suppress_physics_errors."""
+        """Raises PhysicsError, except inside suppress_physics_errors.
+
+        If dm_control is loaded, the exception is also dm_control's PhysicsError.
+        """
         if self._raises:
             raise _error_class()(f"Physics state is invalid. {reason}", Status.DIVERGED)
 

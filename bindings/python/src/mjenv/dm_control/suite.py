@@ -56,13 +56,13 @@ TASKS_BY_DOMAIN: dict[str, tuple[str, ...]] = {
     domain: tuple(task.replace("*", "") for task in tasks.split()) for domain, tasks in _TASKS.items()
 }
 
-# Programs add tasks of their own to ALL_TASKS, which dm_control then loads.
+# mjenv's own tasks. Programs add others to ALL_TASKS, which dm_control then loads.
 _OURS = frozenset(ALL_TASKS)
 
-# Episodes of the others end after 1,000 steps of the task's own length.
+# Domains whose episodes never end. All other episodes end after 1,000 steps of the task's own length.
 _ENDLESS = {"lqr"}
 _OPTIONS = {"fully_observable", "sparse"}
-# Terms that are no vectors.
+# Terms of the observation that are numbers and not vectors.
 _NUMBERS = {"dist_to_target", "head_height", "height", "upright"}
 _SHAPES: dict[str, tuple[int, ...]] = {"arm_pos": (-1, 2), "box_pos": (-1, 4), "torso_upright": ()}
 
@@ -123,8 +123,8 @@ class Task:
     def __init__(self, rows: Rows, random: int | np.random.RandomState | None) -> None:
         self._rows = rows
         self._visualize_reward = False
-        # The library holds the stream. Once a RandomState is known outside, its state goes to the library before each
-        # reset and comes back after it.
+        # The library holds the stream. If the program has the RandomState, each reset first writes its state to the
+        # library, and afterwards reads it back.
         self._random: np.random.RandomState | None = None
         if isinstance(random, np.random.RandomState):
             self._random, self._is_new = random, True
@@ -136,7 +136,7 @@ class Task:
 
     @property
     def random(self) -> np.random.RandomState:
-        """The stream that resets draw from; numbers drawn here move it."""
+        """The stream from which resets draw. Draws from it advance the stream."""
         if self._random is None:
             self._random = np.random.RandomState(0)
             self.take_stream()
@@ -165,12 +165,12 @@ class Task:
         colours[[*_COLOURED]] = share * highlight + (1.0 - share) * default
 
     def give_stream(self) -> None:
-        """Gives the library the stream, if it may have moved outside."""
+        """Writes the stream to the library, if the program may have drawn from it."""
         if self._random is not None:
             self._rows.set_random_state(0, self._random.get_state(), self._is_new)
 
     def take_stream(self) -> None:
-        """Takes over what the library has drawn."""
+        """Reads the stream back after draws of the library."""
         if self._random is not None:
             state, self._is_new = self._rows.random_state(0)
             self._random.set_state(state)
@@ -199,7 +199,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         options |= {"max_episode_steps": -1, "visualize_reward": True, "arrays": "ncon"}
         self.mjenv = make(id, **options)
         timestep = self.mjenv._rows.timestep()
-        # Where the task itself gives the length of a step, dm_control refuses another number of timesteps.
+        # If the task itself sets the length of a step, dm_control refuses n_sub_steps.
         if n_sub_steps is not None and (control_timestep is not None or self.mjenv.frame_skip > 1):
             raise ValueError("Both n_sub_steps and control_timestep were supplied.")
         if control_timestep is not None:
@@ -244,7 +244,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             return self.reset()
         controls = self._controls
         np.copyto(controls, action)
-        if controls.dot(self._zeros) != 0:  # which is NaN unless all are finite
+        if controls.dot(self._zeros) != 0:  # it is NaN unless all controls are finite
             self.physics.fail("Warning(s) raised: mjWARN_BADCTRL")
         values, reward, terminated, _, _ = self.mjenv._step(controls)
         if self.mjenv._exchange.status[0]:
