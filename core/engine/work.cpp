@@ -166,14 +166,19 @@ void Work::act(const Action& action) {
 }
 
 void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before_substep) {
-  for (std::int64_t i = 1; i < frames; ++i) {
-    if (before_substep) (*before_substep)(i - 1);
+  const auto advance = [&](std::int64_t i) {
     mj_step(&stepped(), data_.get());
+    if (i == 0) drop_repeated_warnings();
+  };
+  for (std::int64_t i = 0; i < frames - 1; ++i) {
+    if (before_substep) (*before_substep)(i);
+    advance(i);
   }
   diverged_early_ = diverged();
   if (before_substep) (*before_substep)(frames - 1);
   save(before);
-  repeat_step();
+  advance(frames - 1);
+  note_step();
 }
 
 void Work::repeat_step() {
@@ -201,8 +206,25 @@ void Work::complete_forces() {
   forces_lag_ = false;
 }
 
-void Work::clear_warnings() {
-  for (const auto kind : divergence) data_->warning[kind].number = 0;
+static_assert(mjNWARNING <= 8, "warnings() has a bit for each kind");
+
+std::uint8_t Work::warnings() const {
+  unsigned kinds = 0;
+  for (unsigned kind = 0; kind < mjNWARNING; ++kind) kinds |= (data_->warning[kind].number > 0 ? 1u : 0u) << kind;
+  return static_cast<std::uint8_t>(kinds);
+}
+
+void Work::set_warnings(std::uint8_t kinds) {
+  for (unsigned kind = 0; kind < mjNWARNING; ++kind) data_->warning[kind].number = kinds >> kind & 1;
+}
+
+bool Work::are_warnings(std::uint8_t kinds) { return kinds >> mjNWARNING == 0; }
+
+void Work::clear_warnings() { set_warnings(0); }
+
+void Work::drop_repeated_warnings() {
+  if (!is_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;
+  for (const auto kind : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}) data_->warning[kind].number = 0;
 }
 
 bool Work::diverged() const {

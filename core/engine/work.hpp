@@ -131,6 +131,10 @@ class Work {
   bool diverged() const;
   // Whether MuJoCo reset the simulation because of that. It does unless the model disables it.
   bool was_reset() const;
+  // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
+  std::uint8_t warnings() const;
+  void set_warnings(std::uint8_t kinds);
+  static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds
   // Whether MuJoCo found bad numbers in an mj_step before the last one of the step.
   bool diverged_early() const { return diverged_early_; }
 
@@ -148,6 +152,9 @@ class Work {
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
+  // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of what
+  // mj_step1 finds in the state, and simulations that call mj_step2 and then mj_step1, as dm_control's do, warn once.
+  void drop_repeated_warnings();
   void compute_current(bool is_whole);
 };
 

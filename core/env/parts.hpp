@@ -46,9 +46,9 @@ struct PartKind {
   Content content;
   // The bit of Head::kept that says whether a row has the part. A reset or a step clears it, and so does
   // set_state, except for the stepped parts. 0: all rows have the part.
-  std::uint16_t kept = 0;
+  std::uint8_t kept = 0;
 
-  bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
+  bool is_in(std::uint8_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
 constexpr std::size_t kPartCount = 15;
@@ -78,7 +78,7 @@ constexpr bool are_in_order() {
   return true;
 }
 static_assert(are_in_order());
-constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
+constexpr std::uint8_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
 // As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But
 // rows do not store derived arrays: a worker computes them again when they are needed (Worker::hold). After a write, it

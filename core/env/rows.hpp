@@ -37,7 +37,8 @@ class Rows {
     // mj_setConst was called after the derived arrays were computed. Worker::hold calls it again, because it changes
     // mjData.
     bool has_constants = false;
-    std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
+    std::uint8_t kept = 0;      // the kept parts that the row has, as bits (PartKind::kept)
+    std::uint8_t warnings = 0;  // Work::warnings after the last step, reset or set_state
   };
 
   // history_count: how many numbers a row's history has.

@@ -36,6 +36,7 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
+  head.warnings = work_.warnings();
   if (origin == Origin::step && pushes_)
     for (const Work::Force& force : pushes_->forces)
       std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
@@ -86,6 +87,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
     if (is_shown) std::copy_n(before_.data(), raw.size(), work_.state().qpos);
   }
   load_carried(rows, row);
+  work_.set_warnings(rows.head(row).warnings);  // also those of the other timesteps of the step
   rows.worker(row) = index;
   resident_ = row;
 }

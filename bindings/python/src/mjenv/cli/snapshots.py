@@ -24,10 +24,11 @@ from mjenv.errors import SnapshotError
 STAMP = struct.Struct("<8sHHHHQQQQIIQ")
 # name, the bit of the head's `kept` that says whether a row has the part (0: all rows have it), bytes
 ENTRY = struct.Struct("<36sIQ")
-# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags; kept
-HEAD = struct.Struct("<4Q2Iq6BH")
+# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags;
+# kept; the kinds of MuJoCo's warnings in the last step, as bits
+HEAD = struct.Struct("<4Q2Iq8B")
 VERSION = 5
-FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants")
+FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants", "kept", "warnings")
 # The prefix of the names of the fields of a part.
 PREFIXES = {
     "state": "",
@@ -175,9 +176,7 @@ def _contents(env: Any, arrays: list[str]) -> dict[str, Fields]:
 
 def _row(data: bytes, start: int, parts: list[tuple[str, int, int]], contents: dict[str, Fields]) -> tuple[Row, int]:
     """The fields of the row that begins at `start`, and where the next row begins."""
-    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags, all_kept = HEAD.unpack_from(
-        data, start
-    )
+    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags = HEAD.unpack_from(data, start)
     row: Row = {
         "stream.state": state_low | state_high << 64,
         "stream.increment": increment_low | increment_high << 64,
@@ -186,6 +185,7 @@ def _row(data: bytes, start: int, parts: list[tuple[str, int, int]], contents: d
         "steps": steps,
         **dict(zip(FLAGS, flags, strict=True)),
     }
+    all_kept = row.pop("kept")
     for name, kept, size in parts:
         if kept and not all_kept & kept:
             continue

@@ -66,7 +66,10 @@ _COLUMNS = {
     "rgba": ("r", "g", "b", "a"),
 }
 # Arrays with three columns that are not x, y and z.
-_NO_COORDINATES = ("geom_friction", "key_mpos")
+_NO_COORDINATES = (
+    *("geom_friction", "key_mpos"),
+    *("light_ambient", "light_attenuation", "light_diffuse", "light_specular"),
+)
 
 
 class Axis:
