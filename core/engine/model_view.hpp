@@ -19,13 +19,20 @@ class ModelView {
   // Makes both views use the arrays in the block, which must live as long as the views use it.
   void use(const OwnArrays& arrays, std::byte* block);
   const mjModel_& whole() const { return *whole_; }
-  const mjModel_& stepped() const { return searches_ ? *whole_ : *stepped_; }
+  const mjModel_& stepped() {
+    if (must_mix_) mix();
+    return unmixed();
+  }
+  // The same view, for those who do not read the parameters of its list of pairs: they may be those of another row.
+  const mjModel_& unmixed() const { return searches_ ? *whole_ : *stepped_; }
 
  private:
   const Model& model_;
   std::unique_ptr<mjModel_> whole_, stepped_;
   Pairs mixed_;
-  bool searches_ = false;
+  bool searches_ = false, must_mix_ = false;
+
+  void mix();
 };
 
 }  // namespace mjenv::core

@@ -31,7 +31,8 @@ class Places {
   }
   // Skips all equality and friction constraints.
   void skip_bounded() {
-    for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equalities[i].size);
+    for (int i = 0; i < contacts_.equality_count; ++i)
+      next(contacts_.equals[i].rows, contacts_.equals[i].equality->size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
   // The place of the first lane's next constraint.

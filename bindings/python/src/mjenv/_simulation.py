@@ -76,7 +76,7 @@ class Simulation:
 
     @property
     def lanes_reason(self) -> str:
-        """Why all or some of the rows are stepped alone, not in lanes; "" if none is."""
+        """Why rows are stepped alone, not in lanes; "" if none is."""
         return self._rows.lanes()[1]
 
     @property

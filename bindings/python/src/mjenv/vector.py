@@ -418,13 +418,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def lanes(self) -> int:
         """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone.
 
-        May change when rows get values of their own. ``lanes_reason`` says why rows are stepped alone.
+        ``lanes_reason`` says why rows are stepped alone.
         """
         return self._pool.rows.lanes()[0]
 
     @property
     def lanes_reason(self) -> str:
-        """Why all or some of the rows are stepped alone, not in lanes; "" if none is."""
+        """Why rows are stepped alone, not in lanes; "" if none is."""
         return self._pool.rows.lanes()[1]
 
     @property

@@ -206,7 +206,7 @@ impl Env {
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
-    /// alone. The answer may change when rows get values of their own.
+    /// alone.
     ///
     /// # Errors
     /// [`ErrorKind::Pending`].
