@@ -73,7 +73,7 @@ class Scene {
         tables_(*model_) {
     const auto numbers = [](int count) { return std::vector<lanes::V>(static_cast<std::size_t>(count)); };
     for (const int count : {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kCapacity, 3 * lanes::Contacts::kCapacity,
-                            9 * lanes::Contacts::kCapacity})
+                            9 * lanes::Contacts::kCapacity, 3 * m_.ngeom})
       memory_.push_back(numbers(count));
     d_.model = &m_;
     d_.geom_xpos = numbers_of(0);
@@ -84,6 +84,8 @@ class Scene {
     c_.dist = numbers_of(2);
     c_.pos = numbers_of(3);
     c_.frame = numbers_of(4);
+    d_.geom_size = numbers_of(5);
+    for (int i = 0; i < 3 * m_.ngeom; ++i) std::fill_n(d_.geom_size + i * kWidth, kWidth, m_.geom_size[i]);
     may_touch_.resize(tables_.pairs.size());
     assert_true(tables_.lists_pairs);
   }
