@@ -246,15 +246,13 @@ void mjenv_destroy(mjenv_env* env) { destroy(env); }
 
 mjenv_status mjenv_info_of(mjenv_env* env, mjenv_info* info) {
   return change(env, [&](HeldEnv& held) {
-    LaneChoice lanes = held.env.lanes();
-    shared_size(info, "info");  // first, so that a wrong struct is refused before lanes_reason changes
-    held.lanes_reason = std::move(lanes.reason);
+    const LaneChoice& lanes = held.env.lanes();
     mjenv_info out{};
     out.threads = held.env.threads();
     out.rows = held.env.rows();
     out.frame_skip = held.env.frame_skip();
     out.lanes = lanes.width;
-    out.lanes_reason = held.lanes_reason.c_str();
+    out.lanes_reason = lanes.reason.c_str();
     write_struct(info, "info", out);
   });
 }

@@ -27,11 +27,10 @@ bool can_replace_search(const mjModel& m) {
   return true;
 }
 
-// Whether MuJoCo's filter lets these geoms collide.
+// Whether MuJoCo's filter lets these geoms collide if their values of contype and conaffinity do.
 bool can_touch(const mjModel& m, int g1, int g2) {
   const auto types = std::minmax(m.geom_type[g1], m.geom_type[g2]);
   if (!mjCOLLISIONFUNC[types.first][types.second]) return false;
-  if (!(m.geom_contype[g1] & m.geom_conaffinity[g2]) && !(m.geom_contype[g2] & m.geom_conaffinity[g1])) return false;
   const int weld1 = m.body_weldid[m.geom_bodyid[g1]], weld2 = m.body_weldid[m.geom_bodyid[g2]];
   if (weld1 == weld2) return false;
   const bool filter_parent = !(m.opt.disableflags & mjDSBL_FILTERPARENT) && weld1 && weld2;
@@ -94,7 +93,7 @@ std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size
       std::vector<std::pair<int, int>> found;
       for (int g1 = m.body_geomadr[b1]; g1 < m.body_geomadr[b1] + m.body_geomnum[b1]; ++g1)
         for (int g2 = m.body_geomadr[b2]; g2 < m.body_geomadr[b2] + m.body_geomnum[b2]; ++g2) {
-          if (!can_touch(m, g1, g2)) continue;
+          if (!can_touch(m, g1, g2) || !are_types_compatible(m, g1, g2)) continue;
           if (!between_bodies && b1 != 0) return std::nullopt;
           if (pairs.dim.size() + found.size() == most) return std::nullopt;
           found.push_back(m.geom_type[g1] > m.geom_type[g2] ? std::pair(g2, g1) : std::pair(g1, g2));
@@ -113,6 +112,23 @@ void clear(Pairs& mixed) {
 }
 
 }  // namespace
+
+bool are_types_compatible(const mjModel& m, int g1, int g2) {
+  return (m.geom_contype[g1] & m.geom_conaffinity[g2]) || (m.geom_contype[g2] & m.geom_conaffinity[g1]);
+}
+
+std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel& m) {
+  std::vector<std::pair<int, int>> pairs;
+  for (int g1 = 0; g1 < m.ngeom; ++g1)
+    for (int g2 = g1 + 1; g2 < m.ngeom; ++g2) {
+      const auto bodies = std::minmax(m.geom_bodyid[g1], m.geom_bodyid[g2]);
+      if (are_types_compatible(m, g1, g2) || !can_touch(m, g1, g2) || are_excluded(m, bodies.first, bodies.second))
+        continue;
+      if (pairs.size() == kMaxSearchedPairs) return std::nullopt;
+      pairs.emplace_back(g1, g2);
+    }
+  return pairs;
+}
 
 std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
   return m.nexclude > 0 ? std::nullopt : list_pairs(m, trusted, kMaxPairs);

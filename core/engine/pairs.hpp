@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
@@ -29,6 +30,13 @@ std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 // which of them the search finds in a given state. Returns no value if there are too many, or if a setting changes what
 // the search finds.
 std::optional<Pairs> searched_pairs(const mjModel_& model);
+
+// Lists the geoms that the search can find only in models with other values of contype and conaffinity. Returns no value
+// if there are too many.
+std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel_& model);
+
+// Whether the values of contype and conaffinity let these geoms touch.
+bool are_types_compatible(const mjModel_& model, int geom1, int geom2);
 
 // Makes collision detection in a view of the model test these pairs and no others. The view keeps pointers to `pairs`.
 void set_pairs(mjModel_& view, Pairs& pairs);

@@ -68,7 +68,9 @@ class Work {
   // The model that MuJoCo computes with. After `use`, some of its arrays are a row's own.
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
   // The view of this model that mj_step computes with.
-  const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
+  const mjModel_& stepped() { return view_ ? view_->stepped() : *model_->stepped(); }
+  // The same view, for code that does not read the parameters of its list of pairs (ModelView::unmixed).
+  const mjModel_& unmixed() const { return view_ ? view_->unmixed() : *model_->stepped(); }
   // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live until
   // the next call.
   void use(const OwnArrays& arrays, std::byte* block);

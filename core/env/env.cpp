@@ -125,12 +125,6 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
   check_count("the action's count", actions.count, rows() * actions_per_row * task_.action_count());
 }
 
-LaneChoice Env::lanes() const {
-  if (lanes_.width == 0) return lanes_;
-  if (!rows_.fit_lanes()) return {0, "rows have their own values of " + listed(beyond_lanes(rows_.arrays()))};
-  return lanes_;
-}
-
 // ---- Random streams ----
 
 void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {

@@ -45,7 +45,7 @@ class Env {
   const mjenv_task_camera& camera() const { return task_.camera; }
   // How many rows each thread steps together with the rows' present values. While rows are under way, the answer
   // ignores the forces on them.
-  LaneChoice lanes() const;
+  const LaneChoice& lanes() const { return lanes_; }
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 
   // A null mask selects all rows. seeds: for each row, the words of an integer, the least significant first.

@@ -146,7 +146,7 @@ void Episodes::advance(Team& team, std::uint32_t& moving) const {
     for_turns(team, turn, [&](std::size_t) { body(); });
     return turn != 0;
   };
-  team.advance(moving, team.steps_together(rows_), task_.frame_skip, load, attempt);
+  team.advance(moving, task_.frame_skip, load, attempt);
 }
 
 void Episodes::begin_step(Worker& worker, Turn& turn) const {

@@ -97,7 +97,7 @@ void Pipeline::send(const std::int64_t* rows, std::int64_t row_count, const Acti
 // Steps the next waiting rows: several together if the team can, but not so many that other threads would have none.
 void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
   const std::size_t share = (waiting_count_ + workers_.threads() - 1) / workers_.threads();
-  const std::size_t count = team.steps_together(rows_) ? std::min(team.size(), share) : 1;
+  const std::size_t count = team.steps_together() ? std::min(team.size(), share) : 1;
   std::vector<Turn>& turns = team.turns();
   turns.clear();
   for (std::size_t i = 0; i < count; ++i) {

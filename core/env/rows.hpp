@@ -84,9 +84,6 @@ class Rows {
   // mj_resetData sets. Changes nothing if it fails. Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
-  // Whether lanes support all arrays for which rows have their own values.
-  bool fit_lanes() const { return fit_lanes_; }
-
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
 
@@ -136,7 +133,6 @@ class Rows {
   // needed).
   std::array<std::vector<double>, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
-  bool fit_lanes_ = true;
 
   double* numbers(Part part, std::int64_t row) {
     return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];

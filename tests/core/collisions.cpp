@@ -1,6 +1,7 @@
 // Lanes find the contacts of two geoms that MuJoCo's functions find, bit for bit, and reject no pair of geoms that touch.
 #include "engine/mujoco.hpp"  // before cmocka's macro fail
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csetjmp>
@@ -72,7 +73,7 @@ class Scene {
         tables_(*model_) {
     const auto numbers = [](int count) { return std::vector<lanes::V>(static_cast<std::size_t>(count)); };
     for (const int count : {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kCapacity, 3 * lanes::Contacts::kCapacity,
-                            9 * lanes::Contacts::kCapacity})
+                            9 * lanes::Contacts::kCapacity, 3 * m_.ngeom})
       memory_.push_back(numbers(count));
     d_.model = &m_;
     d_.geom_xpos = numbers_of(0);
@@ -83,6 +84,8 @@ class Scene {
     c_.dist = numbers_of(2);
     c_.pos = numbers_of(3);
     c_.frame = numbers_of(4);
+    d_.geom_size = numbers_of(5);
+    for (int i = 0; i < 3 * m_.ngeom; ++i) std::fill_n(d_.geom_size + i * kWidth, kWidth, m_.geom_size[i]);
     may_touch_.resize(tables_.pairs.size());
     assert_true(tables_.lists_pairs);
   }
@@ -150,6 +153,11 @@ class Scene {
     lanes::reject(d_);
   }
 
+  // The number of a pair, as MuJoCo mixes margins and gaps of its geoms.
+  static double most(const mjtNum* numbers, const lanes::ContactPair& pair) {
+    return std::max(numbers[pair.geom1], numbers[pair.geom2]);
+  }
+
   bool is_box(int geom) const { return m_.geom_type[geom] == mjGEOM_BOX; }
 
   // slack: by how much farther than their margin the geoms may be apart
@@ -161,7 +169,7 @@ class Scene {
     }
     std::vector<mjContact> found(mjMAXCONPAIR);
     const int count = mjCOLLISIONFUNC[m_.geom_type[pair.geom1]][m_.geom_type[pair.geom2]](
-        &m_, &d, found.data(), pair.geom1, pair.geom2, pair.margin + slack);
+        &m_, &d, found.data(), pair.geom1, pair.geom2, most(m_.geom_margin, pair) + slack);
     found.resize(static_cast<std::size_t>(count));
     return found;
   }
@@ -178,7 +186,7 @@ class Scene {
       std::size_t next = 0;
       std::vector<mjContact> included;  // a contact at its margin makes no constraint
       for (const mjContact& con : expected[lane])
-        if (con.dist < c_.pairs->includemargin) included.push_back(con);
+        if (con.dist < most(m_.geom_margin, *c_.pairs) - most(m_.geom_gap, *c_.pairs)) included.push_back(con);
       const bool is_near = may_touch_[index] >> lane & 1;
       for (int i = 0; i < c_.contact_count; ++i) {
         if (!(c_.contacts[i].rows >> lane & 1)) continue;

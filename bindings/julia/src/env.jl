@@ -102,8 +102,7 @@ end
     lanes(env)
 
 Returns `(count, reason)`: how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are
-stepped one by one. `count` is 0 if all are stepped one by one; `reason` is `""` if none is. The answer may change when rows
-get their own values.
+stepped one by one. `count` is 0 if all are stepped one by one; `reason` is `""` if none is.
 """
 function lanes(env::Env)
     return inside(env) do handle

@@ -201,14 +201,14 @@ typedef struct mjenv_space {
   int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
 
-/* Describes an environment as it is at the moment. mjenv_info_of fills it. */
+/* Describes an environment. mjenv_info_of fills it. */
 typedef struct mjenv_info {
   uint32_t struct_size;
   int32_t threads; /* how many threads step rows */
   int64_t rows;
   int64_t frame_skip;       /* how many times one step calls mj_step */
   int64_t lanes;            /* how many rows each thread steps together; 0: one by one. The results are the same */
-  const char *lanes_reason; /* why rows are stepped one by one; "" if none is. Valid until the next mjenv_info_of */
+  const char *lanes_reason; /* why rows are stepped one by one; "" if none is. It belongs to the environment */
 } mjenv_info;
 
 /* Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static. */
@@ -550,7 +550,7 @@ MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, 
 /* Destroys an environment and ends its threads. The results of rows under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* Describes an environment as it is at the moment: the lanes can change when rows get values of their own. */
+/* Describes an environment. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
 /* Returns how each stage of a step of the environment's model is computed, one line for each; NULL if it fails. A line

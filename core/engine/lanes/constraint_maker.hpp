@@ -58,13 +58,14 @@ class ConstraintMaker {
   ModelNumbers shared_;            // of the model that rows without own values share
   std::vector<ModelNumbers> own_;  // for each lane, those of its row's own model
   std::array<ModelNumbers*, kMaxWidth> used_{};
+  std::vector<Contacts::Limited> joints_, tendons_;
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;        // equals_ and frictions_ are valid for so many rows that share the model; 0: not valid
+  int shared_rows_ = 0;        // the lists are valid for so many rows that share the model; 0: they are not valid
   const bool lists_no_pairs_;  // MuJoCo searches for pairs, so no model holds their parameters
   const bool has_friction_;
-  const std::vector<unsigned char>& is_still_;  // that of ModelTables
-  Pairs mixed_;                                 // room for the parameters of one pair
+  const ModelTables& tables_;
+  Pairs mixed_;  // room for the parameters of one pair
   // The arguments of the current call of `find`:
   const Lanes* lanes_ = nullptr;
   const RowModels* models_ = nullptr;
@@ -77,6 +78,7 @@ class ConstraintMaker {
   ConstraintMaker(const Code& code, const mjModel& m, const ModelTables& tables);
   template <typename Entry, typename Get>
   bool set_numbers(Entry& entry, const Get& get);
+  bool add_equality(const Equality& equality, const RowModels& models, int count);
   bool add_friction(Object object, int id, const RowModels& models, int count);
 };
 

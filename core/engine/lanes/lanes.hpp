@@ -9,14 +9,20 @@ namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
 
-// Two geoms that can collide. Before MuJoCo looks for contacts, it compares their bounding spheres, or a plane and a
-// bounding sphere. The geoms do not touch if the square of the distance between their centres, or the distance from the
-// plane to the centre, is greater than the limit.
+// What the margins, gaps and bounding spheres of two geoms give. Before MuJoCo looks for contacts, it compares the
+// spheres, or a plane and a sphere. The geoms do not touch if the square of the distance between their centres, or the
+// distance from the plane to the centre, is greater than `limit`. reach: the distance of the centres at which the
+// spheres, with their margin, touch.
+struct PairNumbers {
+  double limit, margin, includemargin, reach;
+};
+
+// Two geoms that can collide.
 struct GeomPair {
   int geom1, geom2;
   bool has_plane;
   int boxes;  // the index of their BoxPair; -1 if their bounding boxes are not compared
-  double limit;
+  PairNumbers numbers;
 };
 
 // A box with rounded edges that contains a geom, in the geom's frame. half: its half sizes without the radius of the
@@ -57,12 +63,10 @@ struct ContactPair {
   // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
   // second. For dofs that move both, the Jacobian is 0.
   int first_column, count1, count2;
-  double margin, includemargin;
   // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
   // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
-  // times the coordinates. reach: the distance of the centres at which the spheres, with their margin, touch.
+  // times the coordinates.
   bool is_between_bodies;
-  double reach;
 };
 
 // Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
@@ -136,17 +140,29 @@ struct Lanes {
 
   // Arrays of mjModel whose values may differ from row to row.
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
-      *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
-      *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
-  double *wrap_prm, *cam_quat, *geom_size;
+      *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *tendon_stiffness,
+      *tendon_damping, *eq_data, *actuator_gainprm, *actuator_biasprm, *actuator_dynprm, *actuator_gear,
+      *actuator_ctrlrange, *actuator_forcerange, *actuator_actrange, *actuator_lengthrange, *actuator_acc0, *jnt_range,
+      *jnt_margin, *qpos_spring;
+  double *wrap_prm, *cam_quat, *geom_size, *site_size;
+  double *timestep, *gravity, *wind, *magnetic, *density, *viscosity;
+  // Flags of mjModel, as the numbers 0 and 1.
+  double *actuator_ctrllimited, *actuator_forcelimited;
   // Filled only if has_own_frames.
-  double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
+  double *body_pos, *body_quat, *body_iquat, *jnt_pos, *jnt_axis, *qpos0, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
-  bool has_own_sizes;  // geom_size differs from the shared model's, for which `boxes` are
-  double* com_scale;   // for each body 1 / (mass of its subtree), or 0 if that mass is too small
-  // For each of fluid_bodies, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one
-  // for the torque and one for the force; for drag, one for each axis.
+  // Sizes or margins of geoms differ from those of the shared model, for which `boxes` and box_pairs are.
+  bool has_own_sizes;
+  // PairNumbers of each pair, filled only if has_own_pairs.
+  double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
+  bool has_own_pairs;
+  double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+  // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the torque
+  // and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
+  bool has_fluid;           // in some lane
+  unsigned damped;          // the lanes, as bits, in which a dof has damping
+  bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
 
   // The following depend on the model alone, so they have one number for all lanes. The dofs at which the Jacobian of
   // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
@@ -155,14 +171,13 @@ struct Lanes {
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
-  bool has_negative_zeros;  // a vector of the model that quaternions rotate contains -0
-  bool has_damping;
+  bool has_moments;                      // there is an array of actuator_moment
   bool has_single_passive;               // MuJoCo computes the passive forces row by row
   bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
-  const int* fluid_bodies;               // the bodies on which a fluid acts
-  int fluid_body_count, pair_count;
+  int pair_count;
   const GeomPair* pairs;
+  const unsigned char* pair_rows;  // for each pair, the lanes, as bits, whose types of geoms can touch; null: all
   const BoxPair* box_pairs;
   const GeomBox* boxes;         // for each geom, if there are box_pairs
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
@@ -181,20 +196,23 @@ enum class Object { dof, joint, ball, tendon };
 struct Contacts {
   static constexpr int kCapacity = 96;
 
-  const int* joints;  // slides, hinges and balls with limits
-  int joint_count;
-  const int* tendons;  // those with limits
-  int tendon_count;
-  const Equality* equalities;
+  // A slide, hinge, ball or tendon, and the lanes, as bits, in which its limits hold.
+  struct Limited {
+    int id;
+    unsigned rows;
+  };
+  const Limited *joints, *tendons;
+  int joint_count, tendon_count;
   const ContactPair* pairs;  // for each of Lanes::pairs
   bool are_searched;         // MuJoCo would search for the pairs
   unsigned rows;             // the lanes, as bits, that take part
 
   struct Equal {
-    unsigned rows;  // the lanes, as bits, that have it
+    const Equality* equality;
+    unsigned rows;  // the lanes, as bits, in which it is active: at least one
     const ConstraintNumbers* numbers[kMaxWidth];
   };
-  const Equal* equals;  // for each of `equalities`
+  const Equal* equals;
   int equality_count;
   struct Friction {
     Object object;

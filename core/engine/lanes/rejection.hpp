@@ -143,7 +143,7 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
 // computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
-// that. But if rows have their own sizes of geoms, the boxes are unknown, and this compares none.
+// that. But if rows have their own sizes or margins of geoms, the boxes are unknown, and this compares none.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -158,7 +158,8 @@ void reject(Lanes& d) {
       for (int k = 0; k < 3; ++k) dif[k] = a[k] - b[k];
       apart = dot3(dif, dif);
     }
-    unsigned near = bits(~(apart > splat(pair->limit)));
+    unsigned near = bits(~(apart > pair_number(d, i, d.pair_limit, &PairNumbers::limit)));
+    if (d.pair_rows) near &= d.pair_rows[i];
     if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
     d.may_touch[i] = static_cast<unsigned char>(near);
   }

@@ -152,7 +152,7 @@ class Forces {
   void add_equalities() {
     Places places(contacts_, c_);
     for (int i = 0; i < contacts_.equality_count; ++i) {
-      const Equality& equality = contacts_.equalities[i];
+      const Equality& equality = *contacts_.equals[i].equality;
       const unsigned rows = contacts_.equals[i].rows & contacts_.rows;
       places.next(contacts_.equals[i].rows, equality.size);
       if (equality.type != mjEQ_CONNECT && equality.type != mjEQ_WELD) continue;
@@ -228,7 +228,8 @@ class Sensors : Forces {
     const V* const of_bodies = vectors(d_.xquat);
     switch (type) {
       case mjOBJ_XBODY: return copy(res, of_bodies + 4 * id, 4);
-      case mjOBJ_BODY: return mulQuat(res, of_bodies + 4 * id, m_.body_iquat + 4 * id);
+      case mjOBJ_BODY:
+        return world_quat(res, of_bodies + 4 * id, vectors(d_.body_iquat) + 4 * id, m_.body_iquat + 4 * id);
       case mjOBJ_GEOM:
         return world_quat(res, of_bodies + 4 * m_.geom_bodyid[id], vectors(d_.geom_quat) + 4 * id,
                           m_.geom_quat + 4 * id);
@@ -304,9 +305,7 @@ class Sensors : Forces {
   }
 
   void magnetometer(int site, V* data) const {
-    V field[3];
-    for (int k = 0; k < 3; ++k) field[k] = splat(m_.opt.magnetic[k]);
-    mulMatTVec3(data, vectors(d_.site_xmat) + 9 * site, field);
+    mulMatTVec3(data, vectors(d_.site_xmat) + 9 * site, vectors(d_.magnetic));
   }
 
   // mju_mulMatTVec for three rows. MuJoCo skips zeros; here they are added to a sum that begins at +0.
@@ -420,16 +419,17 @@ class Sensors : Forces {
 
   // Whether the ray from a contact along its force meets the sensor's site, in one lane, by MuJoCo's own functions.
   bool is_in_zone(int site, int contact, int lane, double force, bool is_flipped) const {
-    mjtNum pos[3], mat[9], point[3], ray[3];
+    mjtNum pos[3], mat[9], size[3], point[3], ray[3];
     for (int k = 0; k < 3; ++k) {
       pos[k] = d_.site_xpos[(3 * site + k) * kWidth + lane];
+      size[k] = d_.site_size[(3 * site + k) * kWidth + lane];
       point[k] = contacts_.pos[(3 * contact + k) * kWidth + lane];
       ray[k] = contacts_.frame[(9 * contact + k) * kWidth + lane] * force;
     }
     for (int k = 0; k < 9; ++k) mat[k] = d_.site_xmat[(9 * site + k) * kWidth + lane];
     mju_normalize3(ray);
     if (is_flipped) mju_scl3(ray, ray, -1);
-    return mju_rayGeom(pos, mat, m_.site_size + 3 * site, point, ray, m_.site_type[site]) >= 0;
+    return mju_rayGeom(pos, mat, size, point, ray, m_.site_type[site]) >= 0;
   }
 
   // apply_cutoff

@@ -362,7 +362,7 @@ class Rows:
         turn = self.enter()
         try:
             info = self._info()
-            return info.lanes, _text(info.lanes_reason)  # another thread's call would replace the text
+            return info.lanes, _text(info.lanes_reason)
         finally:
             self.leave(turn)
 

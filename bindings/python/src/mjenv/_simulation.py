@@ -76,7 +76,7 @@ class Simulation:
 
     @property
     def lanes_reason(self) -> str:
-        """Why all or some rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
+        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
         return self._rows.lanes()[1]
 
     @property

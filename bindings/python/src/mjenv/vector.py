@@ -418,13 +418,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def lanes(self) -> int:
         """How many rows each thread steps together in the lanes of the CPU's vector unit; 0: rows step one by one.
 
-        May change when rows get their own values. ``lanes_reason`` says why rows are stepped one by one.
+        ``lanes_reason`` says why rows are stepped one by one.
         """
         return self._pool.rows.lanes()[0]
 
     @property
     def lanes_reason(self) -> str:
-        """Why all or some rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
+        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
         return self._pool.rows.lanes()[1]
 
     @property

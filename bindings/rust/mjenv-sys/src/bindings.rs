@@ -206,7 +206,7 @@ impl Default for mjenv_space {
         }
     }
 }
-#[doc = " Describes an environment as it is at the moment. mjenv_info_of fills it."]
+#[doc = " Describes an environment. mjenv_info_of fills it."]
 #[repr(C)]
 pub struct mjenv_info {
     pub struct_size: u32,
@@ -217,7 +217,7 @@ pub struct mjenv_info {
     pub frame_skip: i64,
     #[doc = " how many rows each thread steps together; 0: one by one. The results are the same"]
     pub lanes: i64,
-    #[doc = " why rows are stepped one by one; \"\" if none is. Valid until the next mjenv_info_of"]
+    #[doc = " why rows are stepped one by one; \"\" if none is. It belongs to the environment"]
     pub lanes_reason: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_info {
@@ -714,7 +714,7 @@ extern "C" {
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Describes an environment as it is at the moment: the lanes can change when rows get values of their own."]
+    #[doc = " Describes an environment."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {

@@ -206,7 +206,7 @@ impl Env {
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
-    /// one by one. The answer may change when rows get their own values.
+    /// one by one.
     ///
     /// # Errors
     /// [`ErrorKind::Pending`].
