@@ -70,7 +70,9 @@ class Work {
   const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
   // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live as long
   // as it is used.
-  void use(const OwnArrays& arrays, std::byte* block);
+  void use(const OwnArrays& arrays, const std::byte* block);
+  // Does the same without the inputs: those in mjData stay.
+  void use_model(const OwnArrays& arrays, const std::byte* block);
 
   // Calls mj_resetData, which also clears the derived arrays.
   void clear();
