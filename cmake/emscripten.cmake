@@ -41,7 +41,7 @@ mjenv_add_module(mjenv_wasm_suite mjenv-suite ${mjenv_suite_sources} ${MJENV_TAS
 mjenv_use_math(mjenv_wasm_suite_tasks)
 target_include_directories(mjenv_wasm_suite_tasks PRIVATE suite)
 if(MJENV_BUILD_TESTS)
-  mjenv_add_module(mjenv_wasm_tasks mjenv-tasks examples/tasks/cartpole/cartpole.cpp)
+  mjenv_add_module(mjenv_wasm_tasks mjenv-tasks examples/tasks/cartpole/cartpole.cpp tests/tasks/groups.cpp)
 endif()
 
 configure_file(${EMSCRIPTEN_ROOT_PATH}/system/lib/libc/musl/COPYRIGHT ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses/musl.txt COPYONLY)

@@ -14,13 +14,13 @@ ModelView::ModelView(const Model& model)
 
 ModelView::~ModelView() = default;
 
-void ModelView::use(const OwnArrays& arrays, std::byte* block) {
+void ModelView::use(const OwnArrays& arrays, const std::byte* block) {
   using Collisions = OwnArray::Collisions;
   Collisions collisions = Collisions::same;
   for (const OwnArray& array : arrays.list()) {
     collisions = std::max(collisions, array.collisions);
     if (array.place == OwnArray::Place::data_input) continue;
-    std::byte* values = block + array.offset;
+    const std::byte* values = block + array.offset;
     for (mjModel* view : {whole_.get(), stepped_.get()}) {
       std::byte* member = reinterpret_cast<std::byte*>(view) + array.member;
       if (array.place == OwnArray::Place::model_number)

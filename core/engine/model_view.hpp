@@ -17,7 +17,7 @@ class ModelView {
   ~ModelView();
 
   // Makes both views use the arrays in the block, which must live as long as the views use it.
-  void use(const OwnArrays& arrays, std::byte* block);
+  void use(const OwnArrays& arrays, const std::byte* block);
   const mjModel_& whole() const { return *whole_; }
   const mjModel_& stepped() {
     if (must_mix_) mix();

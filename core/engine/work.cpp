@@ -22,9 +22,13 @@ Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layou
 
 std::vector<Array> Work::arrays() const { return data_arrays(*model_->get(), *data_); }
 
-void Work::use(const OwnArrays& arrays, std::byte* block) {
+void Work::use_model(const OwnArrays& arrays, const std::byte* block) {
   if (!view_) view_.emplace(*model_);
   view_->use(arrays, block);
+}
+
+void Work::use(const OwnArrays& arrays, const std::byte* block) {
+  use_model(arrays, block);
   has_inputs_ = arrays.has_inputs();
   for (const OwnArray& array : arrays.list()) {
     if (array.place != OwnArray::Place::data_input) continue;

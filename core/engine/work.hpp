@@ -73,7 +73,9 @@ class Work {
   const mjModel_& unmixed() const { return view_ ? view_->unmixed() : *model_->stepped(); }
   // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live until
   // the next call.
-  void use(const OwnArrays& arrays, std::byte* block);
+  void use(const OwnArrays& arrays, const std::byte* block);
+  // Does the same without the inputs: those in mjData stay.
+  void use_model(const OwnArrays& arrays, const std::byte* block);
 
   // Calls mj_resetData, which also clears the derived arrays.
   void clear();

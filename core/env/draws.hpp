@@ -31,7 +31,7 @@ class Draws {
   bool adopt(Rows& rows, std::int64_t row) noexcept {
     if (block_.empty()) return false;
     rows.keep(row);
-    std::copy(block_.begin(), block_.end(), rows.values(row));
+    rows.set_values(row, block_.data());
     rows.head(row).written = Written::by_caller;
     clear();
     return true;

@@ -387,11 +387,12 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
     target = *rows_.arrays().find(array);
   }
   for_each_row([&](std::int64_t row, const double* of_row) {
-    rows_.keep(row);
-    if (part)
+    if (part) {
       std::copy_n(of_row, elements, rows_.state(row) + part->offset);
-    else
-      target.write(of_row, rows_.values(row));
+    } else {
+      rows_.keep(row);
+      target.write(of_row, rows_.own_values(row));
+    }
     rows_.head(row).written = Written::by_caller;
     workers_.forget(row);
     forget_observation(row);
@@ -478,7 +479,7 @@ void Env::randomize(const mjenv_randomization* items, std::int64_t count) {
                  model().work_bytes() * workers_.team_size());
     workers_.for_each([](Worker& worker) { worker.constants().prepare_draw(); });
   }
-  std::vector<double> ranges = rows_.make_ranges(next.ranges());
+  Zeros ranges = rows_.make_ranges(next.ranges());
   if (!arrays.empty()) make_own(arrays);
   next.place(rows_.arrays());
   rows_.set_ranges(std::move(ranges), next.ranges().size());
@@ -492,7 +493,7 @@ void Env::perturb(const mjenv_perturbation* given) {
     next = Perturbation(read_struct(given, "perturbation"), model(), task_.action_count(),
                         static_cast<std::int64_t>(frames_.task_count()));
   // Allocates all memory first, because a call that fails must change nothing.
-  std::vector<double> records = rows_.make_perturbation(next.record_count());
+  Zeros records = rows_.make_perturbation(next.record_count());
   std::vector<Perturbation::Step> steps;
   workers_.for_each([&](Worker& /*worker*/) { steps.push_back(next.make_step()); });
   if (next.applies_forces()) make_own({"xfrc_applied"});
@@ -510,7 +511,7 @@ void Env::end_pushes() {
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!perturbation_.is_pushed(rows_.perturbation(row))) continue;
     rows_.keep(row);
-    perturbation_.end_pushes(rows_.perturbation(row), rows_.values(row));
+    perturbation_.end_pushes(rows_.perturbation(row), rows_.own_values(row));
     rows_.head(row).written = Written::by_caller;
     workers_.forget(row);
   }

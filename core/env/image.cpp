@@ -105,20 +105,17 @@ class Plan {
     };
     drop_if_equal(Part::stepped_values, rows_.values(row, Version::computed));
     drop_if_equal(Part::computed_values, rows_.values(row));
-    if (!originals_.empty()) drop_if_equal(Part::constants_values, originals_.data());
+    drop_if_equal(Part::constants_values, rows_.model_values());
     return kept;
   }
 
  private:
   const Rows& rows_;
   OwnArrays arrays_;
-  std::vector<std::byte> originals_;  // a block with the model's values
   std::vector<const PartKind*> parts_;
   std::size_t size_ = 0;
 
   void choose_arrays(const Range& range) {
-    originals_.resize(rows_.block_bytes());
-    rows_.arrays().fill(0, originals_.data());
     std::vector<const OwnArray*> chosen;
     for (const OwnArray& array : rows_.arrays().list())
       if (differs(array, range)) chosen.push_back(&array);
@@ -129,10 +126,13 @@ class Plan {
 
   // Whether the array differs from the model's in any version of any row.
   bool differs(const OwnArray& array, const Range& range) const {
+    const std::byte* model = rows_.model_values();
+    const auto is_other = [&](const std::byte* block) {
+      return block != model && std::memcmp(block + array.offset, model + array.offset, array.bytes) != 0;
+    };
     for (std::int64_t row = range.first; row < range.end; ++row)
       for (const PartKind& kind : kParts)
-        if (kind.content == Content::values && rows_.has(row, kind) &&
-            std::memcmp(rows_.bytes(kind.part, row) + array.offset, originals_.data() + array.offset, array.bytes) != 0)
+        if (kind.content == Content::values && rows_.has(row, kind) && is_other(rows_.bytes(kind.part, row)))
           return true;
     return false;
   }
@@ -435,13 +435,17 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
   for (const PartKind* kind : kinds)
     if (kind->kept != 0) rows.make_room({kind->part});
 
-  for (std::int64_t i = range.first; i < range.end; ++i) rows.arrays().fill(0, rows.bytes(Part::values, i));
+  std::vector<double> numbers(rows.block_bytes() / sizeof(double));
+  auto* const block = reinterpret_cast<std::byte*>(numbers.data());
+
+  for (std::int64_t i = range.first; i < range.end; ++i) rows.share_model_values(i);
   for (const Found& one : found) {
-    std::byte* to = rows.bytes(one.kind->part, one.row);
-    if (one.kind->content == Content::values)
-      rows.arrays().copy(arrays, one.bytes, to);
+    const bool is_block = one.kind->content == Content::values;
+    if (is_block) rows.arrays().copy(arrays, one.bytes, block);
+    if (one.kind->part == Part::values)
+      rows.set_values(one.row, block);
     else
-      std::memcpy(to, one.bytes, rows.bytes_of(one.kind->content));
+      std::memcpy(rows.room(one.kind->part, one.row), is_block ? block : one.bytes, rows.bytes_of(one.kind->content));
   }
 }
 

@@ -24,7 +24,7 @@ std::vector<std::string> RowConstants::set(Work& work, Rows& rows, std::int64_t 
   if (!names.empty()) return names;
   rows.keep(row);
   rows.keep_constants(row);
-  if (!arrays.empty()) constants_->save(arrays, rows.values(row));
+  if (!arrays.empty()) constants_->save(arrays, rows.own_values(row));
   work.save(rows.state(row));
   rows.head(row).written = Written::by_caller;
   rows.head(row).has_constants = true;

@@ -16,7 +16,7 @@ Rows::Rows(const Task& task, std::size_t history_count, std::int64_t count)
       history_count_(history_count),
       has_random_state_(task.needs.random_state),
       arrays_(*task.model) {
-  std::size_t each = sizeof(Head) + sizeof workers_[0];
+  std::size_t each = sizeof(Head) + sizeof workers_[0] + sizeof owns_values_[0];
   for (const PartKind& kind : kParts)
     if (kind.kept == 0 && kind.part != Part::head) {
       sizes_[index_of(kind.part)] = bytes_of(kind.content) / sizeof(double);
@@ -26,7 +26,8 @@ Rows::Rows(const Task& task, std::size_t history_count, std::int64_t count)
   const auto rows = static_cast<std::size_t>(count);
   heads_.resize(rows);
   workers_.resize(rows);
-  for (std::size_t part = 0; part < kPartCount; ++part) numbers_[part].resize(rows * sizes_[part]);
+  owns_values_.resize(rows);
+  for (std::size_t part = 0; part < kPartCount; ++part) numbers_[part] = Zeros(rows * sizes_[part]);
   const std::vector<double>& defaults = task.parameters.defaults();
   for (std::int64_t row = 0; row < count; ++row) std::copy(defaults.begin(), defaults.end(), parameters(row));
 }
@@ -63,12 +64,30 @@ void Rows::set_random_state(std::int64_t row, const np::RandomState& stream) {
   std::memcpy(numbers(Part::random_state, row), &stream, sizeof stream);
 }
 
-std::byte* Rows::bytes(Part part, std::int64_t row) {
-  return part == Part::head ? reinterpret_cast<std::byte*>(&head(row))
-                            : reinterpret_cast<std::byte*>(numbers(part, row));
+const std::byte* Rows::bytes(Part part, std::int64_t row) const {
+  if (part == Part::values && shares_model_values(row)) return model_values();
+  return part == Part::head ? reinterpret_cast<const std::byte*>(&head(row))
+                            : reinterpret_cast<const std::byte*>(numbers(part, row));
 }
 
-std::byte* Rows::values(std::int64_t row, Version version) {
+std::byte* Rows::room(Part part, std::int64_t row) {
+  if (part == Part::values) owns_values_[static_cast<std::size_t>(row)] = 1;
+  return const_cast<std::byte*>(bytes(part, row));
+}
+
+std::byte* Rows::own_values(std::int64_t row) {
+  const bool is_new = shares_model_values(row);
+  std::byte* own = room(Part::values, row);
+  if (is_new) std::memcpy(own, model_values(), block_bytes());
+  return own;
+}
+
+void Rows::set_values(std::int64_t row, const std::byte* block) {
+  if (shares_model_values(row) && std::memcmp(block, model_values(), block_bytes()) == 0) return;
+  std::memcpy(room(Part::values, row), block, block_bytes());
+}
+
+const std::byte* Rows::values(std::int64_t row, Version version) const {
   switch (version) {
     case Version::constants: return is_kept(row, Part::constants_values) ? bytes(Part::constants_values, row) : nullptr;
     case Version::stepped:
@@ -96,13 +115,16 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
   };
   check_memory(count(), " rows with arrays of their own",
                static_cast<std::size_t>(std::count_if(kParts.begin(), kParts.end(), grows)) * arrays.block_bytes());
-  std::vector<std::pair<std::size_t, std::vector<double>>> wider;  // parts, by index
+  std::vector<double> model_values(size);
+  arrays.fill(0, reinterpret_cast<std::byte*>(model_values.data()));
+  std::vector<std::pair<std::size_t, Zeros>> wider;  // parts, by index
   for (const PartKind& kind : kParts) {
     if (!grows(kind)) continue;
-    std::vector<double> numbers(heads_.size() * size);
+    Zeros numbers(heads_.size() * size);
     for (std::int64_t row = 0; row < count(); ++row) {
+      if (kind.part == Part::values ? shares_model_values(row) : !is_kept(row, kind.part)) continue;
       auto* to = reinterpret_cast<std::byte*>(numbers.data() + static_cast<std::size_t>(row) * size);
-      if (old_bytes > 0) std::memcpy(to, bytes(kind.part, row), old_bytes);
+      std::memcpy(to, bytes(kind.part, row), old_bytes);
       arrays.fill(first, to);
     }
     wider.emplace_back(index_of(kind.part), std::move(numbers));
@@ -111,17 +133,20 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
     numbers_[part] = std::move(numbers);
     sizes_[part] = size;
   }
+  model_values_ = std::move(model_values);
   arrays_ = std::move(arrays);
 }
 
-void Rows::clear_inputs(std::int64_t row) { arrays_.clear_inputs(values(row)); }
+void Rows::clear_inputs(std::int64_t row) {
+  if (!shares_model_values(row)) arrays_.clear_inputs(own_values(row));
+}
 
 void Rows::make_room(std::initializer_list<Part> parts) {
   for (const Part part : parts) {
     const std::size_t size = bytes_of(kParts[index_of(part)].content) / sizeof(double);
     if (sizes_[index_of(part)] == size) continue;
     check_memory(count(), " rows whose state is set, or for which mj_setConst is called", size * sizeof(double));
-    numbers_[index_of(part)].resize(heads_.size() * size);
+    numbers_[index_of(part)] = Zeros(heads_.size() * size);
     sizes_[index_of(part)] = size;
   }
 }
@@ -150,30 +175,35 @@ void Rows::keep_constants(std::int64_t row) {
 }
 
 void Rows::copy(std::int64_t from, std::int64_t to) {
-  for (const PartKind& kind : kParts)
-    if (const std::size_t size = bytes_of(kind.content); size > 0 && has(from, kind))
-      std::memcpy(bytes(kind.part, to), bytes(kind.part, from), size);
+  for (const PartKind& kind : kParts) {
+    const std::size_t size = bytes_of(kind.content);
+    if (size == 0 || !has(from, kind)) continue;
+    if (kind.part == Part::values && shares_model_values(from))
+      share_model_values(to);
+    else
+      std::memcpy(room(kind.part, to), bytes(kind.part, from), size);
+  }
 }
 
-std::vector<double> Rows::make_perturbation(std::uint64_t size) const {
+Zeros Rows::make_perturbation(std::uint64_t size) const {
   check_memory(count(), " rows with noise, delays or pushes", size * sizeof(double));
-  return std::vector<double>(heads_.size() * static_cast<std::size_t>(size));
+  return Zeros(heads_.size() * static_cast<std::size_t>(size));
 }
 
-std::vector<double> Rows::make_ranges(const std::vector<double>& ranges) const {
+Zeros Rows::make_ranges(const std::vector<double>& ranges) const {
   check_memory(count(), " rows with ranges of what resets draw", ranges.size() * sizeof(double));
-  std::vector<double> of_rows;
-  of_rows.reserve(heads_.size() * ranges.size());
-  for (std::size_t row = 0; row < heads_.size(); ++row) of_rows.insert(of_rows.end(), ranges.begin(), ranges.end());
+  Zeros of_rows(heads_.size() * ranges.size());
+  for (std::size_t row = 0; row < heads_.size(); ++row)
+    std::copy(ranges.begin(), ranges.end(), of_rows.data() + row * ranges.size());
   return of_rows;
 }
 
-void Rows::set_ranges(std::vector<double> of_rows, std::size_t size) noexcept {
+void Rows::set_ranges(Zeros of_rows, std::size_t size) noexcept {
   numbers_[index_of(Part::ranges)] = std::move(of_rows);
   sizes_[index_of(Part::ranges)] = size;
 }
 
-void Rows::set_perturbation(std::vector<double> records, std::size_t size) noexcept {
+void Rows::set_perturbation(Zeros records, std::size_t size) noexcept {
   numbers_[index_of(Part::perturbation)] = std::move(records);
   sizes_[index_of(Part::perturbation)] = size;
 }

@@ -11,6 +11,7 @@
 #include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
 #include "env/parts.hpp"
+#include "system/memory.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
@@ -75,13 +76,19 @@ class Rows {
   // The arrays for which rows have their own values.
   const OwnArrays& arrays() const { return arrays_; }
   std::size_t block_bytes() const { return arrays_.block_bytes(); }
+  // A block with the model's values, and for inputs of mjData, those that mj_resetData sets. All rows whose values were
+  // never written share it, so that only the others need memory.
+  const std::byte* model_values() const { return reinterpret_cast<const std::byte*>(model_values_.data()); }
+  bool shares_model_values(std::int64_t row) const { return owns_values_[static_cast<std::size_t>(row)] == 0; }
   // The row's own values in this version. If the version `constants` has none of its own, returns null.
-  std::byte* values(std::int64_t row, Version version = Version::now);
-  const std::byte* values(std::int64_t row, Version version = Version::now) const {
-    return const_cast<Rows*>(this)->values(row, version);
-  }
-  // Gives all rows own values of these arrays. At first they are the model's, or for inputs of mjData, those that
-  // mj_resetData sets. Changes nothing if it fails. Invalidates pointers to own values.
+  const std::byte* values(std::int64_t row, Version version = Version::now) const;
+  // The row's present own values, for writing. If the row has shared the model's, it now has a copy of them.
+  std::byte* own_values(std::int64_t row);
+  // Replaces the row's present own values. A row that shares the model's goes on sharing them if these are the same.
+  void set_values(std::int64_t row, const std::byte* block);
+  void share_model_values(std::int64_t row) { owns_values_[static_cast<std::size_t>(row)] = 0; }
+  // Gives all rows own values of these arrays; at first they are those of model_values. Changes nothing if it fails.
+  // Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
@@ -111,16 +118,17 @@ class Rows {
   // Access to any part of a row, for copies, images and new settings.
   bool has(std::int64_t row, const PartKind& kind) const { return kind.is_in(head(row).kept); }
   std::size_t bytes_of(Content content) const;
-  std::byte* bytes(Part part, std::int64_t row);
-  const std::byte* bytes(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->bytes(part, row); }
+  const std::byte* bytes(Part part, std::int64_t row) const;
+  // The same for writing all bytes of the part.
+  std::byte* room(Part part, std::int64_t row);
   void copy(std::int64_t from, std::int64_t to);
 
   // make_perturbation returns records of `size` numbers for all rows, for set_perturbation.
-  std::vector<double> make_perturbation(std::uint64_t size) const;
-  void set_perturbation(std::vector<double> records, std::size_t size) noexcept;
+  Zeros make_perturbation(std::uint64_t size) const;
+  void set_perturbation(Zeros records, std::size_t size) noexcept;
   // ranges: those that all rows have at first.
-  std::vector<double> make_ranges(const std::vector<double>& ranges) const;
-  void set_ranges(std::vector<double> of_rows, std::size_t size) noexcept;
+  Zeros make_ranges(const std::vector<double>& ranges) const;
+  void set_ranges(Zeros of_rows, std::size_t size) noexcept;
 
  private:
   StateLayout layout_;
@@ -129,9 +137,11 @@ class Rows {
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
+  std::vector<double> model_values_;
+  std::vector<std::uint8_t> owns_values_;  // whether the row has a copy of its own; no bits, because threads write them
   // For each part except the head: the numbers of all rows, and how many a row has (for kept parts 0, until one is
   // needed).
-  std::array<std::vector<double>, kPartCount> numbers_;
+  std::array<Zeros, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
 
   double* numbers(Part part, std::int64_t row) {

@@ -39,10 +39,10 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   head.warnings = work_.warnings();
   if (origin == Origin::step && pushes_)
     for (const Work::Force& force : pushes_->forces)
-      std::memcpy(rows.values(row) + force.offset, force.values.data(), sizeof force.values);
+      save_input(rows, row, force.offset, force.values.data(), sizeof force.values);
   if (origin == Origin::step && random_)
     for (const OwnValues& own : own_values_)
-      if (own.is_force) own.array->write(own.before.data(), rows.values(row));
+      if (own.is_force) save_input(rows, row, own.array->offset, own.before.data(), own.array->bytes);
   // If MuJoCo reset the simulation during this step, it cleared the inputs. If that was in the last mj_step, the inputs
   // with which it began are kept, so that it can be repeated. If it was in an earlier one, the last one began with
   // cleared inputs.
@@ -63,9 +63,24 @@ void Worker::use(Rows& rows, std::int64_t row, Version version) {
   if (!rows.arrays().empty()) use(rows.arrays(), rows.values(row, version));
 }
 
-void Worker::use(const OwnArrays& arrays, std::byte* block) {
+void Worker::use(const OwnArrays& arrays, const std::byte* block) {
   work_.use(arrays, block);
   view_.use(arrays, block);
+}
+
+std::byte* Worker::own_values(Rows& rows, std::int64_t row) {
+  const bool has_moved = rows.shares_model_values(row);
+  std::byte* block = rows.own_values(row);
+  if (has_moved) {
+    work_.use_model(rows.arrays(), block);
+    view_.use(rows.arrays(), block);
+  }
+  return block;
+}
+
+void Worker::save_input(Rows& rows, std::int64_t row, std::size_t offset, const double* values, std::size_t bytes) {
+  if (std::memcmp(rows.values(row) + offset, values, bytes) == 0) return;  // needs no memory
+  std::memcpy(own_values(rows, row) + offset, values, bytes);
 }
 
 void Worker::hold(Rows& rows, std::int64_t row) {
@@ -182,7 +197,7 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   head.seeded = true;
   if (rows.has_random_state()) rows.set_random_state(row, stream);
   if (arrays.empty()) return;
-  std::copy(inputs_.begin(), inputs_.end(), rows.values(row));
+  rows.set_values(row, inputs_.data());
   use(rows, row);
 }
 
@@ -317,8 +332,7 @@ mjenv_outcome Worker::step(Rows& rows, std::int64_t row, const Action& action, R
     own.before = own.values;
   }
   const mjenv_outcome outcome = task_.calls->step(view_, action, random, controlled_.data());
-  const std::vector<double>& qvel = view_.velocities();
-  is_kicked_ = std::memcmp(qvel.data(), work_.state().qvel, qvel.size() * sizeof(double)) != 0;
+  is_kicked_ = view_.is_kicked();
   return outcome;
 }
 
@@ -330,7 +344,7 @@ void Worker::commit_step(Rows& rows, std::int64_t row) {
   };
   const auto put = [&](std::vector<double> OwnValues::*values) {
     for (const OwnValues& own : own_values_)
-      if (is_changed(own)) own.array->write((own.*values).data(), rows.values(row));
+      if (is_changed(own)) own.array->write((own.*values).data(), own_values(rows, row));
   };
   const bool is_written = std::any_of(own_values_.begin(), own_values_.end(), is_changed);
   if (!is_written && !is_kicked_) return save(rows, row, Origin::step);

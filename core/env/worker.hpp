@@ -160,7 +160,11 @@ class Worker {
   void compute(Rows& rows, std::int64_t row);
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Version version = Version::now);
-  void use(const OwnArrays& arrays, std::byte* block);
+  void use(const OwnArrays& arrays, const std::byte* block);
+  // The row's own values, for writing. The work space, which uses the row's values, uses what is written.
+  std::byte* own_values(Rows& rows, std::int64_t row);
+  // Saves an input of mjData to the row. offset: in the row's block of own values.
+  void save_input(Rows& rows, std::int64_t row, std::size_t offset, const double* values, std::size_t bytes);
   void fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept;
 };
 

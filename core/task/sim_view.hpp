@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,10 @@ class SimView {
   double* info() { return info_.data(); }
   // Where a task's step changes the velocities.
   std::vector<double>& velocities() { return velocities_; }
+  // Whether the last step has changed them.
+  bool is_kicked() const {
+    return std::memcmp(velocities_.data(), sim_.qvel, velocities_.size() * sizeof(double)) != 0;
+  }
   // Sets the action that callbacks see. Otherwise they see NaN.
   void show(const Action& action);
   void hide_action();

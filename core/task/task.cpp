@@ -174,6 +174,7 @@ mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random, d
       "step", [&] { return callbacks_.step(self_, &view.sim(), &to); }, &random);
   check_carried("step", view.carried());
   if (checks_ && std::isnan(to.reward)) refuse("step", "the reward is NaN");
+  if (!view.is_kicked()) return to;
   for (std::size_t i = 0; i < qvel.size(); ++i)
     if (!std::isfinite(qvel[i]) && std::isfinite(view.sim().qvel[i])) refuse("step", element_is("qvel", i, qvel[i]));
   return to;

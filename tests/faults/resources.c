@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "golden.h"
+#include "mjenv/task.h"
 
 #define RECORDING "trajectories/Hopper-v5.golden"
 
@@ -134,12 +135,21 @@ static void test_no_more_processes(void** state) {
   in_child(no_more_processes);
 }
 
-static rlim_t address_space(void) {
-  long pages = 0;
+// The bytes of the address space that are in use, and those of them that have memory.
+static bool use_of_memory(rlim_t* space, rlim_t* resident) {
+  unsigned long pages[2];
   FILE* file = fopen("/proc/self/statm", "r");
-  if (!file || fscanf(file, "%ld", &pages) != 1) return 0;
-  fclose(file);
-  return (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE);
+  const bool found = file && fscanf(file, "%lu %lu", &pages[0], &pages[1]) == 2;
+  if (file) fclose(file);
+  const rlim_t size = (rlim_t)sysconf(_SC_PAGESIZE);
+  *space = found ? pages[0] * size : 0;
+  *resident = found ? pages[1] * size : 0;
+  return found;
+}
+
+static rlim_t address_space(void) {
+  rlim_t space, resident;
+  return use_of_memory(&space, &resident) ? space : 0;
 }
 
 // The address space is bounded at more and more above what is in use, until an environment fits whose rows are more
@@ -216,6 +226,111 @@ static bool too_many_dofs(void) {
 static void test_too_many_dofs(void** state) {
   (void)state;
   in_child(too_many_dofs);
+}
+
+// ---- Own arrays of rows that were never written ----
+
+enum { SIDE = 256, HEIGHTS = SIDE * SIDE };
+
+static int32_t build(mjenv_builder* builder, void* user, void** self) {
+  (void)user;
+  *self = NULL;
+  mjenv_build_current(builder);
+  mjenv_build_own(builder, "hfield_data");
+  mjenv_build_parameter(builder, "height");
+  return 0;
+}
+
+static int32_t reset(const void* self, mjenv_start* start) {
+  (void)self;
+  if (start->parameters[0] > 0)
+    for (int i = 0; i < HEIGHTS; ++i) start->own[0][i] = start->parameters[0];
+  return 0;
+}
+
+static int32_t observe(const void* self, const mjenv_sim* sim, double* to) {
+  (void)self;
+  to[0] = sim->qpos[0];
+  return 0;
+}
+
+static int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome) {
+  (void)self;
+  if (sim->parameters[0] > 0.5) outcome->own[0][HEIGHTS - 1] = 0.5;
+  return 0;
+}
+
+static mjenv_env* large_fields(int64_t rows) {
+  static const mjenv_task_option height = {
+      .struct_size = sizeof height, .kind = MJENV_KIND_REALS, .name = "height", .low = 0, .high = 1, .live = 1};
+  static const mjenv_task_field z = {.struct_size = sizeof z, .name = "z", .role = MJENV_ROLE_OBSERVATION};
+  static const mjenv_task task = {
+      .struct_size = sizeof task,
+      .id = "tests/LargeFields-v0",
+      .model_text =
+          "<mujoco><asset><hfield name='ground' nrow='256' ncol='256' size='9 9 1 .1'/></asset><worldbody>"
+          "<geom type='hfield' hfield='ground'/><body pos='0 0 3'><joint type='slide' axis='0 0 1'/><geom size='.2'/>"
+          "</body></worldbody></mujoco>",
+      .frame_skip = 1,
+      .options = &height,
+      .option_count = 1,
+      .fields = &z,
+      .field_count = 1,
+      .build = build,
+      .reset = reset,
+      .observe = observe,
+      .step = step};
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  if (mjenv_register_task(&task) == MJENV_OK && mjenv_options_create(task.id, &options) == MJENV_OK)
+    mjenv_create(options, rows, &env);
+  mjenv_options_destroy(options);
+  return env;
+}
+
+// The heights of all rows would be 256 MB, and those with which they were computed as many. Only written rows have memory.
+static bool unwritten_rows(void) {
+  enum { ROWS = 1024, WRITTEN = 700, COPY = 9, STEP_WRITES = 3, MOST = 64 << 20 };
+  static double heights[HEIGHTS];
+  static unsigned char image[HEIGHTS * 16];
+  rlim_t space, before, after;
+  if (!use_of_memory(&space, &before)) return false;
+  mjenv_env* env = large_fields(ROWS);
+  if (!env) return false;
+  uint8_t mask[ROWS] = {0}, copied[ROWS] = {0};
+  mask[WRITTEN] = mask[STEP_WRITES] = copied[COPY] = copied[COPY + 1] = 1;
+  const double low = 0.25, high = 0.75;
+  int64_t count = 0, size = 0;
+  bool fine =
+      mjenv_reset(env, NULL, NULL) == MJENV_OK && mjenv_step(env, NULL, NULL, 0, MJENV_DTYPE_FLOAT64, NULL) == MJENV_OK;
+  fine = fine && mjenv_write(env, mask, "parameters.height", &low, 1) == MJENV_OK;
+  fine = fine && mjenv_reset(env, mask, NULL) == MJENV_OK && mjenv_copy_row(env, copied, WRITTEN) == MJENV_OK;
+  mask[WRITTEN] = 0;
+  fine = fine && mjenv_write(env, mask, "parameters.height", &high, 1) == MJENV_OK;
+  fine = fine && mjenv_step(env, NULL, NULL, 0, MJENV_DTYPE_FLOAT64, NULL) == MJENV_OK;
+  // Row COPY + 1 gets the model's heights back.
+  fine = fine && mjenv_snapshot(env, 0, image, sizeof image, &size) == MJENV_OK;
+  fine = fine && mjenv_restore(env, COPY + 1, image, size) == MJENV_OK;
+  fine = fine && mjenv_step(env, NULL, NULL, 0, MJENV_DTYPE_FLOAT64, NULL) == MJENV_OK;
+  for (int64_t row = 0; fine && row < ROWS; ++row) {
+    fine = mjenv_read(env, row, "hfield_data", heights, HEIGHTS, &count) == MJENV_OK && count == HEIGHTS;
+    const double wanted = row == WRITTEN || row == COPY || row == STEP_WRITES ? low : 0;
+    for (int i = 0; fine && i < HEIGHTS; ++i)
+      fine = heights[i] == (row == STEP_WRITES && i == HEIGHTS - 1 ? 0.5 : wanted);
+    if (!fine) printf("row %d has other heights\n", (int)row);
+  }
+  if (fine && !use_of_memory(&space, &after)) fine = false;
+  if (fine && after > before + MOST) {
+    printf("%d MB\n", (int)((after - before) >> 20));
+    fine = false;
+  }
+  mjenv_destroy(env);
+  return fine;
+}
+
+static void test_unwritten_rows(void** state) {
+  (void)state;
+  in_child(unwritten_rows);
 }
 
 // Everything that MuJoCo itself reports by printing and by writing MUJOCO_LOG.TXT.
@@ -303,6 +418,7 @@ int main(void) {
       cmocka_unit_test(test_no_more_processes),
       cmocka_unit_test(test_little_address_space),
       cmocka_unit_test(test_too_many_dofs),
+      cmocka_unit_test(test_unwritten_rows),
       cmocka_unit_test(test_nothing_is_written),
       cmocka_unit_test(test_full_disk),
       cmocka_unit_test(test_no_files),

@@ -21,9 +21,13 @@ std::string name_of(Bytes& bytes, const OptionsHandle& options) {
 
 void set(Bytes& bytes, const OptionsHandle& options, const std::string& name) {
   static const std::int64_t integers[] = {0, 1, -1, 2, 7, 1024, INT32_MAX, INT64_MAX, INT64_MIN};
-  static const char* const texts[] = {"",        "auto",      "fused",    "same_step", "next_step", "terminate",
-                                      "torso",   "ant.xml",   "./x.xml",  "~",         "/",         "xpos sensordata",
-                                      "qpos qM", "<mujoco/>", "cfrc_ext", "plain",     "continue",  "%s%n"};
+  static const char* const texts[] = {"",          "auto",      "fused",
+                                      "same_step", "next_step", "terminate",
+                                      "torso",     "ant.xml",   "./x.xml",
+                                      "~",         "/",         "xpos sensordata",
+                                      "qpos qM",   "<mujoco/>", "cfrc_ext",
+                                      "plain",     "continue",  "%s%n",
+                                      "qvel=3",    "zero",      "policy=2 qpos=900000000000000000"};
   switch (bytes.below(5)) {
     case 0: check(mjenv_options_set_integer(options.get(), name.c_str(), bytes.one_of(integers))); break;
     case 1: check(mjenv_options_set_integer(options.get(), name.c_str(), bytes.take<std::int64_t>())); break;

@@ -3,17 +3,90 @@
 #include <cstring>
 #include <map>
 
+#include "mjenv/task.h"
+
 #include "target.hpp"
 
 namespace {
 
-constexpr std::size_t kIds = 6, kSamples = 8;  // the last two draw their models, with noise, delays and pushes
+// From kIds on, rows draw their models, with noise, delays and pushes. From kTasks on, they are those of the task below.
+constexpr std::size_t kIds = 6, kTasks = 8, kSamples = 10;
 
 // On MuJoCo 4.0, with the histories of delays.
 const char* const kDelays =
     R"(<mujoco><worldbody><body><joint name="j"/><geom size="0.1" pos="0.2 0 0"/></body></worldbody>
   <actuator><motor joint="j" delay="0.01" nsample="4" interp="cubic"/></actuator>
   <sensor><jointpos joint="j" delay="0.01" nsample="3" interval="0.005"/></sensor></mujoco>)";
+
+// ---- A task whose rows have every part that a row can have ----
+
+constexpr double kPlaces[] = {0.5, 1.5, 2.5};
+constexpr std::int64_t kHeights = 6;
+
+std::int32_t build(mjenv_builder* builder, void* /*user*/, void** self) {
+  *self = nullptr;
+  mjenv_build_current(builder);
+  mjenv_build_random_state(builder);
+  mjenv_build_own(builder, "hfield_data");
+  mjenv_build_own(builder, "qfrc_applied");
+  mjenv_build_keep(builder, 0, 1);
+  mjenv_build_carry_bounds(builder, 1, 1, 0, 2);  // an index of kPlaces
+  mjenv_build_parameter(builder, "speed");
+  return 0;
+}
+
+std::int32_t reset(const void* /*self*/, mjenv_start* start) {
+  for (std::int64_t i = 0; i < kHeights; ++i) start->own[0][i] = mjenv_random_state_rand(start->random);
+  start->carried[0] += 1;
+  start->carried[1] = static_cast<double>(mjenv_random_integers(start->random, 0, 3));
+  return 0;
+}
+
+std::int32_t observe(const void* /*self*/, const mjenv_sim* sim, double* to) {
+  REQUIRE(sim->carried[1] >= 0 && sim->carried[1] <= 2);
+  REQUIRE(sim->parameters[0] >= -2 && sim->parameters[0] <= 2);
+  to[0] = sim->qpos[0] + sim->parameters[0] + kPlaces[static_cast<std::size_t>(sim->carried[1])];
+  return 0;
+}
+
+std::int32_t step(const void* /*self*/, const mjenv_sim* /*sim*/, mjenv_outcome* outcome) {
+  outcome->own[0][0] = mjenv_random_real(outcome->random);
+  outcome->own[1][0] = 1;
+  return 0;
+}
+
+const char* id_of_task() {
+  static const char* id = nullptr;
+  if (id) return id;
+  mjenv_task_option speed = MJENV_TASK_OPTION_INIT;
+  speed.kind = MJENV_KIND_REALS;
+  speed.name = "speed";
+  speed.low = -2;
+  speed.high = 2;
+  speed.live = 1;
+  mjenv_task_field place = MJENV_TASK_FIELD_INIT;
+  place.role = MJENV_ROLE_OBSERVATION;
+  place.name = "place";
+  mjenv_task task = MJENV_TASK_INIT;
+  task.id = "Rows-v0";
+  task.model_text =
+      R"(<mujoco><asset><hfield name="ground" nrow="2" ncol="3" size="1 1 0.2 0.1"/></asset><worldbody>
+  <geom type="hfield" hfield="ground"/><body pos="0 0 0.3"><joint name="z" type="slide" axis="0 0 1"/><geom size="0.1"/></body>
+  </worldbody><actuator><motor joint="z"/></actuator></mujoco>)";
+  task.frame_skip = 1;
+  task.time_limit = 9;
+  task.carry_count = 2;
+  task.options = &speed;
+  task.option_count = 1;
+  task.fields = &place;
+  task.field_count = 1;
+  task.build = build;
+  task.reset = reset;
+  task.observe = observe;
+  task.step = step;
+  REQUIRE(mjenv_register_task(&task) == MJENV_OK);
+  return id = "Rows-v0";
+}
 
 struct Sample {
   EnvHandle env;
@@ -50,11 +123,16 @@ Sample& sample_of(std::size_t index) {
   static const bool is_4 = std::strstr(mjenv_version(), "(MuJoCo 4.") != nullptr;
   static const char* const ids[] = {
       "Ant-v5", "Hopper-v4", "Humanoid-v5", "Reacher-v5", "InvertedDoublePendulum-v4", is_4 ? "Model-v0" : "Ant-v4"};
-  const OptionsHandle options = options_of(ids[index % kIds]);
+  const bool is_task = index >= kTasks;
+  const OptionsHandle options = options_of(is_task ? id_of_task() : ids[index % kIds]);
+  if (is_task) {
+    REQUIRE(mjenv_options_set_integer(options.get(), "history", 3) == MJENV_OK);
+    REQUIRE(mjenv_options_set_integer(options.get(), "time_aware", 1) == MJENV_OK);
+  }
   if (index == 5 && is_4) REQUIRE(mjenv_options_set_string(options.get(), "xml_string", kDelays) == MJENV_OK);
   REQUIRE(mjenv_options_set_integer(options.get(), "strict", 0) == MJENV_OK);
   sample.env = create(options, 2);
-  if (index >= kIds) perturb(sample.env.get());
+  if (index >= kIds && index != kTasks) perturb(sample.env.get());
   REQUIRE(mjenv_reset(sample.env.get(), nullptr, nullptr) == MJENV_OK);
   sample.one = image_of(sample.env.get(), 0);
   sample.all = image_of(sample.env.get(), MJENV_ALL_ROWS);

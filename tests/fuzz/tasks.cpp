@@ -13,6 +13,12 @@ namespace {
 constexpr int kMostTasks = 2000;
 constexpr std::int64_t kLargestRow = 10000;
 
+// With a height field, which rows can have of their own, and a ball that touches it.
+const char* const kField =
+    R"(<mujoco><asset><hfield name="ground" nrow="2" ncol="3" size="1 1 0.2 0.1"/></asset><worldbody>
+  <geom type="hfield" hfield="ground"/><body name="torso" pos="0 0 0.05"><joint name="z" type="slide" axis="0 0 1"/>
+  <geom size="0.1"/><site/></body></worldbody><actuator><motor joint="z"/></actuator></mujoco>)";
+
 // What the callbacks do, and how many numbers they write.
 struct Plan {
   Bytes* bytes = nullptr;
@@ -150,6 +156,13 @@ void destroy(void* self) { REQUIRE(self); }
 
 const Plan& plan_of(const void* self) { return *static_cast<const Plan*>(self); }
 
+// Reads what is there only if build has asked for it.
+void look(const mjenv_sim* sim) {
+  volatile double seen = *sim->time;
+  for (std::int32_t i = 0; i < sim->contact_count; ++i) seen = sim->contacts[i].distance + sim->contacts[i].force[5];
+  static_cast<void>(seen);
+}
+
 // Writes own arrays, of which those that this callback must not write are null.
 void fill_own(const void* self, double* const* own) {
   const Plan& plan = plan_of(self);
@@ -169,10 +182,13 @@ std::int32_t reset(const void* self, mjenv_start* start) {
       case 2: mjenv_start_restart(start); break;
       default: mjenv_start_contact_count(start);
     }
+  if (start->time && bytes.flag()) *start->time = value(bytes);
+  if (start->sim) look(start->sim);
   return result(bytes, start->api);
 }
 
 std::int32_t reset_info(const void* self, const mjenv_sim* sim, double* to) {
+  look(sim);
   fill(*plan_of(self).bytes, to, plan_of(self).reset_info);
   return result(*plan_of(self).bytes, sim->api);
 }
@@ -183,6 +199,7 @@ std::int32_t carry(const void* self, const mjenv_sim* sim, double* to) {
 }
 
 std::int32_t observe(const void* self, const mjenv_sim* sim, double* to) {
+  look(sim);
   fill(*plan_of(self).bytes, to, plan_of(self).observation);
   return result(*plan_of(self).bytes, sim->api);
 }
@@ -207,6 +224,8 @@ std::int32_t step(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome
   draw(bytes, outcome->random);
   fill(bytes, outcome->info, plan_of(self).info);
   fill_own(self, outcome->own);
+  look(sim);
+  if (bytes.flag()) fill(bytes, outcome->qvel, std::min(sim->nv, 2));
   if (bytes.left() > 0) outcome->reward = value(bytes);
   outcome->terminated = bytes.flag() ? 1 : 0;
   return result(bytes, sim->api);
@@ -261,7 +280,7 @@ struct Parts {
     static const std::uint32_t sizes[] = {0, 4, 8};
     mjenv_task_option& option = options[bytes.below(2)];
     mjenv_task_field& part = fields[bytes.below(4)];
-    switch (bytes.below(34)) {
+    switch (bytes.below(35)) {
       case 0: task.id = text(bytes); break;
       case 1: task.model = text(bytes); break;
       case 2: task.model_text = text(bytes); break;
@@ -295,6 +314,7 @@ struct Parts {
       case 30: part.group = text(bytes); break;
       case 31: option.live = static_cast<std::int32_t>(count(bytes)); break;
       case 32: task.caller_thread = 1; break;
+      case 33: task.model = nullptr, task.model_text = kField; break;
       default:
         *bytes.one_of({&task.struct_size, &camera.struct_size, &option.struct_size, &part.struct_size}) =
             bytes.one_of(sizes);
@@ -306,13 +326,37 @@ struct Parts {
   }
 };
 
+void perturb(mjenv_env* env, Bytes& bytes) {
+  const double noise = value(bytes), first = value(bytes);
+  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
+  perturbation.action_noise = perturbation.observation_noise = &noise;
+  perturbation.action_noise_count = perturbation.observation_noise_count = 1;
+  perturbation.action_delay = static_cast<std::int64_t>(bytes.below(3));
+  perturbation.observation_delay = static_cast<std::int64_t>(bytes.below(3));
+  perturbation.max_action_delay = static_cast<std::int64_t>(bytes.below(5));
+  perturbation.max_observation_delay = static_cast<std::int64_t>(bytes.below(5));
+  perturbation.redraws_delays = bytes.flag() ? 1 : 0;
+  perturbation.first_action = &first;
+  perturbation.first_action_count = 1;
+  check(mjenv_perturb(env, &perturbation));
+}
+
 void use(const std::string& id, Plan& plan) {
   const OptionsHandle options = options_of(id.c_str());
   REQUIRE(mjenv_options_set_integer(options.get(), "frame_skip", 1) == MJENV_OK);
   check(mjenv_options_set_integer(options.get(), "strict", plan.bytes->flag() ? 1 : 0));
+  std::int64_t history = 0, time = 0;
+  if (plan.bytes->flag()) {
+    history = static_cast<std::int64_t>(plan.bytes->below(4));
+    time = plan.bytes->flag() ? 1 : 0;
+    REQUIRE(mjenv_options_set_string(options.get(), "observation", "flat") == MJENV_OK);
+    REQUIRE(mjenv_options_set_integer(options.get(), "history", history) == MJENV_OK);
+    REQUIRE(mjenv_options_set_integer(options.get(), "time_aware", time) == MJENV_OK);
+    REQUIRE(mjenv_options_set_integer(options.get(), "clip_actions", plan.bytes->flag() ? 1 : 0) == MJENV_OK);
+  }
   const EnvHandle env = create(options, 2);
   if (!env) return;
-  plan.observation = total(env.get(), MJENV_ROLE_OBSERVATION);
+  plan.observation = total(env.get(), MJENV_ROLE_OBSERVATION) / std::max<std::int64_t>(history, 1) - time;
   plan.info = total(env.get(), MJENV_ROLE_INFO);
   plan.reset_info = total(env.get(), MJENV_ROLE_RESET_INFO);
   if (plan.observation + plan.info + plan.reset_info > kLargestRow) return;
@@ -320,6 +364,7 @@ void use(const std::string& id, Plan& plan) {
   std::vector<double> action(2 * static_cast<std::size_t>(mjenv_field_count(env.get(), MJENV_ROLE_ACTION)), 0.5);
   const double weight = value(*plan.bytes);
   check(mjenv_write(env.get(), nullptr, "parameters.weight", &weight, 1));
+  if (plan.bytes->flag()) perturb(env.get(), *plan.bytes);
   double goals[2] = {weight, 1}, rewards[2];
   check(mjenv_compute_reward(env.get(), goals, goals, 2, rewards, plan.bytes->flag() ? 1 : 2));
   check(mjenv_reset(env.get(), nullptr, &out.batch));

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mjenv
+from mjenv import locomotion
 
 # A free body, whose quaternion MuJoCo 2.2.2 normalises; contacts, sensors of all stages, an activation.
 MODEL = """
@@ -483,6 +484,9 @@ TASKS = Path(__file__).resolve().parent.parent / "tasks"
 mjenv.load_tasks(Path(os.environ["MJENV_LIBRARY"]).parent / "tests" / "tasks" / "libterrain.so")
 
 
+AROUND = [(0.3, 0.1), (-0.2, 0.4), (9.0, -7.0)]
+
+
 class Terrain(mjenv.Task):
     """tests/tasks/terrain.cpp written again. Its own arrays are float32 in MuJoCo."""
 
@@ -492,7 +496,11 @@ class Terrain(mjenv.Task):
     current = True
     random_state = True
     own = ("hfield_data", "geom_rgba")
-    state = {"touched": ()}  # noqa: RUF012
+    needs = ("qpos", "qvel", "xpos", "xmat", "ncon", "contact.geom1", "contact.geom2", "contact.dist")
+    state = {"touched": (), "air": (1,)}  # noqa: RUF012
+
+    def build(self, model: Any) -> None:
+        self.ground = locomotion.Terrain(model, "ground")
 
     def reset_row(self, start: Any) -> dict[str, Any]:
         start.own["hfield_data"][:] = start.random_state.permutation(30) / 30
@@ -506,18 +514,25 @@ class Terrain(mjenv.Task):
                 break
             start.advance(1)
         start.time = 0
-        return {"touched": start.sim.xpos[1, 2]}
+        x, y, z = start.sim.xpos[1]
+        field = start.own["hfield_data"].astype(np.float32)
+        return {"touched": z - self.ground.height(x, y, field), "air": np.zeros(1)}
 
     def observe(self, sim: Any) -> NDArray[Any]:
         rows = len(sim.qpos)
         field, rgba = sim.own["hfield_data"], sim.own["geom_rgba"].reshape(rows, -1)
-        return np.concatenate([sim.qpos, sim.qvel, field, rgba, sim.touched[:, None]], axis=1)
+        touching, at = locomotion.touching(sim, [1], 0), sim.xpos[:, 1]
+        below = self.ground.height(at[:, 0], at[:, 1], field)[:, None]
+        around = self.ground.around(at, sim.xmat[:, 1], AROUND, field)
+        numbers = [sim.touched[:, None], touching, sim.air, below, around]
+        return np.concatenate([sim.qpos, sim.qvel, field, rgba, *numbers], axis=1)
 
     def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
         rows = len(action)
+        flights = locomotion.air_time(sim.air, locomotion.touching(sim, [1], 0), self.dt)
         at = sim.rng.integers(0, 30, rows)
         sim.own["hfield_data"][np.arange(rows), at] = sim.rng.random(rows)
-        return sim.qpos[:, 0], np.zeros(rows, bool), {"height": sim.qpos[:, 2]}
+        return sim.qpos[:, 0], np.zeros(rows, bool), {"height": sim.qpos[:, 2], "flight": flights[:, 0]}
 
 
 mjenv.register("NumpyTerrain-v0", Terrain)
@@ -545,8 +560,27 @@ class PlainTerrain:
         while not data.ncon:
             mujoco.mj_step2(model, data)
             mujoco.mj_step1(model, data)
-        self.touched, data.time = data.xpos[1, 2].copy(), 0
+        self.touched, data.time = data.xpos[1, 2] - self.height(*data.xpos[1, :2]), 0
+        self.air = self.flight = 0.0
         forward_without_actuation(model, data)
+
+    def height(self, x: float, y: float) -> float:
+        """By a ray from above, which has to hit the field."""
+        x, y = (min(max(p, 1e-9 - 2), 2 - 1e-9) for p in (x, y))
+        down, above = np.array([0.0, 0.0, -1.0]), np.array([x, y, 9.0])
+        function = getattr(mujoco, "mj_rayHfield", None) or mujoco.mj_rayHField
+        found = function(self.model, self.data, 0, above, down)
+        distance = found if np.isscalar(found) else found[0]
+        assert distance > 0
+        return float(9 - distance)
+
+    def touches(self) -> bool:
+        return any({c.geom1, c.geom2} == {0, 1} and c.dist <= 0 for c in self.data.contact[: self.data.ncon])
+
+    def heights(self) -> list[float]:
+        (x, y, _), mat = self.data.xpos[1], self.data.xmat[1]
+        points = [(x, y), *((x + mat[0] * u + mat[1] * v, y + mat[3] * u + mat[4] * v) for u, v in AROUND)]
+        return [self.height(*point) for point in points]
 
     def step(self, action: NDArray[Any]) -> None:
         model, data = self.model, self.data
@@ -555,12 +589,33 @@ class PlainTerrain:
         mujoco.mj_step1(model, data)
         at = self.rng.integers(0, 30)
         model.hfield_data[at] = self.rng.random()
+        self.flight, self.air = (self.air, 0.0) if self.touches() else (0.0, self.air + 4 * model.opt.timestep)
 
     def observed(self) -> NDArray[Any]:
+        """Without what is computed from heights, which a ray finds with other rounding."""
         model, data = self.model, self.data
+        numbers = [self.touches(), self.air]
         return np.concatenate(
-            [data.qpos, data.qvel, model.hfield_data, model.geom_rgba.reshape(-1), [self.touched]], dtype=np.float64
+            [data.qpos, data.qvel, model.hfield_data, model.geom_rgba.reshape(-1), numbers], dtype=np.float64
         )
+
+
+def check_terrain(got: NDArray[Any], plain: list[PlainTerrain]) -> None:
+    np.testing.assert_array_equal(np.delete(got, [44, *range(47, 51)], axis=1), [row.observed() for row in plain])
+    np.testing.assert_allclose(got[:, 47:], [row.heights() for row in plain], rtol=0, atol=1e-6)
+
+
+def test_terrain_in_numpy_has_the_bits_of_that_in_cpp() -> None:
+    """The heights, which the test below compares with rays, whose rounding is another."""
+    both = [mjenv.make_vec(id, ROWS, autoreset_mode="disabled") for id in ("NumpyTerrain-v0", "tests/Terrain-v0")]
+    rng = np.random.default_rng(6)
+    got = [envs.reset(seed=3)[0] for envs in both]
+    for _ in range(20):
+        np.testing.assert_array_equal(*got)
+        action = rng.uniform(-1, 1, (ROWS, 2))
+        got = [envs.step(action)[0] for envs in both]
+    for envs in both:
+        envs.close()
 
 
 @pytest.mark.parametrize("id", ["NumpyTerrain-v0", "tests/Terrain-v0"])
@@ -568,21 +623,25 @@ def test_own_arrays_of_float32(id: str) -> None:
     plain = [PlainTerrain(seed) for seed in range(ROWS)]
     envs = mjenv.make_vec(id, ROWS, autoreset_mode="disabled")
     other = mjenv.make_vec(id, ROWS, autoreset_mode="disabled")
-    rng = np.random.default_rng(5)
+    rng, flights = np.random.default_rng(5), 0
     for episode in range(2):
         got, _ = envs.reset(seed=list(range(ROWS)) if episode == 0 else None)
         for row in plain:
             row.reset()
-        np.testing.assert_array_equal(got, [row.observed() for row in plain])
+        check_terrain(got, plain)
+        np.testing.assert_allclose(got[:, 44], [row.touched for row in plain], rtol=0, atol=1e-6)
         for step in range(20):
             action = rng.uniform(-1, 1, (ROWS, 2))
             for row, of_row in zip(plain, action, strict=True):
                 row.step(of_row)
-            got, *_ = envs.step(action)
-            np.testing.assert_array_equal(got, [row.observed() for row in plain])
+            got, _, _, _, infos = envs.step(action)
+            check_terrain(got, plain)
+            np.testing.assert_array_equal(infos["flight"], [row.flight for row in plain])
+            flights += int((infos["flight"] > 0).sum())
             if step == 8:
                 other.restore(envs.snapshot())
                 np.testing.assert_array_equal(other.observe(), got)
+    assert flights > 0
     envs.close()
     other.close()
 

@@ -584,6 +584,31 @@ export class Env {
     });
   }
 
+  /**
+   * Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
+   *
+   * @param {ArrayLike<number>} achieved one goal after the other
+   * @param {ArrayLike<number>} desired
+   * @param {number} [count] how many pairs there are; as many as rows if left out
+   * @returns {Float64Array} the reward of each pair
+   */
+  computeReward(achieved, desired, count = this.numEnvs) {
+    const [from, to] = [doubles(achieved, "achieved goals"), doubles(desired, "desired goals")];
+    checkLength(to, from.length, "list of desired goals", "numbers are achieved");
+    const pairs = int64(count, "count");
+    const handle = this.#open;
+    const library = this.#library;
+    // If they are too many or too few, the library says so, and writes nothing.
+    const room = Number(pairs) <= from.length ? Math.max(0, Number(pairs)) : 0;
+    return library.scope((scratch) => {
+      const [mine, wanted] = [scratch.copy(from), scratch.copy(to)];
+      const rewards = scratch.allocate(8 * room);
+      const length = BigInt(from.length);
+      library.check(library.functions.mjenv_compute_reward(handle, mine, wanted, length, rewards, pairs));
+      return library.doubles(rewards, room);
+    });
+  }
+
   /** Computes `observations` and `arrays` of the present states, for instance after `restore`. */
   observe() {
     this.#library.check(this.#library.functions.mjenv_observe(this.#open, this.#block));

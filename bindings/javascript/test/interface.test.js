@@ -617,7 +617,7 @@ test("an episode that has ended is refused, and a diverged one is told", () => {
 
 test("tasks can be compiled in", async () => {
   const own = await load({ wasm: new URL("build/javascript/mjenv-tasks.wasm", root) });
-  assert.equal(own.ids().length, 23);
+  assert.equal(own.ids().length, 25);
   const model = readFileSync(new URL("examples/tasks/cartpole/cartpole.xml", root), "utf8");
   const env = own.make("CartpoleSwingup-v0", { xml_string: model, ctrl_cost_weight: 0, seed: 1 });
   env.reset();
@@ -626,6 +626,25 @@ test("tasks can be compiled in", async () => {
   assert.equal(env.rewards[0], env.info.height[0] / 0.6);
   assert.equal(refusal(() => own.make("CartpoleSwingup-v0")).code, "MJENV_E_FILE");
   env.free();
+});
+
+test("rewards of goals are those of the steps", async () => {
+  const own = await load({ wasm: new URL("build/javascript/mjenv-tasks.wasm", root) });
+  const env = own.make("tests/Goal-v0", { observation: "dict", numEnvs: 3, seed: 1 });
+  env.reset();
+  env.step([]);
+  const goals = (name) => [0, 1, 2].flatMap((row) => [...env.groups(row)[name]]);
+  const [achieved, desired] = [goals("achieved_goal"), goals("desired_goal")];
+  assert.deepEqual(env.computeReward(achieved, desired), env.rewards.slice());
+  assert.deepEqual([...env.computeReward([1, 2, 3, 4], [1.5, 2, 3, 2], 2)], [-0.5, -4]);
+  assert.equal(refusal(() => env.computeReward([1, 2], [1], 1)).code, "MJENV_E_SIZE");
+  assert.equal(refusal(() => env.computeReward([1, 2], [1, 2], 2)).code, "MJENV_E_SIZE");
+  assert.equal(refusal(() => env.computeReward([1, 2], [1, 2], -1)).code, "MJENV_E_SIZE");
+  assert.match(refusal(() => env.computeReward([1, 2], [10, 2], 1)).message, /the goal is out of reach/);
+  env.free();
+  withEnv("Hopper-v5", {}, (hopper) =>
+    assert.equal(refusal(() => hopper.computeReward([1], [2])).message, "Hopper-v5 has no compute_reward"),
+  );
 });
 
 test("the module can be given in several ways", async () => {

@@ -21,6 +21,7 @@ env.write("xfrc_applied", env.read("xfrc_applied"));
 env.write("opt.gravity", [0, 0, -5], { mask: [true, false] });
 env.setConstants({ mask: Uint8Array.of(1, 0) });
 env.copyRow(0);
+const hindsight: Float64Array = env.computeReward([1, 2], Float64Array.of(1, 3), 2);
 env.seed(3, { mask: [0, 1] });
 const diverged: boolean = env.statuses[0] === DIVERGED;
 const shapes: number[][] = env.fields("model").map((field) => field.shape);
@@ -47,4 +48,4 @@ const none: ErrorCode = "MJENV_OK";
 // @ts-expect-error: the rows are given as a mask
 env.write("qpos", 0, [0]);
 
-console.log(bounds, flags, speed, shapes, diverged, code, wrong, none);
+console.log(bounds, flags, speed, hindsight, shapes, diverged, code, wrong, none);

@@ -70,6 +70,7 @@ include("task/numpy.jl")
 include("task/sim.jl")
 include("task/task.jl")
 include("task/builder.jl")
+include("task/locomotion.jl")
 include("task/callbacks.jl")
 
 # Broadcasting treats them as scalars: read.(env, [:qpos, :qvel]).

@@ -844,26 +844,34 @@ end
 end
 
 # tests/tasks/terrain.cpp written again.
-struct Terrain <: MJEnv.Task
+struct Rolling <: MJEnv.Task
     heights::MJEnv.Own
     colours::MJEnv.Own
     field::MJEnv.NamedArray{Float32,1}
     rgba::MJEnv.NamedArray{Float32,2}
     ball::Int
+    balls::Tuple{Int}
+    ground_geom::Int
+    ground::MJEnv.Terrain
     touched::Int
+    air::UnitRange{Int}
 end
 
-function MJEnv.build(::Type{Terrain}, b)
+const AROUND = ((0.3, 0.1), (-0.2, 0.4), (9.0, -7.0))
+
+function MJEnv.build(::Type{Rolling}, b; ground)
     MJEnv.current!(b)
     MJEnv.random_state!(b)
-    return Terrain(
+    MJEnv.need!(b, :contacts)
+    return Rolling(
         MJEnv.own!(b, :hfield_data), MJEnv.own!(b, :geom_rgba),
         MJEnv.array(b, :hfield_data), MJEnv.array(b, :geom_rgba),
-        object_index(b, :body, "ball"), MJEnv.keep!(b),
+        object_index(b, :body, "ball"), (object_index(b, :geom, "ball"),), object_index(b, :geom, "ground"),
+        MJEnv.terrain(b, ground), MJEnv.keep!(b), MJEnv.keep!(b, 1),
     )
 end
 
-function MJEnv.reset!(task::Terrain, start, rng)
+function MJEnv.reset!(task::Rolling, start, rng)
     start[task.heights] .= (MJEnv.state_permutation(rng, 30) .- 1) ./ 30
     MJEnv.state_shuffle!(rng, view(start[task.heights], 1:7))
     start[task.colours][1] = (MJEnv.state_choice(rng, 5) - 1) / 10
@@ -874,40 +882,53 @@ function MJEnv.reset!(task::Terrain, start, rng)
         MJEnv.contact_count(start) > 0 && break
         MJEnv.advance!(start, 1)
     end
-    start.carried[task.touched] = start.sim.xpos[3, task.ball]
+    x, y, z = start.sim.xpos[:, task.ball]
+    start.carried[task.touched] = z - MJEnv.height(task.ground, start, x, y)
     MJEnv.set_time!(start, 0)
 end
 
-MJEnv.observe(task::Terrain, sim) = (
+MJEnv.observe(task::Rolling, sim) = (
     qpos = sim.qpos, qvel = sim.qvel,
     field = Float64.(sim[task.field]), rgba = Float64.(vec(sim[task.rgba])),
     touched = sim.carried[task.touched],
+    touching = Float64.(MJEnv.touching(sim, task.balls, task.ground_geom)),
+    air = view(sim.carried, task.air),
+    below = MJEnv.height(task.ground, sim, sim.xpos[1, task.ball], sim.xpos[2, task.ball]),
+    around = MJEnv.around(task.ground, sim, task.ball, AROUND),
 )
 
-function MJEnv.step!(task::Terrain, sim, row)
+function MJEnv.step!(task::Rolling, sim, row)
     at = rand(row.rng, 0:29)
     row[task.heights][at + 1] = rand(row.rng)
-    return (reward = sim.qpos[1], terminated = false, info = (height = sim.qpos[3],))
+    touching = MJEnv.touching(sim, task.balls, task.ground_geom)
+    flight = only(MJEnv.air_time!(view(row.carried, task.air), touching, sim.dt))
+    return (reward = sim.qpos[1], terminated = false, info = (height = sim.qpos[3], flight = flight))
 end
 
-@testset "own arrays of Float32 equal those in C++" begin
+@testset "own terrains equal those in C++" begin
     MJEnv.load_tasks(joinpath(REPOSITORY, "build", "tests", "tasks", "libterrain.so"))
     MJEnv.register(
         "tests/JuliaTerrain-v0",
-        Terrain;
+        Rolling;
         model = joinpath(REPOSITORY, "tests", "tasks", "terrain.xml"),
         frame_skip = 4,
         time_limit = 25,
+        options = (ground = "ground",),
     )
     envs = map(name -> Env("tests/$(name)Terrain-v0"; rows = 4), ("Julia", ""))
     foreach(env -> seed!(env, 3), envs)
     @test ==(map(env -> reset!(env).obs, envs)...)
+    landed = false
     for step in 1:24
         action = [mod(7 * step + 3 * i, 11) / 5 - 1 for i in 1:2, _ in 1:4]
         outputs = map(env -> step!(env, action), envs)
         @test outputs[1].obs == outputs[2].obs
         @test outputs[1].reward == outputs[2].reward
+        @test outputs[1].info.flight == outputs[2].info.flight
+        landed |= any(outputs[1].info.flight .> 0)
     end
+    @test landed
+    @test refuses(() -> Env("tests/JuliaTerrain-v0"; ground = "ball"), MJENV_E_TASK, "geom \"ball\" is no height field")
 end
 
 @testset "plug-ins" begin

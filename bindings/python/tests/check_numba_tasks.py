@@ -246,12 +246,23 @@ class NumbaTerrain(mjenv.Task):
     current = True
     random_state = True
     own = ("hfield_data", "geom_rgba")
-    state = {"touched": ()}  # noqa: RUF012
-    observation_fields = {"qpos": 3, "qvel": 3, "field": 30, "rgba": 8, "touched": 1}  # noqa: RUF012
-    info_fields = {"height": ()}  # noqa: RUF012
+    needs = ("contacts",)
+    state = {"touched": (), "air": ()}  # noqa: RUF012
+    observation_fields = {  # noqa: RUF012
+        "qpos": 3,
+        "qvel": 3,
+        "field": 30,
+        "rgba": 8,
+        "touched": 1,
+        "touching": 1,
+        "air": 1,
+        "below": 1,
+        "around": 3,
+    }
+    info_fields = {"height": (), "flight": ()}  # noqa: RUF012
 
     def build(self, model: Any) -> Any:
-        return [model.array_index("hfield_data"), model.array_index("geom_rgba")]
+        return [model.array_index("hfield_data"), model.array_index("geom_rgba"), *jit.terrain(model, "ground")]
 
     @jit.reset
     def reset(self: Any, start: Any) -> Any:  # type: ignore[override]
@@ -269,7 +280,8 @@ class NumbaTerrain(mjenv.Task):
             if jit.contact_count(start) > 0:
                 break
             jit.advance(start, 1)
-        jit.array(start.carried, 1)[0] = 1 + jit.array(start.qpos, 3)[2]
+        at = jit.array(jit.sim_of(start).xpos, 6)
+        jit.array(start.carried, 2)[0] = at[5] - jit.height(self, 2, start, at[3], at[4])
         jit.array(start.time, 1)[0] = 0
 
     @jit.observe
@@ -281,13 +293,21 @@ class NumbaTerrain(mjenv.Task):
             observation[6 + i] = jit.shared_float32(sim, int(self[0]), 30)[i]
         for i in range(8):
             observation[36 + i] = jit.shared_float32(sim, int(self[1]), 8)[i]
-        observation[44] = jit.array(sim.carried, 1)[0]
+        observation[44] = jit.array(sim.carried, 2)[0]
+        observation[45] = 1 if jit.touching(sim, 1, 0) else 0
+        observation[46] = jit.array(sim.carried, 2)[1]
+        observation[47] = jit.height(self, 2, sim, jit.array(sim.xpos, 6)[3], jit.array(sim.xpos, 6)[4])
+        observation[48] = jit.height_around(self, 2, sim, 1, 0.3, 0.1)
+        observation[49] = jit.height_around(self, 2, sim, 1, -0.2, 0.4)
+        observation[50] = jit.height_around(self, 2, sim, 1, 9.0, -7.0)
 
     @jit.step
     def step(self: Any, sim: Any, outcome: Any) -> Any:  # type: ignore[override]
         at = jit.integers(outcome.random, 0, 30)
         jit.own(outcome, 0, 30)[at] = jit.random(outcome.random)
-        jit.array(outcome.info, 1)[0] = jit.array(sim.qpos, 3)[2]
+        info = jit.array(outcome.info, 2)
+        info[0] = jit.array(sim.qpos, 3)[2]
+        info[1] = jit.air_time(jit.array(outcome.carried, 2), 1, jit.touching(sim, 1, 0), sim.dt)
         outcome.reward = jit.array(sim.qpos, 3)[0]
 
 

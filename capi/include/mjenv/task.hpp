@@ -427,7 +427,8 @@ std::array<double, N> air_time(Eigen::Map<Eigen::VectorXd> time, const std::arra
 
 /* A height field whose geom is fixed to the world and not turned (Robot::terrain). `view` is a Sim or a Start. The
  * surface consists of the triangles with which other geoms collide. Beyond the edge, the heights are those of the
- * edge. */
+ * edge. If rows have their own hfield_data, the heights are the row's; the place and the size are the model's. What a
+ * reset writes counts after forward or advance. */
 class Terrain {
  public:
   /* The surface's height at x and y, m; all in the world's frame. */

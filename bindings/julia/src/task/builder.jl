@@ -10,6 +10,7 @@ returns a task. Indices count from 1.
 - [`object_index`](@ref)`(b, :body, "torso")`: the index of an object of the model
 - [`MJEnv.joint`](@ref), [`MJEnv.sensor`](@ref): where a joint and a sensor keep their numbers
 - [`MJEnv.array`](@ref), [`MJEnv.need!`](@ref): other arrays of mjData and mjModel
+- [`MJEnv.terrain`](@ref): a height field, whose heights the methods read
 - [`MJEnv.keep!`](@ref): numbers that a row remembers
 - [`MJEnv.current!`](@ref): lets the methods see the new state
 - [`MJEnv.own!`](@ref), [`MJEnv.random_state!`](@ref): give each row its own arrays and `RandomState`
@@ -57,11 +58,12 @@ function sensor(b::Builder, name::Union{AbstractString,Symbol})
     return first:(first + element_of(b, :sensor_dim, index) - 1)
 end
 
-# An element of an array of integers; 0 if the model lacks it, and then the build fails.
-function element_of(b::Builder, name::Symbol, index::Int)
+# An element of an array; 0 if the model lacks it, and then the build fails.
+function value_of(b::Builder, name::Symbol, index::Int)
     values = b.sim[array(b, name)]
-    return index <= length(values) ? Int(values[index]) : 0
+    return index <= length(values) ? values[index] : zero(eltype(values))
 end
+element_of(b::Builder, name::Symbol, index::Int) = Int(value_of(b, name, index))
 
 """
     MJEnv.array(b, name)

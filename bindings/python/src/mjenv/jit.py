@@ -19,7 +19,11 @@ state_uniform, state_randn, state_randint, state_choice, state_permutation and s
 The functions must not raise exceptions: they fail with `return jit.fail(start, "the reason")`.
 
 In reset, forward(start), advance(start, count), restart(start) and contact_count(start) simulate, if the class is
-`current`.
+`current`, and sim_of(start) is the live simulation.
+
+For robots that walk: touching(sim, foot, floor), air_time(time, foot, touches, dt), and terrain(model, "ground"), whose
+numbers build returns; height(self, first, sim, x, y) and height_around(self, first, sim, body, x, y) then read the
+heights. They have the bits of the helpers in task.hpp.
 """
 
 from __future__ import annotations
@@ -36,6 +40,8 @@ from numba import types
 from numba.extending import intrinsic, overload
 
 from mjenv import _task_abi
+from mjenv.locomotion import Terrain
+from mjenv.task import Model
 
 _NUMPY = {
     ctypes.c_uint32: np.uint32,
@@ -70,6 +76,10 @@ def _cast(kind: Any) -> Any:
 
 _pointer, _narrow_pointer = _cast(_NUMBERS), _cast(types.CPointer(types.float32))
 _addresses = _cast(types.CPointer(types.uint64))
+_sim = _cast(_SIM)
+_CONTACT: list[Any] = [("geom1", np.int32), ("geom2", np.int32), ("distance", np.float64)]
+_CONTACT += [("position", np.float64, 3), ("frame", np.float64, 9), ("force", np.float64, 6)]
+_contacts = _cast(types.CPointer(numba.from_dtype(np.dtype(_CONTACT))))
 
 
 def _call(context: Any, builder: Any, struct: Any, name: str, result: Any, arguments: Any) -> Any:
@@ -225,6 +235,83 @@ def own(struct: Any, index: Any, count: Any) -> Any:
     """The row's own array of this index in the class's `own`, of `count` numbers. struct: start, control or outcome."""
     addresses = numba.carray(_addresses(struct.own), (index + 1,))
     return numba.carray(_pointer(addresses[index]), (count,))
+
+
+@numba.njit  # type: ignore[misc]
+def sim_of(start: Any) -> Any:
+    """The live simulation of a reset, whose class is `current`."""
+    return numba.carray(_sim(start.sim), 1)[0]
+
+
+@numba.njit  # type: ignore[misc]
+def contacts(sim: Any) -> Any:
+    """The contacts, an array of records with the members of mjenv_contact. The class needs "contacts"."""
+    return numba.carray(_contacts(sim.contacts), (sim.contact_count,))
+
+
+@numba.njit  # type: ignore[misc]
+def touching(sim: Any, geom: Any, other: Any) -> Any:
+    """Whether two geoms have a contact whose distance is at most 0. The class needs "contacts"."""
+    for contact in contacts(sim):
+        first, second = contact.geom1, contact.geom2
+        if contact.distance <= 0 and ((first == geom and second == other) or (first == other and second == geom)):
+            return True
+    return False
+
+
+@numba.njit  # type: ignore[misc]
+def air_time(time: Any, foot: Any, touches: Any, dt: Any) -> Any:
+    """Counts how long a foot has been in the air, and returns how long the flight was that ended in this step, s; 0 if
+    none did. time[foot], a carried number, becomes 0 if the foot touches the ground, and otherwise grows by dt."""
+    flight = time[foot] if touches else 0.0
+    time[foot] = 0.0 if touches else time[foot] + dt
+    return flight
+
+
+def terrain(model: Model, geom: str) -> list[float]:
+    """The numbers that height and height_around need of a height field; build appends them to what it returns."""
+    field = Terrain(model, geom)
+    sizes = [field._part.start, field._rows, field._columns, *field._size[:3], *field._position]
+    return [model.array_index("hfield_data"), *map(float, sizes)]
+
+
+@numba.njit  # type: ignore[misc]
+def _cell(x: Any, radius: Any, count: Any) -> Any:
+    return min(max((x + radius) / (2 * radius) * (count - 1), 0.0), float(count - 1))
+
+
+@numba.njit  # type: ignore[misc]
+def height(self: Any, first: Any, sim: Any, x: Any, y: Any) -> Any:
+    """The height at x and y, m, of the terrain whose numbers begin at self[first]; all in the world's frame. sim: a
+    sim, or a start, in which written own arrays count after forward or advance."""
+    begin, rows, columns = int(self[first + 1]), int(self[first + 2]), int(self[first + 3])
+    column = _cell(x - self[first + 7], self[first + 4], columns)
+    row = _cell(y - self[first + 8], self[first + 5], rows)
+    c, r = max(min(int(column), columns - 2), 0), max(min(int(row), rows - 2), 0)
+    u, v = column - c, row - r
+    data = shared_float32(sim, int(self[first]), begin + rows * columns)
+    upper, lower = begin + r * columns, begin + min(r + 1, rows - 1) * columns
+    beside = min(c + 1, columns - 1)
+    near, far = np.float64(data[upper + c]), np.float64(data[lower + beside])
+    # The diagonal of a cell goes from (r, c) to (r + 1, c + 1).
+    if u >= v:
+        corner = np.float64(data[upper + beside])
+        along = u * (corner - near) + v * (far - corner)
+    else:
+        corner = np.float64(data[lower + c])
+        along = v * (corner - near) + u * (far - corner)
+    return (near + along) * self[first + 6] + self[first + 9]
+
+
+@numba.njit  # type: ignore[misc]
+def height_around(self: Any, first: Any, sim: Any, body: Any, x: Any, y: Any) -> Any:
+    """The height at the point (x, y) in the frame of a body that is turned by the body's yaw alone, m in the world's
+    frame."""
+    at, mat = array(sim.xpos, 3 * sim.nbody), array(sim.xmat, 9 * sim.nbody)
+    ahead, left = mat[9 * body], mat[9 * body + 3]
+    norm = np.sqrt(ahead * ahead + left * left)
+    cos, sin = (ahead / norm, left / norm) if norm > 0 else (1.0, 0.0)
+    return height(self, first, sim, at[3 * body] + (cos * x - sin * y), at[3 * body + 1] + (sin * x + cos * y))
 
 
 def _body(function: Callable[..., Any], name: str, *parameters: str) -> Any:

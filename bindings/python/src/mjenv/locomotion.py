@@ -50,7 +50,8 @@ class Terrain:
     """A height field whose geom is fixed to the world and not rotated. A task makes it in build.
 
     The surface consists of the triangles with which other geoms collide. Beyond the edge, the heights are those of the
-    edge.
+    edge. If the task writes its rows' "hfield_data" (`own`), pass sim.own["hfield_data"] as `data`; by default, the
+    heights are those of the model.
     """
 
     def __init__(self, model: Model, geom: str) -> None:
@@ -62,27 +63,41 @@ class Terrain:
         self._rows, self._columns = (int(model.array(name)[field]) for name in ("hfield_nrow", "hfield_ncol"))
         self._size, self._position = model.array("hfield_size")[field], model.array("geom_pos")[at]
         first = int(model.array("hfield_adr")[field])
-        self._data = model.array("hfield_data")[first : first + self._rows * self._columns].astype(np.float64)
+        self._part = slice(first, first + self._rows * self._columns)
+        self._data = model.array("hfield_data").copy()
 
-    def height(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """The heights of the surface at x and y, m; all in the world's frame."""
+    def height(self, x: ArrayLike, y: ArrayLike, data: NDArray[Any] | None = None) -> NDArray[np.float64]:
+        """The heights of the surface at x and y, m; all in the world's frame.
+
+        x, y: (rows,) or (rows, points). data: the hfield_data of one row, or of each row (rows, numbers).
+        """
+        numbers = (self._data if data is None else data)[..., self._part]
+
+        def at(index: NDArray[np.int64]) -> NDArray[np.float64]:
+            if numbers.ndim == 1:
+                return np.asarray(numbers[index], np.float64)
+            found = np.take_along_axis(numbers, index.reshape(len(numbers), -1), axis=1)
+            return found.reshape(index.shape).astype(np.float64)
+
         column = self._cell(np.asarray(x) - self._position[0], self._size[0], self._columns)
         row = self._cell(np.asarray(y) - self._position[1], self._size[1], self._rows)
         c = np.clip(column.astype(np.int64), 0, max(self._columns - 2, 0))
         r = np.clip(row.astype(np.int64), 0, max(self._rows - 2, 0))
         u, v = column - c, row - r
         below, beside = np.minimum(r + 1, self._rows - 1) * self._columns, np.minimum(c + 1, self._columns - 1)
-        near, far = self._data[r * self._columns + c], self._data[below + beside]
+        near, far = at(r * self._columns + c), at(below + beside)
         # The diagonal of a cell goes from (r, c) to (r + 1, c + 1).
-        corner = np.where(u >= v, self._data[r * self._columns + beside], self._data[below + c])
+        corner = np.where(u >= v, at(r * self._columns + beside), at(below + c))
         along = np.where(u >= v, u * (corner - near) + v * (far - corner), v * (corner - near) + u * (far - corner))
         return np.asarray((near + along) * self._size[2] + self._position[2])
 
-    def around(self, position: ArrayLike, mat: ArrayLike, points: ArrayLike) -> NDArray[np.float64]:
+    def around(
+        self, position: ArrayLike, mat: ArrayLike, points: ArrayLike, data: NDArray[Any] | None = None
+    ) -> NDArray[np.float64]:
         """The heights at points around a body: (rows, points), m.
 
         position, mat: the body's xpos (rows, 3) and xmat (rows, 9). points: (points, 2), x and y in a frame at the body
-        that is rotated by the body's yaw alone, m.
+        that is rotated by the body's yaw alone, m. data: as in height.
         """
         at, axes, (x, y) = np.asarray(position), np.asarray(mat).reshape(-1, 9), np.transpose(points)
         ahead, left = axes[:, 0], axes[:, 3]
@@ -90,7 +105,7 @@ class Terrain:
         upright = norm > 0
         divisor = np.where(upright, norm, 1)
         cos, sin = np.where(upright, ahead / divisor, 1)[:, None], np.where(upright, left / divisor, 0)[:, None]
-        return self.height(at[:, 0:1] + (cos * x - sin * y), at[:, 1:2] + (sin * x + cos * y))
+        return self.height(at[:, 0:1] + (cos * x - sin * y), at[:, 1:2] + (sin * x + cos * y), data)
 
     @staticmethod
     def _cell(x: NDArray[np.float64], radius: float, count: int) -> NDArray[np.float64]:

@@ -89,7 +89,7 @@ impl<'a> Builder<'a> {
         Self { raw, environment: PhantomData, options: Vec::new(), shape: Shape::default(), structure: None }
     }
 
-    fn lists(&self) -> bool {
+    pub(super) fn lists(&self) -> bool {
         self.raw.is_null()
     }
 
@@ -447,10 +447,18 @@ impl<'a> Builder<'a> {
     }
 
     /// An element of an array of int32; 0 in the run that lists the options.
-    fn element(&mut self, array: &str, at: usize) -> usize {
-        let array = self.array::<i32>(array);
-        let found = self.sim().and_then(|sim| sim.array(array).get(at).copied());
-        found.map_or(0, index)
+    pub(super) fn element(&mut self, array: &str, at: usize) -> usize {
+        self.found(array, at).map_or(0, index)
+    }
+
+    /// An element of an array of f64; 0 in the run that lists the options.
+    pub(super) fn number(&mut self, array: &str, at: usize) -> f64 {
+        self.found(array, at).unwrap_or(0.0)
+    }
+
+    fn found<T: Element>(&mut self, array: &str, at: usize) -> Option<T> {
+        let array = self.array(array);
+        self.sim()?.array(array).get(at).copied()
     }
 }
 

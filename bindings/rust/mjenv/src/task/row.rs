@@ -6,7 +6,7 @@ use std::slice;
 
 use mjenv_sys as sys;
 
-use super::sim::{Shape, Sim};
+use super::sim::{Array, Element, Shape, Sim};
 use crate::describe::{int64, size};
 
 /// A row's random stream. Each method returns what the method of `numpy.random.Generator` returns and leaves the stream
@@ -404,6 +404,15 @@ impl<'a> Start<'a> {
 }
 
 impl<'a> Start<'a> {
+    /// An array of mjModel; those of mjData are the memory of `qpos` and so on.
+    ///
+    /// # Panics
+    /// If it was not looked up in this environment.
+    pub(super) fn array_of_model<T: Element>(&self, array: Array<T>) -> &[T] {
+        // SAFETY: `new` was given these arrays; methods that change those of mjModel need a `&mut self`.
+        unsafe { self.shape.array((*self.raw).arrays, array) }
+    }
+
     /// The row's numbers of a live parameter.
     ///
     /// # Panics

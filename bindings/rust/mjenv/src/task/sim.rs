@@ -1,6 +1,7 @@
 //! What a task reads of its row.
 
 use std::marker::PhantomData;
+use std::os::raw::c_void;
 
 use mjenv_sys as sys;
 
@@ -76,6 +77,24 @@ pub(super) struct Shape {
     pub(super) live: usize,
     /// The indices of the rows' own arrays among `arrays`.
     pub(super) own: Vec<usize>,
+}
+
+impl Shape {
+    /// One of the library's `arrays`.
+    ///
+    /// # Safety
+    /// `arrays` are those that this tells of, and keep their values during `'a`.
+    pub(super) unsafe fn array<'a, T: Element>(&self, arrays: *const *const c_void, array: Array<T>) -> &'a [T] {
+        let count = match self.arrays.get(array.index) {
+            Some(&(element_type, count)) if element_type == T::TYPE => count,
+            _ => panic!("the array was not looked up in this environment"),
+        };
+        match count {
+            0 => &[],
+            // SAFETY: the array has this element type and length.
+            _ => unsafe { std::slice::from_raw_parts(*arrays.add(array.index) as *const T, count) },
+        }
+    }
 }
 
 /// A row's action. Only [`Task::step`](super::Task::step), `before_step` and `before_substep` see one; elsewhere its values are
@@ -212,19 +231,9 @@ impl<'a> Sim<'a> {
     /// If it was not looked up in this environment.
     #[must_use]
     pub fn array<T: Element>(&self, array: Array<T>) -> &'a [T] {
-        let count = match self.shape.arrays.get(array.index) {
-            Some(&(element_type, count)) if element_type == T::TYPE => count,
-            _ => panic!("the array was not looked up in this environment"),
-        };
-        match count {
-            0 => &[],
-            // SAFETY: the library's array has this element type and length, and keeps its values during the call of the
-            // task's method.
-            _ => unsafe {
-                let first = *(*self.raw).arrays.add(array.index);
-                std::slice::from_raw_parts(first as *const T, count)
-            },
-        }
+        // SAFETY: the library's arrays are those that were looked up, and keep their values during the call of the task's
+        // method.
+        unsafe { self.shape.array((*self.raw).arrays, array) }
     }
 
     /// The values of a sensor.

@@ -982,16 +982,20 @@ fn rewards_of_goals_equal_those_in_cpp() {
 }
 
 /// tests/tasks/terrain.cpp written again.
-struct Terrain {
+struct Rolling {
     heights: Own,
     colours: Own,
     field: Array<f32>,
     rgba: Array<f32>,
     ball: usize,
+    balls: [usize; 1],
+    ground_geom: usize,
+    ground: Terrain,
     touched: Carry<1>,
+    air: Carry<1>,
 }
 
-impl Task for Terrain {
+impl Task for Rolling {
     const ID: &'static str = "tests/RustTerrain-v0";
     const MODEL: Model = Model::Text(include_str!("../../../../../tests/tasks/terrain.xml"));
     const FRAME_SKIP: u32 = 4;
@@ -1000,13 +1004,19 @@ impl Task for Terrain {
     fn build(b: &mut Builder) -> Result<Self> {
         b.current();
         b.random_state();
+        b.need("contacts");
+        let ground = b.text("ground", "ground", &[], "the geom of the height field");
         Ok(Self {
             heights: b.own("hfield_data"),
             colours: b.own("geom_rgba"),
             field: b.array("hfield_data"),
             rgba: b.array("geom_rgba"),
             ball: b.body("ball"),
+            balls: [b.geom("ball")],
+            ground_geom: b.geom("ground"),
+            ground: b.terrain(&ground)?,
             touched: b.carry(),
+            air: b.carry(),
         })
     }
 
@@ -1027,8 +1037,9 @@ impl Task for Terrain {
             }
             start.advance(1)?;
         }
-        let touched = start.see(|sim| sim.xpos()[self.ball][2]);
-        start.carried.set(self.touched, [touched]);
+        let [x, y, z] = start.see(|sim| sim.xpos()[self.ball]);
+        let below = self.ground.height(start, x, y);
+        start.carried.set(self.touched, [z - below]);
         start.set_time(0.0);
         Ok(())
     }
@@ -1039,6 +1050,12 @@ impl Task for Terrain {
         observation.put_all("field", sim.array(self.field).iter().map(|&height| f64::from(height)));
         observation.put_all("rgba", sim.array(self.rgba).iter().map(|&colour| f64::from(colour)));
         observation.put_all("touched", sim.carried(self.touched));
+        let touching = sim.touching(self.balls, self.ground_geom);
+        observation.put_all("touching", touching.map(|touches| f64::from(u8::from(touches))));
+        observation.put_all("air", sim.carried(self.air));
+        let [x, y, _] = sim.xpos()[self.ball];
+        observation.put("below", self.ground.height(sim, x, y));
+        observation.put_all("around", self.ground.around(sim, self.ball, &[[0.3, 0.1], [-0.2, 0.4], [9.0, -7.0]]));
         Ok(())
     }
 
@@ -1046,17 +1063,21 @@ impl Task for Terrain {
         let at = usize::try_from(row.rng.integers(0, 30)).unwrap();
         row.own(self.heights)[at] = row.rng.random();
         info.put("height", sim.qpos()[2]);
+        let mut air = row.carried.get(self.air);
+        info.put("flight", air_time(&mut air, sim.touching(self.balls, self.ground_geom), sim.dt())[0]);
+        row.carried.set(self.air, air);
         Ok(Outcome { reward: sim.qpos()[0], terminated: false })
     }
 }
 
 #[test]
-fn own_arrays_of_float32_equal_those_in_cpp() {
-    register::<Terrain>().unwrap();
+fn own_terrains_equal_those_in_cpp() {
+    register::<Rolling>().unwrap();
     let folder = std::env::var("MJENV_LIB_DIR").unwrap();
     load_tasks(format!("{folder}/tests/tasks/libterrain.so")).unwrap();
-    let mut envs = [Terrain::ID, "tests/Terrain-v0"].map(|id| env(id).unwrap());
+    let mut envs = [Rolling::ID, "tests/Terrain-v0"].map(|id| env(id).unwrap());
     let mut batches = [envs[0].batch::<f64>(), envs[1].batch::<f64>()];
+    let mut landed = false;
     for (env, batch) in envs.iter_mut().zip(&mut batches) {
         env.seed(.., &[3; 4]).unwrap();
         env.reset(.., batch).unwrap();
@@ -1068,7 +1089,15 @@ fn own_arrays_of_float32_equal_those_in_cpp() {
             env.step(.., &action, batch).unwrap();
         }
         equal::assert_bits("reward", [batches[0].reward(), batches[1].reward()]);
+        let flights = [batches[0].info("flight").unwrap(), batches[1].info("flight").unwrap()];
+        equal::assert_bits("flight", flights);
+        landed |= flights[0].iter().any(|&flight| flight > 0.0);
     }
+    assert!(landed);
+    let refused = env_with(Rolling::ID, |options| {
+        options.set("ground", "ball").unwrap();
+    });
+    assert!(refused.unwrap_err().to_string().contains("geom \"ball\" is no height field that is fixed"));
 }
 
 /// Draws from the row's stream in reset, and writes what it drew.
