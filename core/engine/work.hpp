@@ -156,8 +156,9 @@ class Work {
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
-  // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of what
-  // mj_step1 finds in the state, and simulations that call mj_step2 and then mj_step1, as dm_control's do, warn once.
+  // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of
+  // what mj_step1 finds in the state. This drops the second warning, because dm_control's simulations, which call
+  // mj_step2 and then mj_step1, warn of it once.
   void drop_repeated_warnings();
   void compute_current(bool is_whole);
 };

@@ -105,7 +105,7 @@ class Scene {
       for (int lane = 0; lane < kWidth; ++lane) {
         const bool is_near = spheres[i] >> lane & 1;  // else MuJoCo asks no function
         if (is_near) expected[lane] = contacts_of(lane, pair);
-        counts_.boxes += is_near && expected[lane].empty() && tables_.pairs[i].boxes >= 0;
+        counts_.boxes += is_near && expected[lane].empty() && tables_.pairs[i].box_pair >= 0;
         const bool is_rejected = !(may_touch_[i] >> lane & 1);
         if (is_near && is_box(pair.geom1) && is_box(pair.geom2) && contacts_of(lane, pair, slack_).empty()) {
           ++counts_.true_boxes;
@@ -145,7 +145,7 @@ class Scene {
   void reject(bool with_boxes) {
     std::vector<lanes::GeomPair> pairs = tables_.pairs;
     for (lanes::GeomPair& pair : pairs)
-      if (!with_boxes) pair.boxes = -1;
+      if (!with_boxes) pair.box_pair = -1;
     d_.pairs = pairs.data();
     d_.pair_count = static_cast<int>(pairs.size());
     d_.box_pairs = tables_.box_pairs.data();

@@ -61,7 +61,7 @@ class ConstraintMaker {
   std::vector<Contacts::Limited> joints_, tendons_;
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;        // the lists are valid for so many rows that share the model; 0: they are not valid
+  int shared_rows_ = 0;        // the lists are valid for this many rows with the shared model; 0: they are not valid
   const bool lists_no_pairs_;  // MuJoCo searches for pairs, so no model holds their parameters
   const bool has_friction_;
   const ModelTables& tables_;

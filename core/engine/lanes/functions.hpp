@@ -468,8 +468,9 @@ void adopt_in_fluid(Lanes& d) {
   }
 }
 
-// Computes what mj_tendon and mj_transmission compute from gears and from coefficients of tendons along joints alone.
-// Lanes are left to MuJoCo if a tendon moves in them whose Jacobian is always 0 in the shared model.
+// Computes what mj_tendon and mj_transmission compute from nothing but gears and the coefficients of tendons along
+// joints. A lane is left to MuJoCo if it has a coefficient other than 0 of a tendon that is still (is_still_tendon) in
+// the shared model.
 void adopt_transmissions(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const wrap_prm = vectors(d.wrap_prm);

@@ -9,10 +9,10 @@ namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
 
-// What the margins, gaps and bounding spheres of two geoms give. Before MuJoCo looks for contacts, it compares the
-// spheres, or a plane and a sphere. The geoms do not touch if the square of the distance between their centres, or the
-// distance from the plane to the centre, is greater than `limit`. reach: the distance of the centres at which the
-// spheres, with their margin, touch.
+// Numbers that follow from the margins, gaps and bounding spheres of two geoms. Before MuJoCo looks for contacts, it
+// compares the spheres, or a plane and a sphere. The geoms do not touch if the square of the distance between their
+// centres, or the distance from the plane to the centre, is greater than `limit`. reach: the distance of the centres at
+// which the spheres, with their margin, touch.
 struct PairNumbers {
   double limit, margin, includemargin, reach;
 };
@@ -21,7 +21,7 @@ struct PairNumbers {
 struct GeomPair {
   int geom1, geom2;
   bool has_plane;
-  int boxes;  // the index of their BoxPair; -1 if their bounding boxes are not compared
+  int box_pair;  // the index in Lanes::box_pairs; -1 if their bounding boxes are not compared
   PairNumbers numbers;
 };
 
@@ -151,16 +151,15 @@ struct Lanes {
   // Filled only if has_own_frames.
   double *body_pos, *body_quat, *body_iquat, *jnt_pos, *jnt_axis, *qpos0, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
-  // Sizes or margins of geoms differ from those of the shared model, for which `boxes` and box_pairs are.
-  bool has_own_sizes;
+  bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
   // PairNumbers of each pair, filled only if has_own_pairs.
   double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
   bool has_own_pairs;
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
-  // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the torque
-  // and one for the force; for drag, one for each axis.
+  // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
+  // torque and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
-  bool has_fluid;           // in some lane
+  bool has_fluid;           // a model has a fluid
   unsigned damped;          // the lanes, as bits, in which a dof has damping
   bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
 
@@ -172,12 +171,13 @@ struct Lanes {
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
   bool has_moments;                      // there is an array of actuator_moment
-  bool has_single_passive;               // MuJoCo computes the passive forces row by row
-  bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
+  bool has_single_passive;               // MuJoCo's functions compute the passive forces row by row
+  bool has_single_actuation;             // MuJoCo's functions compute tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
   int pair_count;
   const GeomPair* pairs;
-  const unsigned char* pair_rows;  // for each pair, the lanes, as bits, whose types of geoms can touch; null: all
+  // For each pair, the lanes, as bits, in which contype and conaffinity let the geoms touch. Null: all lanes.
+  const unsigned char* pair_rows;
   const BoxPair* box_pairs;
   const GeomBox* boxes;         // for each geom, if there are box_pairs
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
@@ -196,7 +196,7 @@ enum class Object { dof, joint, ball, tendon };
 struct Contacts {
   static constexpr int kCapacity = 96;
 
-  // A slide, hinge, ball or tendon, and the lanes, as bits, in which its limits hold.
+  // A slide, hinge, ball or tendon, and the lanes, as bits, in which it has limits.
   struct Limited {
     int id;
     unsigned rows;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
+// Whether the fluid model of ellipsoids applies to a geom.
 bool has_ellipsoids(const mjModel& m) {
   for (int g = 0; g < m.ngeom; ++g)
     if (m.geom_fluid[mjNFLUID * g] > 0) return true;
@@ -138,7 +139,7 @@ GeomBox box_of(const mjModel& m, int geom) {
 
 // The limit of the gap between the boxes is the margin and the radii, plus a hundred-thousandth of the geoms' sizes,
 // which is far more than rounding errors.
-BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
+BoxPair box_pair_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
   constexpr double kShare = 1e-5, kGround = 2e-4;
   const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];
   double size = box1.round + box2.round;
@@ -373,8 +374,8 @@ void ModelTables::compare_boxes(const mjModel& m) {
     if (contact_pairs[i].shapes != Shapes::others) continue;
     if (boxes.empty())
       for (int geom = 0; geom < m.ngeom; ++geom) boxes.push_back(box_of(m, geom));
-    pairs[i].boxes = static_cast<int>(box_pairs.size());
-    box_pairs.push_back(limits_of(m, pairs[i], boxes, pairs[i].numbers.margin));
+    pairs[i].box_pair = static_cast<int>(box_pairs.size());
+    box_pairs.push_back(box_pair_of(m, pairs[i], boxes, pairs[i].numbers.margin));
   }
 }
 

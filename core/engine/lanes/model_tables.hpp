@@ -38,7 +38,7 @@ struct ModelTables {
   std::vector<BoxPair> box_pairs;
   std::vector<GeomBox> boxes;     // for each geom, if there are box_pairs
   std::optional<Pairs> searched;  // the parameters of the pairs, if Model has no list of pairs
-  // The geoms that are no pair only because of their contype and conaffinity; no value if there are too many.
+  // The geoms that are not in the list only because of their contype and conaffinity; no value if there are too many.
   std::optional<std::vector<std::pair<int, int>>> kept_apart{std::in_place};
   std::vector<ContactPair> contact_pairs;  // for each of `pairs`
   std::vector<Equality> equalities;
@@ -53,11 +53,10 @@ struct ModelTables {
 // Whether lanes need an array of moments, because an actuator acts on something other than a slide or a hinge.
 bool has_moments(const mjModel_& m);
 
-// What the model's margins, gaps and bounding spheres give for a pair of geoms. The type of the first must not be above
-// that of the second.
+// Computes the numbers of a pair of geoms in this model. The type of the first must not be above that of the second.
 PairNumbers pair_numbers(const mjModel& m, int geom1, int geom2);
 
-// Whether the numbers of lanes contain -0.
+// Whether one of the numbers is -0.
 bool has_negative_zero(const double* numbers, int count);
 
 // Whether the model makes the constraints that this flag (mjtDisableBit) could disable.

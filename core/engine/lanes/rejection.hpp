@@ -108,7 +108,7 @@ unsigned above_ground(const Lanes& d, const GeomPair& pair, const PlacedBox& box
 // Returns those of the lanes `rows` (bits) in which the bounding boxes of a pair are so far apart that MuJoCo's
 // function would find no contact.
 unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
-  const BoxPair& limits = d.box_pairs[pair.boxes];
+  const BoxPair& limits = d.box_pairs[pair.box_pair];
   const PlacedBox box2(d, pair.geom2);
   const V* const pos1 = vectors(d.geom_xpos) + 3 * pair.geom1;
   V dif[3], size = V{};
@@ -142,8 +142,9 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
-// that. But if rows have their own sizes or margins of geoms, the boxes are unknown, and this compares none.
+// computing a root. Then compares the bounding boxes of the pairs that have a BoxPair, because MuJoCo's function for
+// their contacts takes longer. Compares no boxes if rows have their own sizes or margins of geoms, for which no boxes
+// are known.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -160,7 +161,7 @@ void reject(Lanes& d) {
     }
     unsigned near = bits(~(apart > pair_number(d, i, d.pair_limit, &PairNumbers::limit)));
     if (d.pair_rows) near &= d.pair_rows[i];
-    if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
+    if (pair->box_pair >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
     d.may_touch[i] = static_cast<unsigned char>(near);
   }
 }

@@ -39,13 +39,13 @@ class Forces {
   Forces(Lanes& d, const Contacts& contacts, const Constraints& c)
       : d_(d), contacts_(contacts), c_(c), m_(*d.model), com_(vectors(d.subtree_com)) {}
 
-  // mj_rnePostConstraint. has_forces: whether somebody reads the forces; if not, only accelerations are computed. In a
-  // lane without a force on a body, zeros are added to +0, which changes nothing.
-  void rnePostConstraint(bool has_forces) {
+  // mj_rnePostConstraint. computes_forces: if false, only accelerations are computed. In a lane without a force on a
+  // body, zeros are added to +0, which changes nothing.
+  void rnePostConstraint(bool computes_forces) {
     V *const cacc = vectors(d_.cacc_ext), *const cfrc_int = vectors(d_.cfrc_int),
              *const cfrc_ext = vectors(d_.cfrc_ext);
     const V *const cinert = vectors(d_.cinert), *const cvel = vectors(d_.cvel);
-    if (has_forces) {
+    if (computes_forces) {
       zero(cfrc_ext, 6 * m_.nbody);
       if (d_.has_forces) add_applied();
       add_contacts();
@@ -63,13 +63,13 @@ class Forces {
       for (int k = 0; k < 6; ++k) acc[k] = cacc[6 * m_.body_parentid[i] + k] + tmp[k];
       if (count > 0) mulDofVec(tmp, vectors(d_.cdof) + 6 * first, vectors(d_.qacc) + first, count);
       add_to(acc, tmp, 6);
-      if (!has_forces) continue;
+      if (!computes_forces) continue;
       mulInertVec(tmp, cinert + 10 * i, acc);
       mulInertVec(momentum, cinert + 10 * i, cvel + 6 * i);
       crossForce(turned, cvel + 6 * i, momentum);
       for (int k = 0; k < 6; ++k) cfrc_int[6 * i + k] = tmp[k] + turned[k] - cfrc_ext[6 * i + k];
     }
-    for (int i = m_.nbody - 1; i > 0 && has_forces; --i)
+    for (int i = m_.nbody - 1; i > 0 && computes_forces; --i)
       add_to(cfrc_int + 6 * m_.body_parentid[i], cfrc_int + 6 * i, 6);
   }
 
@@ -192,7 +192,7 @@ class Sensors : Forces {
         has_velocities = true;
       }
       if (!has_accelerations && m_.sensor_needstage[i] == mjSTAGE_ACC && reads_accelerations(type)) {
-        rnePostConstraint(has_forces());
+        rnePostConstraint(has_force_sensors());
         has_accelerations = true;
       }
       V* const data = vectors(d_.sensordata) + m_.sensor_adr[i];
@@ -493,7 +493,7 @@ class Sensors : Forces {
            type != mjSENS_TENDONLIMITFRC;
   }
 
-  bool has_forces() const {
+  bool has_force_sensors() const {
     for (int i = 0; i < m_.nsensor; ++i)
       if (m_.sensor_type[i] == mjSENS_FORCE || m_.sensor_type[i] == mjSENS_TORQUE) return true;
     return false;

@@ -151,7 +151,7 @@ bool has_constraints(const Model& model) {
 }
 
 std::string constraints(const Model& model) {
-  if (std::string why = solver(model); !why.empty()) return "the solver's stage is, too";
+  if (std::string why = solver(model); !why.empty()) return "the solver is computed row by row";
   return contacts(model);
 }
 

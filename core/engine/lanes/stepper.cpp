@@ -517,8 +517,8 @@ void LaneStepper::gather_heights() {
   for (int lane = 0; lane < code_.width; ++lane) heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
 }
 
-// Leaves rows to MuJoCo whose numbers are not moderate, as obstacle() does for the shared model, and those for which
-// the tables of the shared model do not hold.
+// Leaves two kinds of rows to MuJoCo: those whose own numbers are not finite or too large, with which obstacle() would
+// refuse a model; and those for which the tables of the shared model are not valid.
 void LaneStepper::leave_unlike() {
   const auto leave = [&](const auto& list) {
     for (const auto& own : list)
@@ -531,9 +531,11 @@ void LaneStepper::leave_unlike() {
     if (is_unlike(*row_models_[row])) lanes_.unlike |= 1U << row;
 }
 
-// Whether geoms can touch in the row's model that the list of pairs lacks; or whether it differs from the shared model
-// in which geoms have a bounding sphere, or on which fluids act as on ellipsoids; or has a negative margin, for which
-// the list of pairs does not hold.
+// Whether the tables of the shared model are not valid for a row's model, because
+// - the fluid model of ellipsoids applies to other geoms,
+// - other geoms have a bounding sphere,
+// - a margin is negative, with which MuJoCo's search can find other pairs, or
+// - contype and conaffinity let geoms touch that are not in the list of pairs.
 bool LaneStepper::is_unlike(const mjModel& m) const {
   const auto differs = [&](const auto& kind) {
     for (int geom = 0; geom < m.ngeom; ++geom)
