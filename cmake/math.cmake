@@ -50,7 +50,7 @@ endforeach()
 # Copies of the functions, in which cmake/math/glibc.patch changes some statements and says why.
 find_program(MJENV_PATCH patch REQUIRED)
 set(math_patched ${math_generated}/glibc)
-foreach(name s_sin s_tan e_asin e_atan2 e_exp e_log s_log1p e_pow)
+foreach(name s_sin s_tan e_asin e_atan2 e_exp e_log s_expm1 s_log1p e_pow)
   configure_file(${math_glibc}/${name}.c ${math_patched}/${name}.c COPYONLY)
 endforeach()
 execute_process(COMMAND ${MJENV_PATCH} --silent --strip=1 --fuzz=0 --directory=${math_patched}
@@ -113,6 +113,7 @@ mjenv_fused(e_asin "asin(double x);acos(double x)")
 mjenv_fused(e_atan2 "atan2(double y, double x)")
 mjenv_fused(e_exp "exp(double x)")
 mjenv_fused(e_log "log(double x)")
+mjenv_fused(s_expm1 "expm1(double x)")
 mjenv_fused(s_log1p "log1p(double x)")
 mjenv_fused(e_pow "pow(double x, double y)")
 

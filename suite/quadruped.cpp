@@ -25,6 +25,15 @@ double asinh(double x) {
   return std::copysign(result, x);
 }
 
+// tanh(x) for x >= 0, computed as glibc does, by expm1.
+double tanh(double x) {
+  if (x < 0x1p-55) return x;
+  if (x >= 22) return 1;
+  if (x >= 1) return 1 - 2 / (std::expm1(2 * x) + 2);
+  const double fall = std::expm1(-2 * x);
+  return -fall / (fall + 2);
+}
+
 // NumPy multiplies matrices by OpenBLAS, which fuses on each CPU with FMA, also on those where it does not in norms. On such
 // CPUs the C library's sine of 692 has this value.
 bool fuses_matrices(const np::Norm& norm) {
@@ -118,7 +127,7 @@ MJENV_TASK("dm_control/quadruped-escape-v0", r) {
     Eigen::Matrix<double, kFans * kBeams, 1> ranges;
     for (std::size_t i = 0; i < beams.size(); ++i) {
       const double range = s.sensor(beams[i])[0];
-      ranges[static_cast<Eigen::Index>(i)] = range == -1 ? 1 : std::tanh(range);  // -1: the beam meets nothing
+      ranges[static_cast<Eigen::Index>(i)] = range == -1 ? 1 : suite::tanh(range);  // -1: the beam meets nothing
     }
     return ranges;
   });

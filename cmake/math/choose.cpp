@@ -22,6 +22,7 @@ MJENV_CHOOSE(acos, (double x), (x))
 MJENV_CHOOSE(atan2, (double y, double x), (y, x))
 MJENV_CHOOSE(exp, (double x), (x))
 MJENV_CHOOSE(log, (double x), (x))
+MJENV_CHOOSE(expm1, (double x), (x))
 MJENV_CHOOSE(log1p, (double x), (x))
 MJENV_CHOOSE(pow, (double x, double y), (x, y))
 

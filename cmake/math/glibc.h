@@ -56,6 +56,14 @@
     } as = {(x)};                      \
     (word) = (int32_t)(as.bits >> 32); \
   } while (0)
+#define GET_LOW_WORD(word, x)     \
+  do {                            \
+    const union {                 \
+      double number;              \
+      uint64_t bits;              \
+    } as = {(x)};                 \
+    (word) = (uint32_t)(as.bits); \
+  } while (0)
 #define SET_HIGH_WORD(x, word)                                           \
   do {                                                                   \
     union {                                                              \

@@ -30,6 +30,7 @@ double acos(double) MJENV_NOEXCEPT MJENV_IS(acos);
 double atan2(double, double) MJENV_NOEXCEPT MJENV_IS(atan2);
 double exp(double) MJENV_NOEXCEPT MJENV_IS(exp);
 double log(double) MJENV_NOEXCEPT MJENV_IS(log);
+double expm1(double) MJENV_NOEXCEPT MJENV_IS(expm1);
 double log1p(double) MJENV_NOEXCEPT MJENV_IS(log1p);
 double pow(double, double) MJENV_NOEXCEPT MJENV_IS(pow);
 double fma(double, double, double) MJENV_NOEXCEPT MJENV_IS(fma);
@@ -56,6 +57,7 @@ void mjenv_qsort_s(void*, size_t, size_t, int (*)(void*, const void*, const void
 #define __builtin_atan2(y, x) ::atan2(y, x)
 #define __builtin_exp(x) ::exp(x)
 #define __builtin_log(x) ::log(x)
+#define __builtin_expm1(x) ::expm1(x)
 #define __builtin_log1p(x) ::log1p(x)
 #define __builtin_pow(x, y) ::pow(x, y)
 #define __builtin_fma(x, y, z) ::fma(x, y, z)

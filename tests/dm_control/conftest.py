@@ -28,6 +28,8 @@ DRAWN = {"cartpole-swingup", "point_mass-easy", "quadruped-escape", "reacher-har
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="5 seeds and full episodes")
+    parser.addoption("--seeds", type=int, help="how many seeds: 2, with --long 5")
+    parser.addoption("--steps", type=int, help="steps of an episode: 40, with --long 1000")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -39,12 +41,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.fixture
 def seeds(request: pytest.FixtureRequest) -> int:
-    return 5 if request.config.getoption("--long") else 2
+    return request.config.getoption("--seeds") or (5 if request.config.getoption("--long") else 2)
 
 
 @pytest.fixture
 def steps(request: pytest.FixtureRequest) -> int:
-    return 1000 if request.config.getoption("--long") else 40
+    return request.config.getoption("--steps") or (1000 if request.config.getoption("--long") else 40)
 
 
 def actions(env: Any, seed: int) -> Callable[[], np.ndarray]:

@@ -141,6 +141,14 @@ def test_errors() -> None:
     both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", {"random": -1}))
     both_refuse(TypeError, lambda suite: suite.load("cartpole", "swingup", {"random": 0.5}))
     both_refuse(ValueError, lambda suite: suite.load("cartpole", "jump"))
+    both_refuse(ValueError, lambda suite: suite.load("q", "crawl"))
+    both_refuse(ValueError, lambda suite: suite.load("dog", "fly"))
+    with pytest.raises(ValueError, match=r"^Domain 'cheeta' does not exist. Did you mean 'cheetah'\?$"):
+        ours.load("cheeta", "run")
+    with pytest.raises(
+        ValueError, match=r"^Level 'swingpu' does not exist in domain 'cartpole'. Did you mean 'swingup'\?$"
+    ):
+        ours.load("cartpole", "swingpu")
     both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", None, {"control_timestep": 0.001}))
     both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", None, {"control_timestep": 0.015}))
     both_refuse(ValueError, lambda suite: suite.load("walker", "run", None, {"n_sub_steps": 2}))

@@ -45,6 +45,7 @@ DEFINE(ONE, asin, double)
 DEFINE(ONE, acos, double)
 DEFINE(ONE, exp, double)
 DEFINE(ONE, log, double)
+DEFINE(ONE, expm1, double)
 DEFINE(ONE, log1p, double)
 DEFINE(TWO, atan2, double, double)
 DEFINE(TWO, pow, double, double)
@@ -59,10 +60,10 @@ struct part {
 #define PART(name, low, range) \
   { #name, low, range, our_##name, soft_##name, system_##name }
 static struct part parts[] = {
-    PART(sin, 0, 10),    PART(sin, 0, 1e9),   PART(cos, 0, 10),    PART(cos, 0, 1e9),     PART(tan, 0, 10),
-    PART(tan, 0, 1e9),   PART(asin, 0, 1),    PART(acos, 0, 1),    PART(exp, 0, 10),      PART(exp, 0, 750),
-    PART(log, 1, 1),     PART(log, 1e6, 1e6), PART(log1p, 0, 1),   PART(log1p, 1e6, 1e6), PART(atan2, 0, 1),
-    PART(atan2, 0, 1e6), PART(pow, 1, 1),     PART(pow, 100, 100),
+    PART(sin, 0, 10),      PART(sin, 0, 1e9),  PART(cos, 0, 10),    PART(cos, 0, 1e9),   PART(tan, 0, 10),
+    PART(tan, 0, 1e9),     PART(asin, 0, 1),   PART(acos, 0, 1),    PART(exp, 0, 10),    PART(exp, 0, 750),
+    PART(expm1, 0, 1),     PART(expm1, 0, 50), PART(log, 1, 1),     PART(log, 1e6, 1e6), PART(log1p, 0, 1),
+    PART(log1p, 1e6, 1e6), PART(atan2, 0, 1),  PART(atan2, 0, 1e6), PART(pow, 1, 1),     PART(pow, 100, 100),
 };
 enum { PARTS = sizeof parts / sizeof *parts };
 

@@ -97,9 +97,7 @@ def load(
     kwargs = dict(task_kwargs or {})
     has_more_poles = (domain_name, task_name) == ("cartpole", "three_poles") and kwargs.pop("num_poles", 3) != 3
     if (domain_name, task_name) not in _OURS or has_more_poles:
-        return _original(domain_name, task_name)(
-            domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward
-        )
+        return _load_original(domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward)
     if "environment_kwargs" in kwargs:
         environment_kwargs = kwargs.pop("environment_kwargs")
     of_environment = dict(environment_kwargs or {})
@@ -115,21 +113,30 @@ def load(
     return env
 
 
-def _original(domain: str, task: str) -> Any:
-    """dm_control's load, for what mjenv lacks."""
-    try:
-        return import_module("dm_control.suite").load
-    except ImportError:
-        pass
-    if domain not in TASKS_BY_DOMAIN:
-        message, known = f"Domain {domain!r} does not exist.", tuple(TASKS_BY_DOMAIN)
-    elif task not in TASKS_BY_DOMAIN[domain]:
-        message, known = f"Level {task!r} does not exist in domain {domain!r}.", TASKS_BY_DOMAIN[domain]
-    else:
-        raise ValueError(f"{domain} {task} with these arguments needs dm_control: pip install dm_control")
-    near = difflib.get_close_matches(str(task if domain in TASKS_BY_DOMAIN else domain), known, 1)
+def _load_original(domain: str, task: str, *arguments: Any) -> dm_env.Environment:
+    """What mjenv lacks, from dm_control."""
+    is_known = domain in TASKS_BY_DOMAIN
+    known = TASKS_BY_DOMAIN[domain] if is_known else tuple(TASKS_BY_DOMAIN)
+    # As dm_control says it.
+    message = (
+        f"Level {task!r} does not exist in domain {domain!r}." if is_known else f"Domain {domain!r} does not exist."
+    )
+    near = difflib.get_close_matches(str(task if is_known else domain), known, 1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"{message}{hint} mjenv has {', '.join(known)}; others need dm_control (pip install dm_control).")
+    try:
+        load_original = import_module("dm_control.suite").load
+    except ImportError:
+        if is_known and task in known:
+            raise ValueError(f"{domain} {task} with these arguments needs dm_control: pip install dm_control") from None
+        raise ValueError(
+            f"{message}{hint} mjenv has {', '.join(known)}; others need dm_control (pip install dm_control)."
+        ) from None
+    try:
+        return load_original(domain, task, *arguments)
+    except ValueError as error:
+        if str(error) != message:
+            raise
+        raise ValueError(message + hint) from None
 
 
 # The materials whose colour shows the reward. NAME_default is the colour for 0, and NAME_highlight that for 1.
