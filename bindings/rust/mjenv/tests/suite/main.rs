@@ -2,7 +2,6 @@
 
 mod allocation;
 mod asynchronous;
-mod dm_control;
 mod golden;
 #[cfg(feature = "learn")]
 mod learner;
