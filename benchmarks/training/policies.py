@@ -37,6 +37,7 @@ LEARNED: dict[str, tuple[str, ...]] = {
     # Larger displacements at the start than those of the episodes that are played, so that those are within reach.
     "InvertedDoublePendulum-v5": ("--option", "reset_noise_scale=0.3", "--gamma", "0.995", "--steps", "800000"),
     "Pusher-v5": (),
+    "Swimmer-v5": ("--seed", "3"),
     "Walker2d-v5": (),
 }
 
