@@ -1,4 +1,4 @@
-// What manipulator and stacker have in common: the arm, whose hand touches, and what bodies look like in its plane.
+// What manipulator and stacker have in common: the arm, its observations, and the poses of bodies in its plane.
 #pragma once
 
 #include "randomize.hpp"

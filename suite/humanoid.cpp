@@ -1,5 +1,5 @@
-// A humanoid has to stand, to walk at 1 m/s or to run at 10 m/s, in any direction. humanoid_CMU's trunk is its thorax, whose
-// y is up.
+// A humanoid has to stand, to walk at 1 m/s or to run at 10 m/s, in any direction. humanoid_CMU's trunk is its thorax,
+// whose y is up.
 #include "randomize.hpp"
 
 namespace suite {

@@ -23,7 +23,7 @@ void lqr(Robot& r, int balls, int motors) {
   r.observe("position", [](const Sim& s) { return s.qpos(); });
   r.observe("velocity", [](const Sim& s) { return s.qvel(); });
   const auto reset = [=](Start& start, RandomState& random) {
-    // dm_control draws the springs, and dampers of 0, when it makes the environment: as the first that a seed gives.
+    // dm_control draws the springs, and dampers of 0, when it makes the environment, so they are a seed's first draws.
     if (random.is_new())
       for (double& spring : start[stiffness]) {
         spring = random.uniform(15, 25);

@@ -1,4 +1,4 @@
-// A quadruped has to walk at 0.5 m/s, to run at 5 m/s, to climb out of a bowl, or to bring a ball to the middle of the floor.
+// A quadruped has to walk at 0.5 m/s, run at 5 m/s, climb out of a bowl, or bring a ball to the middle of the floor.
 #include "bowl.hpp"
 #include "randomize.hpp"
 
@@ -10,8 +10,8 @@ constexpr std::array<const char*, 8> kToes{"force_toe_front_left",  "force_toe_f
                                            "force_toe_back_left",   "torque_toe_front_left", "torque_toe_front_right",
                                            "torque_toe_back_right", "torque_toe_back_left"};
 
-// asinh(x) = log(x + sqrt(x^2 + 1)), computed as glibc does, by a sum without cancellation for each range of x: other C
-// libraries round it otherwise.
+// asinh(x) = log(x + sqrt(x^2 + 1)), computed as glibc does, because other C libraries round differently. Each range of
+// x has a formula without cancellation.
 double asinh(double x) {
   const double size = std::fabs(x), square = size * size;
   constexpr double largest = 268435456, ln2 = 0.6931471805599453;  // above 2^28, x^2 + 1 rounds to x^2
@@ -34,8 +34,8 @@ double tanh(double x) {
   return -fall / (fall + 2);
 }
 
-// NumPy multiplies matrices by OpenBLAS, which fuses on each CPU with FMA, also on those where it does not in norms. On such
-// CPUs the C library's sine of 692 has this value.
+// Whether NumPy multiplies matrices with fused multiply-add. OpenBLAS does so on every CPU with FMA, even where its
+// norms do not. On such CPUs the C library's sine of 692 has this value.
 bool fuses_matrices(const np::Norm& norm) {
   volatile double angle = 692;  // keeps the compiler from computing the sine
   return norm.fused() || std::sin(angle) == 0x1.80869e3fad89ap-1;
@@ -74,7 +74,7 @@ double upright_reward(const Sim& s, int torso, double angle = 0) {
   return tolerance(s.xmat(torso)(2, 2), {least, kInfinity}, {1 + least, Sigmoid::linear, 0});
 }
 
-// Begins the episode with the torso at x, y, as far up as is needed for nothing to touch.
+// Begins the episode with the torso at x, y, just high enough that nothing touches.
 void rise_without_contacts(Start& start, const Vector4d& orientation, double x, double y) {
   constexpr int attempts = 10000;
   double z = 0;

@@ -1,4 +1,4 @@
-// An arm has to put a box where the target shows, at a height that may need a stack of others.
+// An arm has to put a box at the target, which may be so high that the box must stand on a stack of others.
 #include "arm.hpp"
 
 namespace suite {

@@ -1,7 +1,7 @@
 // What the tasks of dm_control's suite have in common, with the bits of dm_control on NumPy without AVX-512.
 //
-// The suite is a plug-in, so that a program that does not use it neither loads nor holds it, and so that it is written with
-// nothing but what users' own tasks have.
+// The suite is a plug-in, so that a program that does not use it does not load it, and so that it uses only what users'
+// own tasks can use.
 #pragma once
 
 #include <array>
@@ -83,9 +83,9 @@ inline double small_control(const Sim& s) { return (4 + mean_tolerance(s.ctrl(),
 
 // Sets how episodes begin and what a step earns: reward(sim) returns a number, or an Outcome.
 //
-// With the option visualize_reward, the info of a reset has the reward by which dm_control colours the materials until the
-// first step. dm_control computes it when the reset has written the state, but mostly before MuJoCo has computed what follows
-// from that state. Where dm_control computes it before the end of the reset, reset(start, random, show) calls show() there.
+// With the option visualize_reward, the info of a reset has the reward by which dm_control colours the materials until
+// the first step. dm_control computes it when the reset has written the state, but mostly before MuJoCo has computed
+// what follows from that state. If this is before the end of the reset, reset(start, random, show) calls show() there.
 template <typename Reset, typename Reward>
 void episodes(Robot& r, const Reset& reset, const Reward& reward) {
   constexpr bool is_number = std::is_arithmetic_v<decltype(reward(std::declval<const Sim&>()))>;

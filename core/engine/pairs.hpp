@@ -31,8 +31,8 @@ std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 // the search finds.
 std::optional<Pairs> searched_pairs(const mjModel_& model);
 
-// Lists the geoms that the search can find only in models with other values of contype and conaffinity. Returns no
-// value if there are too many.
+// Lists the pairs of geoms that the search can find only in models with other values of contype and conaffinity.
+// Returns no value if there are too many.
 std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel_& model);
 
 // Whether the values of contype and conaffinity let these geoms touch.

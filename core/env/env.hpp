@@ -43,8 +43,7 @@ class Env {
     return std::find(task_.needs.own.begin(), task_.needs.own.end(), array) != task_.needs.own.end();
   }
   const mjenv_task_camera& camera() const { return task_.camera; }
-  // How many rows each thread steps together with the rows' present values. While rows are under way, the answer
-  // ignores the forces on them.
+  // How many rows each thread steps together. This does not change while the environment lives.
   const LaneChoice& lanes() const { return lanes_; }
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 

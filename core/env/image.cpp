@@ -22,7 +22,7 @@ namespace {
 //     its bytes in a block of own values, where the arrays follow each other at multiples of 8 bytes
 //   - each row's parts, one after the other. Head::kept says which of the kept parts the row has
 // Rows in equal states have equal images, whatever calls led to the states. So an image leaves out arrays whose values
-// equal the model's, and the own values of a version that equal those that would apply without them (Version).
+// equal the model's, and a version's own values if the same values would apply without them (Version).
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
   std::uint16_t version = 5;
@@ -94,7 +94,7 @@ class Plan {
   bool is_in(const PartKind& kind, std::uint8_t kept) const {
     return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
   }
-  // The row's Head::kept in the image: without the values that equal those that would apply without them (Version).
+  // The row's Head::kept in the image: without own values of a version if the same would apply without them (Version).
   std::uint8_t kept_of(std::int64_t row) const {
     std::uint8_t kept = rows_.head(row).kept;
     if (kept == 0) return 0;

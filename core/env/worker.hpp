@@ -127,7 +127,8 @@ class Worker {
   struct OwnValues {
     const OwnArray* array;
     bool is_force;
-    // A reset writes doubles of the model directly to the block that MuJoCo reads. float32 numbers are converted.
+    // Whether MuJoCo has float32 numbers, so that what the task writes to `values` is converted. Arrays of doubles of
+    // mjModel are not copied in a reset, which writes directly to the block that MuJoCo reads.
     bool is_converted;
     std::vector<double> values, before;
   };
@@ -161,7 +162,7 @@ class Worker {
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Version version = Version::now);
   void use(const OwnArrays& arrays, const std::byte* block);
-  // The row's own values, for writing. The work space, which uses the row's values, uses what is written.
+  // The row's own values, for writing. The work space must be using them. If the row now gets a copy, it uses the copy.
   std::byte* own_values(Rows& rows, std::int64_t row);
   // Saves an input of mjData to the row. offset: in the row's block of own values.
   void save_input(Rows& rows, std::int64_t row, std::size_t offset, const double* values, std::size_t bytes);

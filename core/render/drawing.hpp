@@ -48,7 +48,7 @@ struct Drawing {
 
  private:
   bool trusted_, shown_ = false, follows_fields_ = false;
-  std::vector<float> heights_;  // the hfield_data in the context, if it follows them
+  std::vector<float> heights_;  // the hfield_data in the context; empty unless follows_fields_
 
   // The public constructor delegates to this one, so that the destructor runs if the public one throws.
   Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted), trusted_(trusted) {}

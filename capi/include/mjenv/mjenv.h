@@ -208,7 +208,7 @@ typedef struct mjenv_info {
   int64_t rows;
   int64_t frame_skip;       /* how many times one step calls mj_step */
   int64_t lanes;            /* how many rows each thread steps together; 0: one by one. The results are the same */
-  const char *lanes_reason; /* why rows are stepped one by one; "" if none is. It belongs to the environment */
+  const char *lanes_reason; /* why lanes is 0; "" if it is not. The text belongs to the environment */
 } mjenv_info;
 
 /* Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static. */
@@ -296,9 +296,9 @@ typedef struct mjenv_randomization {
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
-/* A push, which acts on a body now and then (mjenv_perturb). It is a force, which replaces the body's xfrc_applied
- * while it lasts and then sets it to 0, or a kick, which is added to the six numbers in qvel of the body's free joint
- * before the step. */
+/* A push, which acts on a body now and then (mjenv_perturb): a force or a kick. A force replaces the body's
+ * xfrc_applied while it lasts; afterwards xfrc_applied is 0. A kick is added to the six numbers in qvel of the body's
+ * free joint before the step. */
 typedef struct mjenv_push {
   uint32_t struct_size;
   int32_t body; /* the index of a body; not 0, the world */
@@ -341,7 +341,7 @@ typedef int32_t mjenv_gl;
 enum mjenv_gl_value {
   MJENV_GL_AUTO = 0,   /* what the variable MUJOCO_GL names; else wgl on Windows, elsewhere egl, glfw or osmesa */
   MJENV_GL_EGL = 1,    /* without a display; MUJOCO_EGL_DEVICE_ID chooses a device. Debian: libegl1 libgl1-mesa-dri */
-  MJENV_GL_OSMESA = 2, /* without a display or driver; a process uses either this or others. Debian: libosmesa6 */
+  MJENV_GL_OSMESA = 2, /* without a display or driver; a process that uses it can use no other. Debian: libosmesa6 */
   MJENV_GL_GLFW = 3,   /* on a display, and the main thread. Debian: libglfw3 */
   MJENV_GL_WGL = 4     /* the display's driver, in an invisible window; on Windows only */
 };
@@ -520,7 +520,7 @@ MJENV_API int64_t mjenv_options_count(const mjenv_options *options);
 MJENV_API mjenv_status mjenv_options_at(const mjenv_options *options, int64_t index, mjenv_option *option);
 
 /* Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number. As in Gymnasium, infos that
- * are computed from such a REALS option have another dtype than if it was set to a real. Errors: NAME, TYPE, VALUE. */
+ * are computed from a REALS option have another dtype if it was set to an integer. Errors: NAME, TYPE, VALUE. */
 MJENV_API mjenv_status mjenv_options_set_integer(mjenv_options *options, const char *name, int64_t value);
 
 /* Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE. */

@@ -43,8 +43,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action, in the dtype that the caller passed. It is 0 in trial calls, and NaN except in step, before_step and
- * before_substep. */
+/* A row's action, in the dtype that the caller passed. It is 0 in trial calls. In other calls it is NaN, except in
+ * step, before_step and before_substep. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -427,8 +427,8 @@ std::array<double, N> air_time(Eigen::Map<Eigen::VectorXd> time, const std::arra
 
 /* A height field whose geom is fixed to the world and not turned (Robot::terrain). `view` is a Sim or a Start. The
  * surface consists of the triangles with which other geoms collide. Beyond the edge, the heights are those of the
- * edge. If rows have their own hfield_data, the heights are the row's; the place and the size are the model's. What a
- * reset writes counts after forward or advance. */
+ * edge. If rows have their own hfield_data, the heights are the row's; the place and the size are the model's. Heights
+ * that a reset writes take effect after forward or advance. */
 class Terrain {
  public:
   /* The surface's height at x and y, m; all in the world's frame. */
@@ -761,8 +761,8 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). reset writes an array of mjModel with
-   * start[own], and step with row[own]; it needs current(). before_step and before_substep write "qfrc_applied" and
+  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). An array of mjModel needs current();
+   * reset writes it with start[own], and step with row[own]. before_step and before_substep write "qfrc_applied" and
    * "xfrc_applied" with control[own], and step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};

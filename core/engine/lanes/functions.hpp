@@ -177,8 +177,8 @@ inline Mask is_null(const V* quat) {
   return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
 }
 
-// mju_rotVecQuat. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). The
-// general formula has the same result, except that it turns -0 into +0.
+// mju_rotVecQuat. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). The general formula has the same
+// result, except that it turns -0 into +0.
 template <typename T>
 inline void rotVecQuat(V* res, const T* vec, const V* quat, bool has_negative_zeros) {
   const V tmp0 = quat[0] * vec[0] + quat[2] * vec[2] - quat[3] * vec[1];
@@ -469,8 +469,8 @@ void adopt_in_fluid(Lanes& d) {
 }
 
 // Computes what mj_tendon and mj_transmission compute from nothing but gears and the coefficients of tendons along
-// joints. A lane is left to MuJoCo if it has a coefficient other than 0 of a tendon that is still (is_still_tendon) in
-// the shared model.
+// joints. A lane is left to MuJoCo if a coefficient in it is not 0 although the tendon's Jacobian is always 0 in the
+// shared model (is_still_tendon).
 void adopt_transmissions(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const wrap_prm = vectors(d.wrap_prm);

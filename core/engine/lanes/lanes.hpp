@@ -9,10 +9,10 @@ namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
 
-// Numbers that follow from the margins, gaps and bounding spheres of two geoms. Before MuJoCo looks for contacts, it
-// compares the spheres, or a plane and a sphere. The geoms do not touch if the square of the distance between their
-// centres, or the distance from the plane to the centre, is greater than `limit`. reach: the distance of the centres at
-// which the spheres, with their margin, touch.
+// Numbers that follow from the margins, gaps and bounding spheres of two geoms. limit: if the square of the distance
+// between the centres is greater, MuJoCo looks for no contacts, because the bounding spheres do not touch; if the first
+// geom is a plane, the same holds for the distance from the plane to the other's centre. reach: the distance of the
+// centres at which the spheres, with their margin, touch.
 struct PairNumbers {
   double limit, margin, includemargin, reach;
 };
@@ -163,7 +163,7 @@ struct Lanes {
   unsigned damped;          // the lanes, as bits, in which a dof has damping
   bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
 
-  // The following depend on the model alone, so they have one number for all lanes. The dofs at which the Jacobian of
+  // Up to `boxes`, the following depend on the shared model alone, except pair_rows. The dofs at which the Jacobian of
   // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
   const int *tendon_dof_adr, *tendon_dofs;
   const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins

@@ -145,9 +145,9 @@ BoxPair box_pair_of(const mjModel& m, const GeomPair& pair, const std::vector<Ge
   double size = box1.round + box2.round;
   for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
   const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
-  // The limit for height fields is greater, because MuJoCo makes the prisms of a field higher by the margin, and
-  // because their centres can be nearer to the geom than the field's centre, by whose distance boxes_apart divides
-  // kCollinear.
+  // The limit for height fields is greater for two reasons. MuJoCo makes a field's prisms higher by the margin. And
+  // boxes_apart divides kCollinear by the distance between the geom and the field's centre, but the centre of a prism
+  // can be nearer to the geom.
   const double most = is_ground ? 2 * margin + kGround : margin;
   return {most + box1.round + box2.round + kShare * size, is_ground};
 }

@@ -38,7 +38,7 @@ struct ModelTables {
   std::vector<BoxPair> box_pairs;
   std::vector<GeomBox> boxes;     // for each geom, if there are box_pairs
   std::optional<Pairs> searched;  // the parameters of the pairs, if Model has no list of pairs
-  // The geoms that are not in the list only because of their contype and conaffinity; no value if there are too many.
+  // The pairs that only their contype and conaffinity keep out of the list; no value if there are too many.
   std::optional<std::vector<std::pair<int, int>>> kept_apart{std::in_place};
   std::vector<ContactPair> contact_pairs;  // for each of `pairs`
   std::vector<Equality> equalities;

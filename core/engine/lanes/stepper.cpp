@@ -436,9 +436,9 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.may_touch = may_touch_.data();
 }
 
-// Returns whether the rows have the shared model's values. must_hold: the lanes must hold the rows' values afterwards,
-// so they are gathered, unless the lanes hold the shared ones already. All rows have their own values of the same
-// arrays, so the first row's pointers tell for all.
+// Returns whether the rows have the shared model's values. must_hold: the lanes must hold the rows' values afterwards.
+// Then this gathers them, unless they are the shared ones and the lanes hold those already. All rows have their own
+// values of the same arrays, so the first row's pointers tell for all.
 template <typename Own>
 bool LaneStepper::gather_own(Own& own, bool must_hold) {
   const bool are_shared = own.of(*row_models_[0]) == own.of(m_);
@@ -532,8 +532,8 @@ void LaneStepper::leave_unlike() {
 }
 
 // Whether the tables of the shared model are not valid for a row's model, because
-// - the fluid model of ellipsoids applies to other geoms,
-// - other geoms have a bounding sphere,
+// - the fluid model of ellipsoids applies to other geoms than in the shared model,
+// - other geoms than in the shared model have a bounding sphere,
 // - a margin is negative, with which MuJoCo's search can find other pairs, or
 // - contype and conaffinity let geoms touch that are not in the list of pairs.
 bool LaneStepper::is_unlike(const mjModel& m) const {
@@ -909,7 +909,7 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
     // mj_RungeKutta keeps four X, four F and dX on mjData's stack. This leaves less of it for constraints, so MuJoCo
-    // may fail. Marking as much of the stack as used makes the same happen here. The stack is large enough for these
+    // may fail. To have the same effect, the same amount is marked as used here. The stack is large enough for these
     // arrays, or the environment's trial step (registered_task.cpp) would have failed.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;

@@ -78,7 +78,7 @@ void sleep_while(std::atomic<std::uint32_t>& word, std::uint32_t value) {
 
 void wake_all(std::atomic<std::uint32_t>& word) { __ulock_wake(kCompareAndWait | kWakeAll, &word, 0); }
 
-// What is free, and what the system takes from files that it can read again.
+// Free pages, and inactive ones, which the system can use for something else.
 double available_memory(const std::string&) {
   vm_statistics64_data_t pages{};
   mach_msg_type_number_t count = HOST_VM_INFO64_COUNT;

@@ -198,7 +198,7 @@ void wake_all(std::atomic<std::uint32_t>& word) { WakeByAddressAll(&word); }
 
 // ---- Memory, entropy, locale ----
 
-// Of the machine's memory, and of what the process's job allows it.
+// The least of what the machine has free, what the process can address, and what its job allows it.
 double available_memory(const std::string&) {
   MEMORYSTATUSEX machine{};
   machine.dwLength = sizeof machine;

@@ -134,7 +134,7 @@ typedef struct mjenv_learn_settings {
   const uint8_t *critic_obs;   /* the same for the critic */
   int64_t obs_count;           /* of actor_obs and critic_obs; 0 if both are NULL */
   uint64_t seed;               /* of the weights and the exploration; row i gets the seed `seed` + i */
-  int32_t threads;             /* 1 to 64 threads compute the networks; the environment's are its own option */
+  int32_t threads;             /* 1 to 64, which compute the networks; the environment's threads are its own option */
   mjenv_instructions instructions;
   int64_t window; /* over how many of the last episodes the mean return is computed */
 } mjenv_learn_settings;
@@ -153,7 +153,7 @@ typedef struct mjenv_learn_report {
   int64_t updates;           /* so far */
   int64_t steps;             /* of all rows together, so far */
   int64_t episodes;          /* that have ended so far */
-  double mean_return;        /* of the last `window` episodes, which explored */
+  double mean_return;        /* of the last `window` episodes of the training, whose actions were drawn */
   double mean_length;        /* of these, in steps */
   double learning_rate;      /* of the update */
   double policy_loss;        /* this and the following: means over the update's minibatches */

@@ -217,7 +217,7 @@ pub struct mjenv_info {
     pub frame_skip: i64,
     #[doc = " how many rows each thread steps together; 0: one by one. The results are the same"]
     pub lanes: i64,
-    #[doc = " why rows are stepped one by one; \"\" if none is. It belongs to the environment"]
+    #[doc = " why lanes is 0; \"\" if it is not. The text belongs to the environment"]
     pub lanes_reason: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_info {
@@ -372,9 +372,9 @@ impl Default for mjenv_randomization {
         }
     }
 }
-#[doc = " A push, which acts on a body now and then (mjenv_perturb). It is a force, which replaces the body's xfrc_applied"]
-#[doc = " while it lasts and then sets it to 0, or a kick, which is added to the six numbers in qvel of the body's free joint"]
-#[doc = " before the step."]
+#[doc = " A push, which acts on a body now and then (mjenv_perturb): a force or a kick. A force replaces the body's"]
+#[doc = " xfrc_applied while it lasts; afterwards xfrc_applied is 0. A kick is added to the six numbers in qvel of the body's"]
+#[doc = " free joint before the step."]
 #[repr(C)]
 pub struct mjenv_push {
     pub struct_size: u32,
@@ -454,7 +454,7 @@ pub type mjenv_gl = i32;
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
 #[doc = " without a display; MUJOCO_EGL_DEVICE_ID chooses a device. Debian: libegl1 libgl1-mesa-dri"]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
-#[doc = " without a display or driver; a process uses either this or others. Debian: libosmesa6"]
+#[doc = " without a display or driver; a process that uses it can use no other. Debian: libosmesa6"]
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
 #[doc = " on a display, and the main thread. Debian: libglfw3"]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
@@ -649,7 +649,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number. As in Gymnasium, infos that"]
-    #[doc = " are computed from such a REALS option have another dtype than if it was set to a real. Errors: NAME, TYPE, VALUE."]
+    #[doc = " are computed from a REALS option have another dtype if it was set to an integer. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_options_set_integer(
         options: *mut mjenv_options,
         name: *const ::std::os::raw::c_char,

@@ -173,7 +173,7 @@ pub struct mjenv_learn_settings {
     pub obs_count: i64,
     #[doc = " of the weights and the exploration; row i gets the seed `seed` + i"]
     pub seed: u64,
-    #[doc = " 1 to 64 threads compute the networks; the environment's are its own option"]
+    #[doc = " 1 to 64, which compute the networks; the environment's threads are its own option"]
     pub threads: i32,
     pub instructions: mjenv_instructions,
     #[doc = " over how many of the last episodes the mean return is computed"]
@@ -202,7 +202,7 @@ pub struct mjenv_learn_report {
     pub steps: i64,
     #[doc = " that have ended so far"]
     pub episodes: i64,
-    #[doc = " of the last `window` episodes, which explored"]
+    #[doc = " of the last `window` episodes of the training, whose actions were drawn"]
     pub mean_return: f64,
     #[doc = " of these, in steps"]
     pub mean_length: f64,
