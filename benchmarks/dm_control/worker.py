@@ -97,11 +97,15 @@ PIXELS = {"height": 64, "width": 64, "camera_id": 0}
 REPEAT = 2  # of each action before a picture
 
 
+alive = []  # dm_control hangs when it frees a context of OSMesa, so these environments stay
+
+
 def dm_control_pixels(task: str) -> Task:
     """As agents that learn from pixels use dm_control: a picture after two steps with the same action."""
     from dm_control import suite
 
     env = suite.load(*task.split("-"), task_kwargs={"random": 1})
+    alive.append(env)
     env.reset()
     spec = env.action_spec()
 

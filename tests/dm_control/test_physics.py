@@ -285,8 +285,9 @@ def test_full_contact_buffer() -> None:
                 except PhysicsError as error:
                     messages.append(str(error))
     assert raised[ours] == raised[theirs]
-    full = "Physics state is invalid. Warning(s) raised: mjWARN_CONTACTFULL"
-    assert raised[ours] == [*[""] * 3, *[full] * 3]
+    if mujoco.__version__.startswith("2."):  # 4.0 finds memory for all contacts
+        full = "Physics state is invalid. Warning(s) raised: mjWARN_CONTACTFULL"
+        assert raised[ours] == [*[""] * 3, *[full] * 3]
 
 
 def message_of(call: Callable[[], Any]) -> str:
@@ -318,9 +319,9 @@ def test_errors_in_the_middle_of_steps(task: tuple[str, str]) -> None:
             said.append([message_of(lambda env=env: env.step(np.zeros(env.action_spec().shape))) for _ in range(2)])
         assert said[0] == said[1]
         np.testing.assert_array_equal(envs[0].physics.state(), envs[1].physics.state())
-        if envs[1].physics.data.ncon < most:
+        if most < 0 or envs[1].physics.data.ncon < most:  # MuJoCo 4.0 has no such limit
             early |= {*said[1]}
-    wanted = {("humanoid_CMU", "stand"): "CONTACTFULL"}.get(task, "BADQ")
+    wanted = "CONTACTFULL" if task[0] == "humanoid_CMU" and most > 0 else "BADQ"
     assert any(wanted in message for message in early)
 
 

@@ -41,12 +41,13 @@ _ROWS = {
     },
     Role.DATA: {
         **dict.fromkeys(("xpos", "xquat", "xmat", "xipos", "ximat", "xfrc_", "subtree_", "cinert", "crb"), "body"),
-        **dict.fromkeys(("cvel", "cacc", "cfrc_"), "body"),
+        **dict.fromkeys(("cvel", "cacc", "cfrc_", "body_", "parent_awake"), "body"),
         **dict.fromkeys(("xanchor", "xaxis"), "jnt"),
         "geom_": "geom",
         "site_": "site",
         "cam_": "cam",
         "light_": "light",
+        "eq_": "eq",
         "ten_": "tendon",
         "actuator_": "actuator",
         "ctrl": "actuator",
@@ -55,7 +56,7 @@ _ROWS = {
 # Arrays with a range of elements for each object: the beginning of the name, the objects, and the ranges' addresses.
 _RAGGED = {
     "qpos": ("jnt", "jnt_qposadr"),
-    **dict.fromkeys(("qvel", "qacc", "qfrc_", "cdof", "dof_"), ("jnt", "jnt_dofadr")),
+    **dict.fromkeys(("qvel", "qacc", "qfrc_", "cdof", "dof_", "M_row"), ("jnt", "jnt_dofadr")),
     "sensordata": ("sensor", "sensor_adr"),
     "numeric_data": ("numeric", "numeric_adr"),
 }
@@ -67,7 +68,7 @@ _COLUMNS = {
 }
 # Arrays with three columns that are not x, y and z.
 _NO_COORDINATES = (
-    *("geom_friction", "key_mpos"),
+    *("geom_friction", "key_mpos", "sensor_intprm"),
     *("light_ambient", "light_attenuation", "light_diffuse", "light_specular"),
 )
 
