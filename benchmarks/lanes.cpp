@@ -1,6 +1,8 @@
 // Measures what lanes gain, and where the limit is: the same steps of 64 rows on one thread, one row after the other
 // and in the lanes of each instruction set, in turns.
 //
+// All times are CPU times.
+//
 //   lanes [ID...]    prints CSV: id, microseconds for a step of one row without lanes, then for each number of lanes
 //     gain           how many times as fast it is
 //     computing      the share of the time of the physics that passes in lane code
@@ -18,7 +20,6 @@
 // After differing: as in differing:Ant-v5, the rows have masses, frictions and gains of their own, and pushes.
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -71,16 +72,33 @@ struct Shares {
 } shares;
 std::map<std::string, double> stages;  // seconds in each function
 
+// The CPU time that reading the clock takes, which is a system call.
+const double cost_of_clock = [] {
+  constexpr int kReads = 20000;
+  const double start = measure::cpu_time();
+  for (int i = 0; i < kReads; ++i) measure::cpu_time();
+  return (measure::cpu_time() - start) / kReads;
+}();
+
+// Adds the CPU time of a scope to sums. Takes off what reading the clock costs: one read in the scope itself, and two
+// for each timer within it.
 class Timer {
  public:
-  explicit Timer(double& sum) : sum_(sum) {}
-  ~Timer() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  explicit Timer(double& sum, double* other = nullptr) : sum_(sum), other_(other) {}
+  ~Timer() {
+    const double time = measure::cpu_time() - start_ - cost_of_clock * (1 + 2 * (ended_ - ended_before_));
+    ++ended_;
+    sum_ += time;
+    if (other_) *other_ += time;
+  }
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
 
  private:
-  double& sum_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  static inline int ended_ = 0;  // how many timers have ended
+  double &sum_, *const other_;
+  const int ended_before_ = ended_;
+  const double start_ = measure::cpu_time();
 };
 
 const Code* counted = nullptr;  // whose functions are called
@@ -92,7 +110,7 @@ template <auto Function, auto Sum, typename Result, typename... Arguments>
 struct Counted<Function, Sum, Result (*)(Arguments...)> {
   static inline double* stage = nullptr;
   static Result call(Arguments... arguments) {
-    const Timer timer(shares.*Sum), of_stage(*stage);
+    const Timer timer(shares.*Sum, stage);
     return (counted->*Function)(arguments...);
   }
 };
@@ -108,7 +126,7 @@ void count(Code& code, const char* name) {
 template <auto Solver>
 void solve(mjenv::core::lanes::Lanes& lanes, Constraints& c) {
   {
-    const Timer timer(shares.computing), of_stage(stages["solver"]);
+    const Timer timer(shares.computing, &stages["solver"]);
     (counted->*Solver)(lanes, c);
   }
   const int width = counted->width;

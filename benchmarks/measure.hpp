@@ -22,16 +22,17 @@ inline void check(mjenv_status status) {
   std::exit(1);
 }
 
-// Measures CPU time, because other programs on the machine disturb it least.
+// The CPU time of this thread in seconds, which other programs on the machine disturb least.
+inline double cpu_time() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
 inline double seconds(const std::function<void()>& work) {
-  const auto now = [] {
-    timespec t{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  };
-  const double start = now();
+  const double start = cpu_time();
   work();
-  return now() - start;
+  return cpu_time() - start;
 }
 
 inline double median(std::vector<double> values) {

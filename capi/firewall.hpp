@@ -124,12 +124,6 @@ inline mjenv_dtype known_dtype(mjenv_dtype dtype) {
   return dtype;
 }
 
-inline mjenv_role known_role(mjenv_role role) {
-  if (role < MJENV_ROLE_OBSERVATION || role > MJENV_ROLE_GROUPS)
-    fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
-  return role;
-}
-
 template <typename T>
 T& need(T* pointer, const char* name) {
   if (!pointer) fail(MJENV_E_ARGUMENT, std::string(name) + " is NULL");
@@ -163,7 +157,7 @@ void deliver(std::int64_t available, std::int64_t capacity, const void* target, 
   if (capacity > 0) {
     if (capacity < available)
       fail(MJENV_E_SIZE,
-           "there is room for " + std::to_string(capacity) + ", but " + std::to_string(available) + " are needed");
+           "the capacity is " + std::to_string(capacity) + ", but " + std::to_string(available) + " are needed");
     write();
   }
   *count = available;

@@ -9,7 +9,7 @@
 namespace mjenv::core {
 
 // If a thread of the parent held the lock at the fork, the child takes it over. So what the mutex protects must be
-// valid at any time.
+// valid even while it is locked.
 class ForkLock {
  public:
   constexpr ForkLock() = default;

@@ -16,6 +16,11 @@
 
 namespace mjenv::core {
 
+// The base of each kind of handle, which defines
+//   kName               the parameter's name, for messages
+//   kThing              what the handle is called in messages
+//   kReadersSeeChanges  whether calls that only read the object see what other calls change, and so must not run
+//                       at the same time
 // Each slot has cache lines of its own, because different threads may use different handles at the same time.
 template <typename T>
 struct alignas(64) Slot {
@@ -54,7 +59,7 @@ class Table {
   constexpr Table() = default;
   Table(const Table&) = delete;
   Table& operator=(const Table&) = delete;
-  // Frees nothing if a handle was never destroyed, because other threads may use it until the process has ended.
+  // Frees nothing if a handle was never destroyed, because other threads may use it until the process ends.
   ~Table() {
     if (live_ > 0) return;
     for (auto& chunk : more_) delete[] chunk.exchange(nullptr);

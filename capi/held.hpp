@@ -61,8 +61,7 @@ struct Link {
 struct HeldEnv {
   Env env;
   std::shared_ptr<Link> link = std::make_shared<Link>();
-  mjenv_options* options;    // those that the environment was built with
-  std::string lanes_reason;  // the text that mjenv_info_of returned last
+  mjenv_options* options;  // those that the environment was built with
   std::optional<std::string> lane_stages;
 
   HeldEnv(const Options& chosen, std::int64_t rows)

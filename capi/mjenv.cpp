@@ -246,15 +246,13 @@ void mjenv_destroy(mjenv_env* env) { destroy(env); }
 
 mjenv_status mjenv_info_of(mjenv_env* env, mjenv_info* info) {
   return change(env, [&](HeldEnv& held) {
-    LaneChoice lanes = held.env.lanes();
-    shared_size(info, "info");  // first, so that a wrong struct is refused before lanes_reason changes
-    held.lanes_reason = std::move(lanes.reason);
+    const LaneChoice& lanes = held.env.lanes();
     mjenv_info out{};
     out.threads = held.env.threads();
     out.rows = held.env.rows();
     out.frame_skip = held.env.frame_skip();
     out.lanes = lanes.width;
-    out.lanes_reason = held.lanes_reason.c_str();
+    out.lanes_reason = lanes.reason.c_str();
     write_struct(info, "info", out);
   });
 }
@@ -289,12 +287,11 @@ mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* 
 }
 
 std::int64_t mjenv_field_count(const mjenv_env* env, mjenv_role role) {
-  return ask<std::int64_t>(0, env,
-                           [&](const HeldEnv& held) { return held.env.schema().fields(known_role(role)).size(); });
+  return ask<std::int64_t>(0, env, [&](const HeldEnv& held) { return held.env.schema().fields(role).size(); });
 }
 
 mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t index, mjenv_field* field) {
-  return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(known_role(role)), index, "field")); });
+  return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(role), index, "field")); });
 }
 
 mjenv_status mjenv_seed(mjenv_env* env, const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {

@@ -11,7 +11,7 @@
 
 namespace mjenv::learn {
 
-// Appends values to bytes. Takes the values as const, because it only reads them.
+// Appends values to bytes.
 class Writer {
  public:
   explicit Writer(std::vector<std::byte>& bytes) : bytes_(bytes) {}

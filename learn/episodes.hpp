@@ -46,7 +46,7 @@ class EpisodeStatistics {
 
  private:
   std::vector<double> totals_;             // the rewards of each row's episode so far
-  std::vector<std::int64_t> steps_;        // the same
+  std::vector<std::int64_t> steps_;        // how many steps each row's episode has so far
   std::vector<double> returns_, lengths_;  // of the last episodes; a new one replaces the oldest
   std::int64_t episodes_ = 0;
 

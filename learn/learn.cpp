@@ -118,7 +118,7 @@ void deliver(const std::string& content, char* text, std::int64_t capacity, std:
     need(text, "text");
     if (capacity < needed)
       fail(MJENV_E_SIZE,
-           "there is room for " + std::to_string(capacity) + ", but " + std::to_string(needed) + " are needed");
+           "the capacity is " + std::to_string(capacity) + ", but " + std::to_string(needed) + " are needed");
     content.copy(text, content.size());
     text[content.size()] = '\0';
   }

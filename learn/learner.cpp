@@ -212,7 +212,7 @@ void Learner::evaluate(const float* inputs, int rows, float* values, float* mean
     for (int worker = 0; worker < threads; ++worker) work(worker);
 }
 
-// Draws the actions of all rows into rollout_.actions and, as the environment takes them, into bounded_.
+// Draws the actions of all rows into rollout_.actions, and converts them for the environment into bounded_.
 void Learner::draw_actions() {
   const std::size_t n = rows(), actuators = agent_.actuators;
   if (step_ == 0) {
@@ -269,12 +269,12 @@ void Learner::take(const Outcome& outcome) {
   const std::size_t n = rows(), stride = agent_.stride();
   for (std::size_t i = 0; i < n; ++i) {
     ended_[i] = outcome.terminated[i] != 0 || outcome.truncated[i] != 0;
-    rollout_.going_on[step_ * n + i] = ended_[i] != 0 ? 0.0F : 1.0F;
+    rollout_.continues[step_ * n + i] = ended_[i] != 0 ? 0.0F : 1.0F;
     episodes_.add_step(i, outcome.reward[i], ended_[i] != 0);
   }
   rewards_.add(outcome.reward, ended_, settings_->gamma, settings_->reward_clip, settings_->normalize_reward != 0,
                &rollout_.rewards[step_ * n]);
-  add_cut_off_values(outcome);
+  bootstrap_truncated(outcome);
   observations_.add(outcome.obs, n);
   ++step_;
   observations_.normalize(outcome.obs, n, &rollout_.inputs[step_ * n * stride]);
@@ -282,7 +282,7 @@ void Learner::take(const Outcome& outcome) {
 }
 
 // A truncated episode would have gone on. So the critic's value of its last observation is added to its last reward.
-void Learner::add_cut_off_values(const Outcome& outcome) {
+void Learner::bootstrap_truncated(const Outcome& outcome) {
   for (std::size_t i = 0; i < rows(); ++i) {
     if (outcome.truncated[i] == 0 || outcome.terminated[i] != 0) continue;
     observations_.normalize(outcome.final_obs + i * spaces_.observations, 1, last_inputs_.data());
@@ -398,7 +398,7 @@ std::string Learner::policy(mjenv_learned which) const {
                      settings_->obs_clip);
 }
 
-// Lists everything that a rollout and its update change, without what settings and sizes determine.
+// Lists all that a rollout and its update change, except what follows from the settings.
 template <typename Archive>
 void Learner::archive(Archive& a) {
   a(random_);

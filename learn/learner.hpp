@@ -82,11 +82,11 @@ class Learner {
   std::vector<std::byte> spare_;  // receives the next state, then is swapped with saved_
 
   // Scratch memory; each line names the function that uses it.
-  std::vector<float> bounded_;                                                // act
+  std::vector<float> bounded_;                                                // draw_actions
   std::vector<std::unique_ptr<Network::Pass>> actor_passes_, critic_passes_;  // evaluate; one for each thread
-  std::vector<unsigned char> ended_;                                          // feed
-  std::vector<float> last_inputs_;                                            // add_cut_off_values
-  std::vector<std::int32_t> order_;                                           // update
+  std::vector<unsigned char> ended_;                                          // take
+  std::vector<float> last_inputs_;                                            // bootstrap_truncated
+  std::vector<std::int32_t> order_;                                           // shuffle, update
   Deviations deviations_;                                                     // of the actions
   std::vector<std::byte> image_;                                              // save_state
 
@@ -102,7 +102,7 @@ class Learner {
   void evaluate(const float* inputs, int rows, float* values, float* means);
   void check_finite(const Outcome& outcome) const;
   void take(const Outcome& outcome);
-  void add_cut_off_values(const Outcome& outcome);
+  void bootstrap_truncated(const Outcome& outcome);
   void finish_rollout();
   mjenv_learn_report update();
   void shuffle();

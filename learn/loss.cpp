@@ -7,10 +7,10 @@
 namespace mjenv::learn {
 namespace {
 
-constexpr int kChunk = 64;     // steps that are evaluated together: their activations stay in the cache
-constexpr int kMostParts = 8;  // the most parts into which a minibatch is divided
+constexpr int kChunk = 64;    // steps that are evaluated together: their activations stay in the cache
+constexpr int kMaxParts = 8;  // the most parts into which a minibatch is divided
 
-std::size_t turned_size(const Network& network) {
+std::size_t transposed_size(const Network& network) {
   std::size_t size = 0;
   for (std::size_t l = 1; l < network.layers().size(); ++l)
     size += static_cast<std::size_t>(network.layers()[l].padded_inputs) * network.layers()[l].padded_outputs;
@@ -51,17 +51,17 @@ Loss::Loss(const Agent& agent, const Kernels& kernels, core::Pool& pool)
     : agent_(agent),
       kernels_(kernels),
       pool_(pool),
-      actor_transposed_(turned_size(agent.actor)),
-      critic_transposed_(turned_size(agent.critic)),
+      actor_transposed_(transposed_size(agent.actor)),
+      critic_transposed_(transposed_size(agent.critic)),
       deviations_(agent) {
-  for (int i = 0; i < kMostParts; ++i) parts_.push_back(std::make_unique<Part>(agent));
+  for (int i = 0; i < kMaxParts; ++i) parts_.push_back(std::make_unique<Part>(agent));
 }
 
 LossTerms Loss::differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
                               const mjenv_learn_settings& settings) {
-  const int parts = std::min(kMostParts, padded(batch.count, kChunk) / kChunk), threads = pool_.threads();
-  agent_.actor.turn(parameters.data(), actor_transposed_);
-  agent_.critic.turn(&parameters[agent_.critic_at], critic_transposed_);
+  const int parts = std::min(kMaxParts, padded(batch.count, kChunk) / kChunk), threads = pool_.threads();
+  agent_.actor.transpose(parameters.data(), actor_transposed_);
+  agent_.critic.transpose(&parameters[agent_.critic_at], critic_transposed_);
   deviations_.update(kernels_, parameters);
   const Task task{parameters.data(), rollout, batch, settings};
   const auto work = [&](int worker) {
@@ -78,7 +78,7 @@ LossTerms Loss::differentiate(const std::vector<float>& parameters, const Rollou
     kernels_.add(part.gradient.data(), gradient.data(), gradient.size());
     terms.add(part.terms);
   }
-  // The derivative of a normal distribution's entropy by the logarithm of its standard deviation is 1.
+  // The derivative of a normal distribution's entropy with respect to the logarithm of its standard deviation is 1.
   for (std::size_t j = 0; j < agent_.actuators; ++j)
     gradient[agent_.log_std_at + j] -= static_cast<float>(settings.entropy_coef);
   return terms;
@@ -104,17 +104,17 @@ void Loss::add_chunk(const Task& task, int from, int count, Part& part) {
   const float* x = part.inputs.data();
   const float* mean = part.actor.forward(kernels_, task.parameters, x, rows);
   const float* value = part.critic.forward(kernels_, task.parameters + agent_.critic_at, x, rows);
-  std::fill_n(part.actor.output_slopes(), rows * agent_.actor.output_stride(), 0.0F);
-  std::fill_n(part.critic.output_slopes(), rows * agent_.critic.output_stride(), 0.0F);
-  add_policy_slopes(task, steps, count, mean, part);
-  add_value_slopes(task, steps, count, value, part);
+  std::fill_n(part.actor.output_gradient(), rows * agent_.actor.output_stride(), 0.0F);
+  std::fill_n(part.critic.output_gradient(), rows * agent_.critic.output_stride(), 0.0F);
+  add_policy_gradient(task, steps, count, mean, part);
+  add_value_gradient(task, steps, count, value, part);
   part.actor.backward(kernels_, actor_transposed_.data(), x, rows, part.gradient.data());
   part.critic.backward(kernels_, critic_transposed_.data(), x, rows, &part.gradient[agent_.critic_at]);
 }
 
 // The objective is min(ratio * advantage, bounded * advantage). ratio is the probability of the action under the
 // present policy divided by that under the policy of the rollout; bounded is the clipped ratio.
-void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part) {
+void Loss::add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part) {
   const std::size_t actuators = agent_.actuators;
   const auto stride = static_cast<std::size_t>(agent_.actor.output_stride());
   const float *log_std = task.parameters + agent_.log_std_at, *inverse_std = deviations_.inverse.data();
@@ -138,7 +138,7 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
   kernels_.exp(part.ratios.data(), part.ratios.size());
 
   const auto clip = static_cast<float>(task.settings.clip), share = 1.0F / static_cast<float>(task.batch.count);
-  float *slopes = part.actor.output_slopes(), *std_gradient = &part.gradient[agent_.log_std_at];
+  float *output_gradient = part.actor.output_gradient(), *std_gradient = &part.gradient[agent_.log_std_at];
   for (int i = 0; i < count; ++i) {
     const float ratio = part.ratios[static_cast<std::size_t>(i)];
     const float advantage =
@@ -152,33 +152,33 @@ void Loss::add_policy_slopes(const Task& task, const std::int32_t* steps, int co
     const float slope = -advantage * ratio * share;
     for (std::size_t j = 0; j < actuators; ++j) {
       const float z = distance(i, j);
-      slopes[static_cast<std::size_t>(i) * stride + j] = slope * z * inverse_std[j];
+      output_gradient[static_cast<std::size_t>(i) * stride + j] = slope * z * inverse_std[j];
       std_gradient[j] += slope * (z * z - 1);
     }
   }
 }
 
-// With value_clip, the error is the greater of two: the error of the value, and the error of the value if its change
-// since the rollout is clipped.
-void Loss::add_value_slopes(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part) {
+// With value_clip, the error is the greater of two: that of the value, and that of the value whose change since the
+// rollout is clipped.
+void Loss::add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part) {
   const auto stride = static_cast<std::size_t>(agent_.critic.output_stride());
   const auto factor = static_cast<float>(2 * task.settings.value_coef) / static_cast<float>(task.batch.count);
   const auto most = static_cast<float>(task.settings.value_clip);
-  float* slopes = part.critic.output_slopes();
+  float* output_gradient = part.critic.output_gradient();
   for (int i = 0; i < count; ++i) {
     const auto step = static_cast<std::size_t>(steps[i]);
     const float now = value[static_cast<std::size_t>(i) * stride];
-    float miss = now - task.rollout.returns[step], slope = factor;
+    float error = now - task.rollout.returns[step], slope = factor;
     if (most > 0) {
       const float change = now - task.rollout.values[step], bounded = std::min(most, std::max(-most, change));
-      const float other = task.rollout.values[step] + bounded - task.rollout.returns[step];
-      if (bounded != change && other * other > miss * miss) {
-        miss = other;
+      const float clipped = task.rollout.values[step] + bounded - task.rollout.returns[step];
+      if (bounded != change && clipped * clipped > error * error) {
+        error = clipped;
         slope = 0;
       }
     }
-    part.terms.value += miss * miss;
-    slopes[static_cast<std::size_t>(i) * stride] = slope * miss;
+    part.terms.value += error * error;
+    output_gradient[static_cast<std::size_t>(i) * stride] = slope * error;
   }
 }
 

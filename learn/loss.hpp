@@ -41,7 +41,7 @@ class Loss {
   LossTerms differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
                           const mjenv_learn_settings& settings);
 
-  // The derivatives by all parameters, in the order of the parameters.
+  // The derivatives with respect to the parameters, in their order.
   const std::vector<float>& gradient() const { return parts_.front()->gradient; }
 
  private:
@@ -72,8 +72,8 @@ class Loss {
 
   void add_part(const Task& task, int index, int parts);
   void add_chunk(const Task& task, int from, int count, Part& part);
-  void add_policy_slopes(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part);
-  void add_value_slopes(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part);
+  void add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part);
+  void add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part);
 };
 
 }  // namespace mjenv::learn

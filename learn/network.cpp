@@ -74,7 +74,7 @@ void Network::clear_unseen(float* first_weights) const {
     if (!sees(i)) std::fill_n(first_weights + i * first.padded_outputs, first.padded_outputs, 0.0F);
 }
 
-void Network::turn(const float* parameters, std::vector<float>& transposed) const {
+void Network::transpose(const float* parameters, std::vector<float>& transposed) const {
   std::size_t at = 0;
   for (std::size_t l = 1; l < layers_.size(); ++l) {
     const Layer& layer = layers_[l];
@@ -88,7 +88,7 @@ Network::Pass::Pass(const Network& network, int rows) : network_(network) {
   for (const Layer& layer : network.layers_) {
     const auto count = static_cast<std::size_t>(padded(rows, kRowBlock)) * layer.padded_outputs;
     outputs_.emplace_back(count);
-    slopes_.emplace_back(count);
+    output_gradients_.emplace_back(count);
   }
 }
 
@@ -109,24 +109,24 @@ const float* Network::Pass::forward(const Kernels& kernels, const float* paramet
 void Network::Pass::backward(const Kernels& kernels, const float* transposed, const float* x, int rows,
                              float* gradient) {
   const auto& layers = network_.layers_;
-  std::size_t turned = 0;
+  std::size_t at = 0;  // where the layer's transposed weights begin
   for (std::size_t l = 1; l < layers.size(); ++l)
-    turned += static_cast<std::size_t>(layers[l].padded_inputs) * layers[l].padded_outputs;
+    at += static_cast<std::size_t>(layers[l].padded_inputs) * layers[l].padded_outputs;
   for (std::size_t l = layers.size() - 1; l > 0; --l) {
     const Layer& layer = layers[l];
-    const float *before = outputs_[l - 1].data(), *slopes = slopes_[l].data();
-    kernels.gradient(before, layer.padded_inputs, rows, layer.padded_inputs, slopes, layer.padded_outputs,
+    const float *before = outputs_[l - 1].data(), *output_gradient = output_gradients_[l].data();
+    kernels.gradient(before, layer.padded_inputs, rows, layer.padded_inputs, output_gradient, layer.padded_outputs,
                      gradient + layer.weights, gradient + layer.bias);
-    turned -= static_cast<std::size_t>(layer.padded_inputs) * layer.padded_outputs;
-    // Padding outputs are left out, because their slopes are 0.
-    kernels.product(slopes, layer.padded_outputs, rows, layer.outputs, transposed + turned, layer.padded_inputs,
-                    nullptr, slopes_[l - 1].data());
-    kernels.derive(network_.activation_, before, slopes_[l - 1].data(),
+    at -= static_cast<std::size_t>(layer.padded_inputs) * layer.padded_outputs;
+    // Padding outputs are left out, because their gradients are 0.
+    kernels.product(output_gradient, layer.padded_outputs, rows, layer.outputs, transposed + at, layer.padded_inputs,
+                    nullptr, output_gradients_[l - 1].data());
+    kernels.derive(network_.activation_, before, output_gradients_[l - 1].data(),
                    static_cast<std::size_t>(rows) * layer.padded_inputs);
   }
   const Layer& first = layers.front();
-  kernels.gradient(x, first.padded_inputs, rows, first.padded_inputs, slopes_.front().data(), first.padded_outputs,
-                   gradient + first.weights, gradient + first.bias);
+  kernels.gradient(x, first.padded_inputs, rows, first.padded_inputs, output_gradients_.front().data(),
+                   first.padded_outputs, gradient + first.weights, gradient + first.bias);
   if (!network_.seen_.empty()) network_.clear_unseen(gradient + first.weights);
 }
 

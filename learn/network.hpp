@@ -20,7 +20,7 @@ struct Layer {
 
 class Network {
  public:
-  // seen: inputs whose element is 0 have no effect on the network; empty: all inputs have.
+  // seen: 0 for inputs that have no effect on the network; empty: all inputs have.
   Network(int inputs, const std::vector<int>& hidden, int outputs, mjenv_activation activation,
           std::vector<std::uint8_t> seen);
 
@@ -41,21 +41,21 @@ class Network {
     // x: [rows][input_stride()]; rows: a multiple of kRowBlock. Returns the outputs [rows][output_stride()].
     const float* forward(const Kernels& kernels, const float* parameters, const float* x, int rows);
 
-    // [rows][output_stride()] the derivatives of the loss by the outputs. The caller sets them before backward(). Those
-    // of padding outputs are 0.
-    float* output_slopes() { return slopes_.back().data(); }
+    // [rows][output_stride()] the derivatives of the loss with respect to the outputs. The caller sets them before
+    // backward(), those of padding outputs to 0.
+    float* output_gradient() { return output_gradients_.back().data(); }
 
-    // Adds the derivatives by the parameters to `gradient`. Call forward() with the same x and rows before. transposed:
-    // the weights that turn() wrote.
+    // Adds the derivatives with respect to the parameters to `gradient`. Call forward() with the same x and rows
+    // before. transposed: the weights that transpose() wrote.
     void backward(const Kernels& kernels, const float* transposed, const float* x, int rows, float* gradient);
 
    private:
     const Network& network_;
-    std::vector<std::vector<float>> outputs_, slopes_;  // of each layer
+    std::vector<std::vector<float>> outputs_, output_gradients_;  // of each layer
   };
 
   // Writes the transposed weights of all layers except the first. backward() needs them.
-  void turn(const float* parameters, std::vector<float>& transposed) const;
+  void transpose(const float* parameters, std::vector<float>& transposed) const;
 
  private:
   std::vector<Layer> layers_;

@@ -36,8 +36,8 @@ const char* name_of(mjenv_activation activation) {
   return activation == MJENV_ACTIVATION_TANH ? "tanh" : activation == MJENV_ACTIVATION_RELU ? "relu" : "elu";
 }
 
-// Converts a number of the last layer's output j to the environment's units: multiplies it by half the range of action
-// j if scale_actions is set.
+// Scales a weight or bias of the last layer's output j to the environment's units: multiplies it by half the range of
+// action j if scale_actions is set.
 double scaled(const Settings& settings, const Spaces& spaces, std::size_t j, double value) {
   return settings->scale_actions != 0 ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
 }
@@ -203,8 +203,8 @@ class Policy::Parser {
   void finish_layer() {
     PolicyLayer& done = layer();
     if (rows_ != done.outputs || done.bias.empty())
-      fail("comes too early: layer " + std::to_string(policy_.layers_.size()) + " has no bias, or " +
-           std::to_string(rows_) + " lines of weights instead of " + std::to_string(done.outputs));
+      fail("comes too early: layer " + std::to_string(policy_.layers_.size()) + " has " + std::to_string(rows_) +
+           " of " + std::to_string(done.outputs) + " lines \"weights\"" + (done.bias.empty() ? " and no bias" : ""));
     // Copies the weights to float32, padded as the kernels need them.
     const auto inputs = static_cast<std::size_t>(done.inputs), outputs = static_cast<std::size_t>(done.outputs);
     const auto stride = static_cast<std::size_t>(done.padded_outputs);
@@ -227,7 +227,8 @@ class Policy::Parser {
     for (std::size_t l = 0; l < policy_.layers_.size(); ++l) {
       if (policy_.layers_[l].inputs != before)
         fail_whole("layer " + std::to_string(l + 1) + " has " + std::to_string(policy_.layers_[l].inputs) +
-                   " inputs, but " + std::to_string(before) + " numbers come before it");
+                   " inputs, but " + (l == 0 ? "mean has " : "the layer before has ") + std::to_string(before) +
+                   (l == 0 ? " elements" : " outputs"));
       before = policy_.layers_[l].outputs;
     }
     if (policy_.scale_.size() != policy_.mean_.size()) fail_whole("mean and scale have different lengths");

@@ -15,7 +15,7 @@ struct Rollout {
         log_probabilities(steps * rows),
         values((steps + 1) * rows),
         rewards(steps * rows),
-        going_on(steps * rows),
+        continues(steps * rows),
         advantages(steps * rows),
         returns(steps * rows) {}
 
@@ -23,9 +23,9 @@ struct Rollout {
   std::vector<float> inputs;   // [steps + 1][rows][stride] normalised observations, followed by rows of padding
   std::vector<float> actions;  // [steps][rows][actuators] before they are clipped
   std::vector<float> log_probabilities;
-  std::vector<float> values;    // [steps + 1][rows] what the critic estimates
-  std::vector<float> rewards;   // normalised; if a step truncated the episode, plus the value of its last observation
-  std::vector<float> going_on;  // 0 if the episode ended with this step, otherwise 1
+  std::vector<float> values;     // [steps + 1][rows] what the critic estimates
+  std::vector<float> rewards;    // normalised; if a step truncated the episode, plus the value of its last observation
+  std::vector<float> continues;  // 0 if the episode ended with this step, otherwise 1
   std::vector<float> advantages, returns;
 
   // Generalized advantage estimation (Schulman et al. 2016), from the last step to the first.
@@ -34,8 +34,8 @@ struct Rollout {
       float ahead = 0;
       for (std::size_t t = steps; t-- > 0;) {
         const std::size_t at = t * rows + i;
-        const float error = rewards[at] + gamma * values[at + rows] * going_on[at] - values[at];
-        ahead = error + gamma * lambda * going_on[at] * ahead;
+        const float error = rewards[at] + gamma * values[at + rows] * continues[at] - values[at];
+        ahead = error + gamma * lambda * continues[at] * ahead;
         advantages[at] = ahead;
         returns[at] = ahead + values[at];
       }
@@ -52,13 +52,13 @@ struct Rollout {
     }
     mean /= static_cast<double>(count);
     error /= static_cast<double>(count);
-    double all = 0, left = 0;
+    double variance = 0, unexplained = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const double distance = returns[i] - mean, miss = (returns[i] - values[i]) - error;
-      all += distance * distance;
-      left += miss * miss;
+      const double distance = returns[i] - mean, residual = (returns[i] - values[i]) - error;
+      variance += distance * distance;
+      unexplained += residual * residual;
     }
-    return all > 0 ? 1 - left / all : static_cast<double>(__builtin_nan(""));
+    return variance > 0 ? 1 - unexplained / variance : static_cast<double>(__builtin_nan(""));
   }
 };
 

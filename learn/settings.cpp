@@ -12,8 +12,8 @@ namespace mjenv::learn {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::int64_t kMostSteps = std::int64_t{1} << 53, kMostWidth = 4096, kMostLayers = 8, kMostThreads = 64;
-constexpr std::int64_t kMostBatch = std::int64_t{1} << 26, kMostObservations = 1 << 20;
+constexpr std::int64_t kMaxSteps = std::int64_t{1} << 53, kMaxWidth = 4096, kMaxLayers = 8, kMaxThreads = 64;
+constexpr std::int64_t kMaxBatch = std::int64_t{1} << 26, kMaxObservations = 1 << 20;
 
 [[noreturn]] void refuse(const char* name, const std::string& value, const std::string& wanted) {
   core::fail(MJENV_E_VALUE, "settings." + std::string(name) + " is " + value + ", not " + wanted);
@@ -37,12 +37,12 @@ void check_positive(const char* name, double value) {
 
 void check_values(const mjenv_learn_settings& s) {
   check_count("activation", s.activation, MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_ELU);
-  check_count("rows", s.rows, 1, kMostBatch);
-  check_count("steps", s.steps, 1, kMostSteps);
-  check_count("rollout_steps", s.rollout_steps, 1, kMostBatch / s.rows);
+  check_count("rows", s.rows, 1, kMaxBatch);
+  check_count("steps", s.steps, 1, kMaxSteps);
+  check_count("rollout_steps", s.rollout_steps, 1, kMaxBatch / s.rows);
   check_count("epochs", s.epochs, 1, 1000);
   check_count("minibatch_size", s.minibatch_size, 1, s.rows * s.rollout_steps);
-  check_count("decay_steps", s.decay_steps, 0, kMostSteps);
+  check_count("decay_steps", s.decay_steps, 0, kMaxSteps);
   check_number("learning_rate", s.learning_rate, 0, 1);
   check_number("final_learning_rate", s.final_learning_rate, 0, 1);
   check_number("gamma", s.gamma, 0, 1);
@@ -60,9 +60,9 @@ void check_values(const mjenv_learn_settings& s) {
   check_count("normalize_reward", s.normalize_reward, 0, 1);
   check_count("normalize_advantage", s.normalize_advantage, 0, 1);
   check_count("scale_actions", s.scale_actions, 0, 1);
-  check_count("hidden_count", s.hidden_count, 0, kMostLayers);
-  check_count("obs_count", s.obs_count, 0, kMostObservations);
-  check_count("threads", s.threads, 1, kMostThreads);
+  check_count("hidden_count", s.hidden_count, 0, kMaxLayers);
+  check_count("obs_count", s.obs_count, 0, kMaxObservations);
+  check_count("threads", s.threads, 1, kMaxThreads);
   check_count("window", s.window, 1, 1'000'000);
 }
 
@@ -75,7 +75,9 @@ std::vector<std::uint8_t> mask(const char* name, const std::uint8_t* given, std:
   std::vector<std::uint8_t> copy(given, given + count);
   bool any = false;
   for (const std::uint8_t element : copy) any = any || element != 0;
-  if (!any) refuse(name, "0 for each element", "1 for any");
+  if (!any)
+    core::fail(MJENV_E_VALUE,
+               "settings." + std::string(name) + " is 0 for every element, so the network would see none");
   return copy;
 }
 
@@ -148,7 +150,7 @@ Settings::Settings(const mjenv_learn_settings& given, std::int64_t observations)
     refuse("id", core::quoted(id.substr(0, 100)), "the name of an environment");
   if (given.hidden_count > 0 && !given.hidden) core::fail(MJENV_E_ARGUMENT, "settings.hidden is NULL");
   for (std::int64_t i = 0; i < given.hidden_count; ++i) {
-    check_count(("hidden[" + std::to_string(i) + "]").c_str(), given.hidden[i], 1, kMostWidth);
+    check_count(("hidden[" + std::to_string(i) + "]").c_str(), given.hidden[i], 1, kMaxWidth);
     hidden.push_back(static_cast<int>(given.hidden[i]));
   }
   actor_obs = mask("actor_obs", given.actor_obs, given.obs_count, observations);

@@ -28,7 +28,7 @@ class Settings {
   std::vector<int> hidden;
   std::vector<std::uint8_t> actor_obs, critic_obs;  // empty: all
 
-  // The steps of all rows between two updates.
+  // How many steps all rows together play between two updates.
   std::int64_t batch() const { return values_.rows * values_.rollout_steps; }
 
   // Takes other values. Throws if a value differs that cannot change after a learner was created.

@@ -1,4 +1,5 @@
-// A quadruped has to walk at 0.5 m/s, to run at 5 m/s, or to bring a ball to the middle of the floor.
+// A quadruped has to walk at 0.5 m/s, to run at 5 m/s, to climb out of a bowl, or to bring a ball to the middle of the floor.
+#include "bowl.hpp"
 #include "randomize.hpp"
 
 namespace suite {
@@ -58,8 +59,10 @@ void observe_quadruped(Robot& r) {
   });
 }
 
-double upright_reward(const Sim& s, int torso) {
-  return tolerance(s.xmat(torso)(2, 2), {1, kInfinity}, {2, Sigmoid::linear, 0});
+// 1 within an angle (radians) of upright, and 0 upside-down.
+double upright_reward(const Sim& s, int torso, double angle = 0) {
+  const double least = std::cos(angle);
+  return tolerance(s.xmat(torso)(2, 2), {least, kInfinity}, {1 + least, Sigmoid::linear, 0});
 }
 
 // Begins the episode with the torso at x, y, as far up as is needed for nothing to touch.
@@ -96,6 +99,45 @@ void move(Robot& r, const char* name, double speed) {
 
 MJENV_TASK("dm_control/quadruped-walk-v0", r) { suite::move(r, "quadruped_walk", 0.5); }
 MJENV_TASK("dm_control/quadruped-run-v0", r) { suite::move(r, "quadruped_run", 5); }
+MJENV_TASK("dm_control/quadruped-escape-v0", r) {
+  using namespace suite;
+  r.model_text(model("quadruped_escape").c_str()).frame_skip(4).time_limit(kEpisode).current();
+  const auto norm = r.norm();
+  const int torso = r.body("torso"), workspace = r.site("workspace");
+  const Own heights = r.own("hfield_data");
+  const auto size = r.array("hfield_size");
+  constexpr int kFans = 4, kBeams = 5;
+  std::array<Sensor, kFans * kBeams> beams{};
+  for (int i = 0; i < kFans * kBeams; ++i)
+    beams[static_cast<std::size_t>(i)] =
+        r.sensor(("rf_" + std::to_string(i / kBeams) + std::to_string(i % kBeams)).c_str());
+
+  observe_quadruped(r);
+  r.observe("origin", [=](const Sim& s) { return (-in_frame(norm, s.xpos(torso), s.xmat(torso))).eval(); });
+  r.observe("rangefinder", [=](const Sim& s) {
+    Eigen::Matrix<double, kFans * kBeams, 1> ranges;
+    for (std::size_t i = 0; i < beams.size(); ++i) {
+      const double range = s.sensor(beams[i])[0];
+      ranges[static_cast<Eigen::Index>(i)] = range == -1 ? 1 : std::tanh(range);  // -1: the beam meets nothing
+    }
+    return ranges;
+  });
+  const auto reset = [=, bowl = Bowl()](Start& start, RandomState& random, const auto& show) {
+    if (heights.count != Bowl::kSide * Bowl::kSide)
+      throw std::runtime_error("the terrain has " + std::to_string(heights.count) + " heights, not 201 x 201");
+    Bowl::Bumps bumps;
+    for (int row = 0; row < Bowl::kBumps; ++row)
+      for (int column = 0; column < Bowl::kBumps; ++column) bumps(row, column) = random.uniform(0.15, 1);
+    bowl.write(bumps, start[heights]);
+    show();
+    rise_without_contacts(start, random_quaternion(norm, [&] { return random.randn(); }), 0, 0);
+  };
+  episodes(r, reset, [=](const Sim& s) {
+    const double radius = s[size][0];
+    const double escape = tolerance(norm(s.site_xpos(workspace)), {radius, kInfinity}, {radius, Sigmoid::linear, 0});
+    return upright_reward(s, torso, 20 * (kPi / 180)) * escape;
+  });
+}
 MJENV_TASK("dm_control/quadruped-fetch-v0", r) {
   using namespace suite;
   r.model_text(model("quadruped_fetch").c_str()).frame_skip(4).time_limit(kEpisode).current();

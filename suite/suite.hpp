@@ -85,7 +85,7 @@ inline double small_control(const Sim& s) { return (4 + mean_tolerance(s.ctrl(),
 //
 // With the option visualize_reward, the info of a reset has the reward by which dm_control colours the materials until the
 // first step. dm_control computes it when the reset has written the state, but mostly before MuJoCo has computed what follows
-// from that state.
+// from that state. Where dm_control computes it before the end of the reset, reset(start, random, show) calls show() there.
 template <typename Reset, typename Reward>
 void episodes(Robot& r, const Reset& reset, const Reward& reward) {
   constexpr bool is_number = std::is_arithmetic_v<decltype(reward(std::declval<const Sim&>()))>;
@@ -99,8 +99,15 @@ void episodes(Robot& r, const Reset& reset, const Reward& reward) {
   const Carry colour = r.carry(colours ? 1 : 0);
   r.step([=](const Sim& s, Info&) { return outcome(s); });
   r.reset([=](Start& start, RandomState& random) {
-    reset(start, random);
-    if (colours) start[colour][0] = outcome(start.sim()).reward;
+    const auto show = [&] {
+      if (colours) start[colour][0] = outcome(start.sim()).reward;
+    };
+    if constexpr (std::is_invocable_v<Reset, Start&, RandomState&, decltype(show)>) {
+      reset(start, random, show);
+    } else {
+      reset(start, random);
+      show();
+    }
   });
   r.reset_info([=](const Sim& s, Info& info) {
     if (colours) info("visualized_reward", s[colour][0]);

@@ -23,8 +23,8 @@ TASKS = (
     "finger-turn_hard fish-upright fish-swim hopper-stand hopper-hop humanoid-stand humanoid-walk humanoid-run "
     "humanoid-run_pure_state humanoid_CMU-stand humanoid_CMU-run lqr-lqr_2_1 lqr-lqr_6_2 manipulator-bring_ball "
     "manipulator-bring_peg manipulator-insert_ball manipulator-insert_peg pendulum-swingup point_mass-easy "
-    "point_mass-hard quadruped-walk quadruped-run quadruped-fetch reacher-easy reacher-hard stacker-stack_2 "
-    "stacker-stack_4 swimmer-swimmer6 swimmer-swimmer15 walker-stand walker-walk walker-run"
+    "point_mass-hard quadruped-walk quadruped-run quadruped-escape quadruped-fetch reacher-easy reacher-hard "
+    "stacker-stack_2 stacker-stack_4 swimmer-swimmer6 swimmer-swimmer15 walker-stand walker-walk walker-run"
 ).split()
 # Each comparison: mjenv's peer, the other one, and what the table calls it.
 PAIRS = (

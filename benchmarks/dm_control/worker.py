@@ -48,6 +48,8 @@ def of_suite(suite: Any, task: str) -> Task:
 def dm_control(task: str) -> Task:
     from dm_control import suite
 
+    if task == "quadruped-escape":  # it shows its terrain to OpenGL, which is off here
+        suite.quadruped.Physics.contexts = None
     return of_suite(suite, task)
 
 

@@ -15,8 +15,8 @@
 namespace mjenv::core {
 namespace {
 
-// Takes MuJoCo's reason for refusing a model. If the reason is an unknown element or attribute, a newer MuJoCo may know
-// it, so this appends MuJoCo's version and where to get a newer one.
+// If MuJoCo refuses a model because of the schema of MJCF, appends MuJoCo's version, on which the schema depends. A
+// newer MuJoCo may know an unknown element or attribute, so this then also says where to get one.
 std::string with_version(std::string reason) {
   if (reason.find("Schema violation") == std::string::npos) return reason;
   while (reason.back() == '\n') reason.pop_back();

@@ -23,7 +23,7 @@ class Constants {
   ~Constants();
 
   // Computes the constants of the model with a row's own arrays, or if block is null, of the compiled model. Afterwards
-  // data is in the position qpos_spring, for which mj_setConst computes last.
+  // `data` is in the position qpos_spring, because mj_setConst computes for it last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
   // Computes them in this object's own mjData. The result is the same as with a new mjData.
   void compute(const OwnArrays& arrays, const std::byte* block);
@@ -40,7 +40,7 @@ class Constants {
   struct Part {
     enum class Kind { own, shared, unchecked };
     std::string name;
-    Kind kind;  // own: rows can have own values; shared: a change by mj_setConst is an error; unchecked: it is not
+    Kind kind;  // own: rows can have own values; shared: a change by mj_setConst is an error; unchecked: it is ignored
     std::byte* values;
     const void* original;
     std::size_t bytes;

@@ -16,11 +16,11 @@ namespace {
 constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
 constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 // The other arrays that can be read after every step: those of mjenv_sim, the rest of the state, and forces that are
-// inputs. Each name is between two blanks.
+// inputs. Each name is between two spaces, so that a search for it with its spaces finds no part of another name.
 constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
-    "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity qfrc_applied xfrc_applied ";
+    "qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity qfrc_applied xfrc_applied warnings ";
 
 // How many points the paths of all tendons have together.
 std::int64_t path_points(const mjModel& m, const mjData& d) {
@@ -92,6 +92,10 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
   // MuJoCo has a function for the force, but no array.
   add_of_contacts("contact.force", contact->frame, 6);
   list.back().compute = [&](std::int64_t i, double* force) { mj_contactForce(&m, &d, static_cast<int>(i), force); };
+  // MuJoCo's counts of warnings, as 0 or 1, because a row does not store the counts.
+  list.push_back(
+      {"warnings", MJENV_DTYPE_INT32, {mjNWARNING}, d.warning, sizeof(mjWarningStat), [] { return mjNWARNING; }});
+  list.back().compute = [&](std::int64_t i, double* given) { *given = d.warning[i].number > 0 ? 1 : 0; };
   return list;
 }
 

@@ -12,7 +12,7 @@ namespace mjenv::core {
 // Lists the arrays. They point into the model and mjData, which must not move.
 std::vector<Array> data_arrays(const mjModel_& model, const mjData_& data);
 
-// The array with room for at most `count` contacts, if it is one of contacts; 0: as it is.
+// Shortens the array to `count` contacts if it is an array of contacts and longer. 0: does not shorten it.
 Array with_contacts(Array array, std::int64_t count);
 
 // is_force: whether Work::complete_forces computes the array (cacc, cfrc_int, cfrc_ext). is_frame: whether
@@ -22,7 +22,7 @@ bool is_frame(const std::string& array);
 inline bool is_on_demand(const std::string& array) { return is_force(array) || is_frame(array); }
 // The names of all arrays that steps do not compute, for messages.
 std::vector<std::string> on_demand_arrays();
-// Whether the array can be read after every step, even if Work::is_whole is false: this holds for the arrays of
+// Whether the array can be read after every step, even if Work::is_whole is false. This is so for the arrays of
 // mjenv_sim, the state, and frames.
 bool is_after_every_step(const std::string& array);
 

@@ -11,8 +11,8 @@ using Handlers = std::array<void (*)(), 2>;
 // While an ErrorTrap lives, MuJoCo's errors on its thread become exceptions, and MuJoCo's warnings are ignored.
 class ErrorTrap {
  public:
-  // Whether the functions of MuJoCo that are called meanwhile check the result of mju_malloc for null, as mj_makeData
-  // does.
+  // is_checked: the functions of MuJoCo that are called while the trap lives check the result of mju_malloc for null,
+  // as mj_makeData does.
   enum class Memory { is_not_checked, is_checked };
   explicit ErrorTrap(Memory memory = Memory::is_not_checked);
   ~ErrorTrap();

@@ -85,9 +85,9 @@ bool frames_unread(const mjModel& m) {
   return true;
 }
 
-// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list. The view
-// leaves out frames that no step reads. Where MuJoCo computes them nevertheless, it copies them from their body, which
-// is the cheapest way. Work::complete computes them later.
+// Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list, and frames
+// that no step reads are left out. MuJoCo still computes some of these; the view says that they equal the frames of
+// their bodies, so that MuJoCo only copies them. Work::complete computes all of them later.
 std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
                                             std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);

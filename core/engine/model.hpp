@@ -27,10 +27,10 @@ struct Array {
   const void* data;
   // In an array of structs: the bytes from one struct to the next. 0: the array is contiguous.
   std::size_t stride = 0;
-  // Returns how many elements, or structs, are in use; empty: all are. The elements behind them read as 0, because
-  // MuJoCo leaves old values there.
+  // Returns how many elements, or structs, are in use; empty: all are. `read` gives 0 for the others, because MuJoCo
+  // leaves old values there.
   std::function<std::int64_t()> held = {};
-  // Writes the elements of struct i, where `data` does not hold them; otherwise empty.
+  // Computes the elements of struct i, if MuJoCo stores them nowhere; otherwise empty.
   std::function<void(std::int64_t i, double* values)> compute = {};
 
   std::size_t count() const;
@@ -89,7 +89,7 @@ class Model {
   // Where the free joint of a body begins in qvel; -1 if the body has none.
   int free_dof(int body) const;
 
-  // A hash that is equal for models that simulate alike.
+  // A hash of the whole compiled model.
   std::uint64_t fingerprint() const;
 
  private:
@@ -116,7 +116,7 @@ class Model {
   std::vector<double> action_bound(int side) const;
 };
 
-// "2.2.2"
+// For example "2.2.2".
 const char* mujoco_version();
 // Whether sin, cos and so on are this library's own (MJENV_MATH=portable), not the C library's.
 bool math_is_portable();

@@ -30,9 +30,14 @@ void ModelView::use(const OwnArrays& arrays, const std::byte* block) {
     }
   }
   searches_ = collisions == Collisions::other_pairs;
-  if (collisions != Collisions::other_contacts || !model_.pairs()) return;
+  must_mix_ = collisions == Collisions::other_contacts && model_.pairs();
+  if (must_mix_ && mixed_.dim.empty()) mix();  // so that later calls allocate no memory
+}
+
+void ModelView::mix() {
   mix_again(*model_.pairs(), *whole_, mixed_);
   set_pairs(*stepped_, mixed_);
+  must_mix_ = false;
 }
 
 }  // namespace mjenv::core

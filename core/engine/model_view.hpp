@@ -19,13 +19,21 @@ class ModelView {
   // Makes both views use the arrays in the block, which must live as long as the views use it.
   void use(const OwnArrays& arrays, const std::byte* block);
   const mjModel_& whole() const { return *whole_; }
-  const mjModel_& stepped() const { return searches_ ? *whole_ : *stepped_; }
+  const mjModel_& stepped() {
+    if (must_mix_) mix();
+    return unmixed();
+  }
+  // The same view, for code that does not read the parameters of its list of pairs: they may be those of another row.
+  const mjModel_& unmixed() const { return searches_ ? *whole_ : *stepped_; }
 
  private:
   const Model& model_;
   std::unique_ptr<mjModel_> whole_, stepped_;
-  Pairs mixed_;
-  bool searches_ = false;
+  Pairs mixed_;            // the model's list of pairs, with parameters that depend on the row's arrays
+  bool searches_ = false;  // the row's arrays may change which pairs MuJoCo finds, so no list of them is valid
+  bool must_mix_ = false;  // the parameters in mixed_ are not yet those of the row
+
+  void mix();
 };
 
 }  // namespace mjenv::core

@@ -69,7 +69,7 @@ constexpr const char* kNewerEngine =
 // MuJoCo 2.2.2 has no models whose simulation depends on more than a row stores.
 inline void check_supported(const mjModel&) {}
 
-// Whether MuJoCo also looks for the files that an included file refers to in the folder of the included file.
+// Whether MuJoCo also searches the folder of an included file for the files to which that file refers.
 constexpr bool kIncludesHaveFolders = false;
 
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
@@ -90,7 +90,7 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #undef X
 }
 
-// How much memory mjData has beside the arrays that for_each_array visits.
+// How much memory mjData has besides the arrays that for_each_array visits.
 inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_t>(m.nstack) * sizeof(mjtNum); }
 
 // How many contacts mjData can hold.
@@ -188,7 +188,7 @@ inline const std::vector<const char*> kIndices{};
 inline const std::vector<const char*> kSameframes{};
 // Parameters whose signs decide which variables an actuator's state consists of: none in this version.
 inline const std::vector<const char*> kSlotParameters{};
-// Calls visit(name, pointer, count, source) for each input of mjData that only this version has: there are none.
+// Calls visit for each input of mjData that only this version has: there are none.
 template <typename Visit>
 void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 

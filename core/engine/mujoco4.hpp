@@ -28,12 +28,12 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 #define MJENV_MUJOCO_FUNCTIONS(X) \
   X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML) \
   X(mj_freeLastXML) X(mj_saveModel) X(mj_sizeModel) X(mj_copyModel) X(mj_deleteModel) X(mj_setConst) X(mj_makeData) \
-  X(mj_resetData) X(mj_deleteData) X(mj_step) X(mj_step1) X(mj_step2) X(mj_forward) X(mj_camlight) X(mj_rnePostConstraint) \
-  X(mj_contactForce) X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) X(mj_getState) X(mj_setState) \
-  X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) X(mjv_defaultPerturb) X(mjv_defaultOption) \
-  X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) \
-  X(mjr_freeContext) X(mjr_uploadHField) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) \
-  X(_mjPRIVATE_setTlsLogHandler)
+  X(mj_resetData) X(mj_deleteData) X(mj_step) X(mj_step1) X(mj_step2) X(mj_forward) X(mj_camlight) \
+  X(mj_rnePostConstraint) X(mj_contactForce) X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) \
+  X(mj_getState) X(mj_setState) X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) \
+  X(mjv_defaultPerturb) X(mjv_defaultOption) X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) \
+  X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) X(mjr_freeContext) X(mjr_uploadHField) \
+  X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
 // clang-format on
 
 namespace mjenv::core {
@@ -80,16 +80,16 @@ constexpr const char* kNewerEngine = "";
 // Refuses a model whose simulation depends on data that a row's state does not contain.
 inline void check_supported(const mjModel& m) {
   const auto refuse = [](const char* what) {
-    fail(MJENV_E_MODEL, std::string(what) +
-                            ", and MuJoCo does not make that part of a simulation's state, so rows "
-                            "could not share an mjData");
+    fail(MJENV_E_MODEL,
+         std::string(what) +
+             "; MuJoCo's state of a simulation lacks the data for this, so rows could not share an mjData");
   };
-  if (m.opt.enableflags & mjENBL_SLEEP) refuse("the model enables sleeping");
+  if (m.opt.enableflags & mjENBL_SLEEP) refuse("the model enables sleeping, which depends on earlier steps");
   if (m.nflex > 0 && m.opt.enableflags & mjENBL_IPC) refuse("the contacts of flexes depend on earlier steps (ipc)");
   if (m.nplugin > 0) refuse("the model has plugins, which keep data of their own");
 }
 
-// Whether MuJoCo also looks for the files that an included file refers to in the folder of the included file.
+// Whether MuJoCo also searches the folder of an included file for the files to which that file refers.
 constexpr bool kIncludesHaveFolders = true;
 
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
@@ -110,7 +110,7 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #pragma pop_macro("XVEC")
 }
 
-// How much memory mjData has beside the arrays that for_each_array visits.
+// How much memory mjData has besides the arrays that for_each_array visits.
 inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_t>(m.narena); }
 
 // How many contacts of a row can be read at most: nconmax, or 500 if that is not set, but no more than the arena holds.

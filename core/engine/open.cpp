@@ -24,9 +24,9 @@ namespace {
 // need a tenth of it.
 constexpr std::size_t kStack = 512 << 10;
 
-// The models in use, so that environments with the same model share it. If another thread is inside the cache, a call
-// does nothing instead of waiting, because in a forked child that thread may not exist. The model is then compiled once
-// more, or its entry is dropped later.
+// The models in use, so that environments with the same model share it. While one thread is inside the cache, the calls
+// of others do nothing instead of waiting, because in a forked child the thread inside may not exist. A model is then
+// compiled once more, or its entry is dropped later.
 class Cache {
  public:
   // Returns the model that was added with this key, or null.

@@ -49,6 +49,7 @@ const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix", 
 const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
 const Names kDirections{"jnt_axis"};
 
+// The arrays of OwnArray::Collisions::other_pairs and other_contacts.
 const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",        "geom_quat",  "geom_margin", "geom_gap",
                     "geom_contype", "geom_conaffinity", "geom_fluid",      "body_pos",   "body_quat",   "jnt_pos",
                     "jnt_axis",     "geom_aabb",        "geom_surfacevel", "body_margin"};
@@ -139,7 +140,7 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
       refuse(i, ", but must have the sign of the model's own " + number(original) +
                     ", which says what the actuator's state consists of");
     if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
-      refuse(i, ", not an integer of " + number(rule->low) + " to " + number(rule->high));
+      refuse(i, ", but must be an integer from " + number(rule->low) + " to " + number(rule->high));
     if (array.original.type == MJENV_DTYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
       refuse(i, ", more than a float32 can hold");
     if (not_negative && value < 0) refuse(i, ", but must not be negative");

@@ -12,8 +12,8 @@ namespace mjenv::core {
 
 struct OwnArray {
   enum class Place { model_array, model_number, data_input };
-  // What own values of the array can change about collisions: nothing; the parameters of contacts; or which pairs
-  // MuJoCo finds and how.
+  // What own values of the array can change in collisions: nothing; the parameters of contacts; or which pairs MuJoCo
+  // finds and how.
   enum class Collisions { same, other_contacts, other_pairs };
 
   Array original;  // its data are the model's values; null for an input of mjData
@@ -22,17 +22,18 @@ struct OwnArray {
   std::size_t member;  // the offset of the array's pointer, or of the number, in mjModel or mjData
   std::size_t bytes;
   std::size_t offset;   // of the array in a row's block (OwnArrays)
-  const void* cleared;  // for an input of mjData: the model's array that mj_resetData copies to it; null: it sets 0
+  const void* cleared;  // of an input of mjData: the model's array that mj_resetData copies to it; null: zeros
 
   // The array of this name. Fails with MJENV_E_NAME and the reason if it cannot be written.
   static OwnArray of(const Model& model, const std::string& name);
 
-  // These fail with MJENV_E_VALUE if MuJoCo could not compute with the values, or with those in a row's block.
+  // These fail with MJENV_E_VALUE if MuJoCo could not compute with the values, or with the array's values in a row's
+  // block.
   void check(const double* values) const;
   void check(const std::byte* block) const;
   // Whether the model's own values break the rules of `check`, which accepts them nevertheless.
   bool refuses_originals() const;
-  // Whether `check` can judge each element without the others.
+  // Whether `check` judges each element without the others.
   bool checks_elements_alone() const;
 
   // The values in a row's block as doubles.

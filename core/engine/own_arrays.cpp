@@ -56,7 +56,7 @@ void OwnArrays::clear_inputs(std::byte* block, std::size_t first) const {
   for (std::size_t i = first; i < list_.size(); ++i) {
     const OwnArray& array = list_[i];
     if (array.place != OwnArray::Place::data_input) continue;
-    if (array.cleared) {
+    if (array.cleared) {  // eq_active
       const OwnArray* own = find(array.original.name + "0");
       std::memcpy(block + array.offset, own ? block + own->offset : array.cleared, array.bytes);
       continue;

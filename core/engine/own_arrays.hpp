@@ -26,12 +26,12 @@ class OwnArrays {
   // Appends the array alone.
   void append(OwnArray array);
 
-  // Writes the original values of the arrays from number `first` on to the block.
+  // Writes the original values of the arrays with index `first` and above to the block.
   void fill(std::size_t first, std::byte* block) const;
   // Copies a block with the layout `from` to a block with this layout. Arrays that `from` lacks get their original
   // values.
   void copy(const OwnArrays& from, const std::byte* block, std::byte* to) const;
-  // Gives the inputs of mjData, from array number `first` on, the values that mj_resetData gives them.
+  // Sets the inputs of mjData among the arrays with index `first` and above to the values that mj_resetData gives them.
   void clear_inputs(std::byte* block, std::size_t first = 0) const;
 
  private:

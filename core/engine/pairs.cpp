@@ -20,18 +20,17 @@ bool is_surface(const mjModel& m, int geom) {
 
 // Whether a list of pairs can replace MuJoCo's search: the model has no setting that changes what the search finds,
 // except excluded bodies, which list_pairs considers.
-bool searchable(const mjModel& m) {
+bool can_replace_search(const mjModel& m) {
   if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
   for (int g = 0; g < m.ngeom; ++g)
     if (is_surface(m, g) && m.geom_bodyid[g] != 0) return false;
   return true;
 }
 
-// Whether MuJoCo's filter lets these geoms collide.
+// Whether MuJoCo's filter lets these geoms collide if their values of contype and conaffinity do.
 bool can_touch(const mjModel& m, int g1, int g2) {
   const auto types = std::minmax(m.geom_type[g1], m.geom_type[g2]);
   if (!mjCOLLISIONFUNC[types.first][types.second]) return false;
-  if (!(m.geom_contype[g1] & m.geom_conaffinity[g2]) && !(m.geom_contype[g2] & m.geom_conaffinity[g1])) return false;
   const int weld1 = m.body_weldid[m.geom_bodyid[g1]], weld2 = m.body_weldid[m.geom_bodyid[g2]];
   if (weld1 == weld2) return false;
   const bool filter_parent = !(m.opt.disableflags & mjDSBL_FILTERPARENT) && weld1 && weld2;
@@ -39,6 +38,7 @@ bool can_touch(const mjModel& m, int g1, int g2) {
   return !filter_parent || (weld1 != parent2 && weld2 != parent1);
 }
 
+// The weight of g1 when MuJoCo mixes the solref and solimp of two geoms.
 double mix_of(const mjModel& m, int g1, int g2) {
   const double s1 = m.geom_solmix[g1], s2 = m.geom_solmix[g2];
   if (s1 >= mjMINVAL && s2 >= mjMINVAL) return s1 / (s1 + s2);
@@ -81,10 +81,10 @@ bool are_excluded(const mjModel& m, int body1, int body2) {
   return std::count(m.exclude_signature, m.exclude_signature + m.nexclude, signature) > 0;
 }
 
-// between_bodies: whether the list may have a pair in which neither geom belongs to the world. most: returns no value
-// if there would be more pairs.
+// Lists the pairs that can touch. Returns no value if there are more than `most`, or if one of them is between two
+// bodies other than the world and between_bodies is false.
 std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
-  if (!searchable(m)) return std::nullopt;
+  if (!can_replace_search(m)) return std::nullopt;
   Pairs pairs;
   // MuJoCo sorts the pairs by bodies. This loop gives the same order, because geoms are numbered body by body.
   for (int b1 = 0; b1 < m.nbody; ++b1)
@@ -93,7 +93,7 @@ std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size
       std::vector<std::pair<int, int>> found;
       for (int g1 = m.body_geomadr[b1]; g1 < m.body_geomadr[b1] + m.body_geomnum[b1]; ++g1)
         for (int g2 = m.body_geomadr[b2]; g2 < m.body_geomadr[b2] + m.body_geomnum[b2]; ++g2) {
-          if (!can_touch(m, g1, g2)) continue;
+          if (!can_touch(m, g1, g2) || !are_types_compatible(m, g1, g2)) continue;
           if (!between_bodies && b1 != 0) return std::nullopt;
           if (pairs.dim.size() + found.size() == most) return std::nullopt;
           found.push_back(m.geom_type[g1] > m.geom_type[g2] ? std::pair(g2, g1) : std::pair(g1, g2));
@@ -104,7 +104,31 @@ std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size
   return pairs;
 }
 
+void clear(Pairs& mixed) {
+  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
+  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
+                      &mixed.adhesion})
+    array->clear();
+}
+
 }  // namespace
+
+bool are_types_compatible(const mjModel& m, int g1, int g2) {
+  return (m.geom_contype[g1] & m.geom_conaffinity[g2]) || (m.geom_contype[g2] & m.geom_conaffinity[g1]);
+}
+
+std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel& m) {
+  std::vector<std::pair<int, int>> pairs;
+  for (int g1 = 0; g1 < m.ngeom; ++g1)
+    for (int g2 = g1 + 1; g2 < m.ngeom; ++g2) {
+      const auto bodies = std::minmax(m.geom_bodyid[g1], m.geom_bodyid[g2]);
+      if (are_types_compatible(m, g1, g2) || !can_touch(m, g1, g2) || are_excluded(m, bodies.first, bodies.second))
+        continue;
+      if (pairs.size() == kMaxSearchedPairs) return std::nullopt;
+      pairs.emplace_back(g1, g2);
+    }
+  return pairs;
+}
 
 std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
   return m.nexclude > 0 ? std::nullopt : list_pairs(m, trusted, kMaxPairs);
@@ -128,17 +152,6 @@ void set_pairs(mjModel& view, Pairs& pairs) {
   view.pair_gap = pairs.gap.data();
   view.pair_friction = pairs.friction.data();
 }
-
-namespace {
-
-void clear(Pairs& mixed) {
-  for (auto* array : {&mixed.dim, &mixed.geom1, &mixed.geom2, &mixed.signature}) array->clear();
-  for (auto* array : {&mixed.solref, &mixed.solimp, &mixed.margin, &mixed.gap, &mixed.friction, &mixed.solreffriction,
-                      &mixed.adhesion})
-    array->clear();
-}
-
-}  // namespace
 
 void mix_one(int geom1, int geom2, const mjModel& m, Pairs& mixed) {
   clear(mixed);

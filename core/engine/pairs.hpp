@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
@@ -22,13 +23,20 @@ struct Pairs {
 
 // Lists all pairs that can touch. Returns no value if MuJoCo's search might miss a contact that the list finds: the
 // search excludes pairs of moving geoms by float32 computations, and could miss a contact in which the geoms overlap by
-// less than 1e-7 m. trusted: this does not happen in this model.
+// less than 1e-7 m. trusted: the model is known to have no such contacts.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool trusted);
 
 // Lists all pairs that MuJoCo's search can find in any state, in the order of the search. The caller must determine
 // which of them the search finds in a given state. Returns no value if there are too many, or if a setting changes what
 // the search finds.
 std::optional<Pairs> searched_pairs(const mjModel_& model);
+
+// Lists the geoms that the search can find only in models with other values of contype and conaffinity. Returns no
+// value if there are too many.
+std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel_& model);
+
+// Whether the values of contype and conaffinity let these geoms touch.
+bool are_types_compatible(const mjModel_& model, int geom1, int geom2);
 
 // Makes collision detection in a view of the model test these pairs and no others. The view keeps pointers to `pairs`.
 void set_pairs(mjModel_& view, Pairs& pairs);

@@ -23,7 +23,7 @@ class StateLayout {
 
   std::size_t nq, nv, na, nu, more, size;
 
-  // Where a state holds the array of this MuJoCo name; nothing if no part of the state has this name.
+  // The part of a state that is this array of mjData; no value if a state does not contain the array.
   struct Part {
     std::size_t offset, count;
   };

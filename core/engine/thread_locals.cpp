@@ -14,8 +14,8 @@ bool prepare_thread_locals() noexcept {
   const bool enough = room != nullptr;
   std::free(room);
   if (!enough) return false;
-  const ErrorTrap of_mujoco;
-  static_cast<void>(std::uncaught_exceptions());
+  const ErrorTrap trap;                           // the first use of MuJoCo's variables
+  static_cast<void>(std::uncaught_exceptions());  // the first use of the C++ library's
   return true;
 }
 

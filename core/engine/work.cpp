@@ -12,11 +12,6 @@ namespace {
 
 constexpr std::array<mjtWarning, 3> divergence{mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 
-template <typename T>
-T* put(T* to, const T* from, std::size_t count) {
-  return std::copy_n(from, count, to);
-}
-
 }  // namespace
 
 Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layout_(*model_) {
@@ -64,7 +59,7 @@ bool Work::has_forces() const {
 
 void Work::clear() {
   mj_resetData(&model(), data_.get());
-  put(data_->qpos, model_->get()->qpos0, layout_.nq);
+  std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
   forces_lag_ = frames_lag_ = false;
   is_whole_ = true;
   ++computation_;
@@ -76,7 +71,7 @@ void Work::begin() {
   mjData* d = data_.get();
   clear_stack(*d);
   d->time = 0;
-  put(d->qpos, m->qpos0, layout_.nq);
+  std::copy_n(m->qpos0, layout_.nq, d->qpos);
   for (mjtNum* array : {d->qvel, d->qacc_warmstart}) std::fill_n(array, layout_.nv, 0.0);
   std::fill_n(d->act, layout_.na, 0.0);
   std::fill_n(d->ctrl, layout_.nu, 0.0);
@@ -98,7 +93,7 @@ void Work::load(const double* state) {
                                      {d->act, layout_.na},
                                      {d->qacc_warmstart, layout_.nv},
                                      {d->ctrl, layout_.nu}}) {
-    put(array, state, count);
+    std::copy_n(state, count, array);
     state += count;
   }
   load_rest(state);
@@ -111,11 +106,11 @@ void Work::load_rest(const double* rest) {
 void Work::save(double* state) const {
   const mjData* d = data_.get();
   *state++ = d->time;
-  state = put(state, static_cast<const mjtNum*>(d->qpos), layout_.nq);
-  state = put(state, static_cast<const mjtNum*>(d->qvel), layout_.nv);
-  state = put(state, static_cast<const mjtNum*>(d->act), layout_.na);
-  state = put(state, static_cast<const mjtNum*>(d->qacc_warmstart), layout_.nv);
-  state = put(state, static_cast<const mjtNum*>(d->ctrl), layout_.nu);
+  state = std::copy_n(d->qpos, layout_.nq, state);
+  state = std::copy_n(d->qvel, layout_.nv, state);
+  state = std::copy_n(d->act, layout_.na, state);
+  state = std::copy_n(d->qacc_warmstart, layout_.nv, state);
+  state = std::copy_n(d->ctrl, layout_.nu, state);
   if (layout_.more > 0) save_more(*model_->get(), *d, state);
 }
 
@@ -124,7 +119,7 @@ void Work::keep_current() {
   raw_qpos_.resize(layout_.nq);
 }
 
-void Work::keep_raw_qpos() { put(raw_qpos_.data(), static_cast<const mjtNum*>(data_->qpos), layout_.nq); }
+void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
 
 void Work::compute_current(bool is_whole) {
   if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from
@@ -175,14 +170,19 @@ void Work::act(const Action& action) {
 }
 
 void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before_substep) {
-  for (std::int64_t i = 1; i < frames; ++i) {
-    if (before_substep) (*before_substep)(i - 1);
+  const auto advance = [&](std::int64_t i) {
     mj_step(&stepped(), data_.get());
+    if (i == 0) drop_repeated_warnings();
+  };
+  for (std::int64_t i = 0; i < frames - 1; ++i) {
+    if (before_substep) (*before_substep)(i);
+    advance(i);
   }
   diverged_early_ = diverged();
   if (before_substep) (*before_substep)(frames - 1);
   save(before);
-  repeat_step();
+  advance(frames - 1);
+  note_step();
 }
 
 void Work::repeat_step() {
@@ -210,8 +210,25 @@ void Work::complete_forces() {
   forces_lag_ = false;
 }
 
-void Work::clear_warnings() {
-  for (const auto kind : divergence) data_->warning[kind].number = 0;
+static_assert(mjNWARNING <= 8, "warnings() has a bit for each kind");
+
+std::uint8_t Work::warnings() const {
+  unsigned kinds = 0;
+  for (unsigned kind = 0; kind < mjNWARNING; ++kind) kinds |= (data_->warning[kind].number > 0 ? 1u : 0u) << kind;
+  return static_cast<std::uint8_t>(kinds);
+}
+
+void Work::set_warnings(std::uint8_t kinds) {
+  for (unsigned kind = 0; kind < mjNWARNING; ++kind) data_->warning[kind].number = kinds >> kind & 1;
+}
+
+bool Work::are_warnings(std::uint8_t kinds) { return kinds >> mjNWARNING == 0; }
+
+void Work::clear_warnings() { set_warnings(0); }
+
+void Work::drop_repeated_warnings() {
+  if (!is_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;
+  for (const auto kind : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}) data_->warning[kind].number = 0;
 }
 
 bool Work::diverged() const {

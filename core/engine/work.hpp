@@ -45,7 +45,7 @@ class Work {
 
     void clear() { forces.clear(), kicks.clear(); }
   };
-  // Call this after the row's state was loaded.
+  // Call this after the row's state has been loaded.
   void apply(const Pushes& pushes);
   // qfrc_applied or xfrc_applied of mjData.
   double* force(const std::string& array);
@@ -60,16 +60,19 @@ class Work {
   bool reads_forces() const { return reads_forces_; }
   // Whether `expect` named another array for which is_after_every_step is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays of is_after_every_step may be read.
+  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_after_every_step is true
+  // may be read.
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }
   // The model that MuJoCo computes with. After `use`, some of its arrays are a row's own.
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
   // The view of this model that mj_step computes with.
-  const mjModel_& stepped() const { return view_ ? view_->stepped() : *model_->stepped(); }
-  // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live as long
-  // as it is used.
+  const mjModel_& stepped() { return view_ ? view_->stepped() : *model_->stepped(); }
+  // The same view, for code that does not read the parameters of its list of pairs (ModelView::unmixed).
+  const mjModel_& unmixed() const { return view_ ? view_->unmixed() : *model_->stepped(); }
+  // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live until
+  // the next call.
   void use(const OwnArrays& arrays, const std::byte* block);
   // Does the same without the inputs: those in mjData stay.
   void use_model(const OwnArrays& arrays, const std::byte* block);
@@ -83,7 +86,8 @@ class Work {
   void load_rest(const double* rest);
   void save(double* state) const;
 
-  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), actuation is disabled in it.
+  // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), it computes without actuation, as
+  // dm_control's resets do.
   void forward();
 
   // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
@@ -104,11 +108,11 @@ class Work {
   // Called before each mj_step of a step, with its number. May write ctrl and forces.
   using BeforeSubstep = std::function<void(std::int64_t)>;
   // For a step, call act, then step, which calls mj_step `frames` times and writes the state before the last call to
-  // `before`. before_substep may be null. If lanes::Stepper advances mjData instead of `step`, it calls note_step at
-  // the end. shows_current: the stepper has called keep_raw_qpos and then computed the stages of mj_step1.
+  // `before`. before_substep may be null.
   void act(const Action& action);
   void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
-  // has_forces: the stepper has also computed what complete_forces computes.
+  // lanes::Stepper advances mjData instead of `step`, and calls this at the end. shows_current: it has called
+  // keep_raw_qpos and then computed the stages of mj_step1. has_forces: it has computed what complete_forces computes.
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;
@@ -131,6 +135,10 @@ class Work {
   bool diverged() const;
   // Whether MuJoCo reset the simulation because of that. It does unless the model disables it.
   bool was_reset() const;
+  // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
+  std::uint8_t warnings() const;
+  void set_warnings(std::uint8_t kinds);
+  static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds
   // Whether MuJoCo found bad numbers in an mj_step before the last one of the step.
   bool diverged_early() const { return diverged_early_; }
 
@@ -148,6 +156,10 @@ class Work {
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
+  // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of
+  // what mj_step1 finds in the state. This drops the second warning, because dm_control's simulations, which call
+  // mj_step2 and then mj_step1, warn of it once.
+  void drop_repeated_warnings();
   void compute_current(bool is_whole);
 };
 

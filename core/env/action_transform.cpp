@@ -8,8 +8,9 @@
 namespace mjenv::core {
 
 void declare_action_options(Options& options) {
-  options.flag("clip_actions", false,
-               "clip actions to the bounds of the action space, which then has none: Gymnasium's ClipAction");
+  options.flag(
+      "clip_actions", false,
+      "clip actions to the bounds of the action space, and let the space have no bounds: Gymnasium's ClipAction");
   options.reals("rescale_actions", {0, 0},
                 "the lowest and the highest action, which are scaled to the bounds of each actuator: Gymnasium's "
                 "RescaleAction; both equal: actions are not rescaled");

@@ -1,4 +1,5 @@
-// The values that a reset draws for a row's own arrays. The row gets them only after the reset's outputs are written.
+// The values that a reset draws for a row's own arrays. The row gets them only after the reset's outputs are written,
+// as if a wrapper around Gymnasium's environment drew them after its reset.
 #pragma once
 
 #include <algorithm>

@@ -39,7 +39,7 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
 void check_stream(std::int64_t count, bool has_random_state) {
   if (count == 4 || count == 6 || (has_random_state && count == kStateWords)) return;
   fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6" +
-                         (has_random_state ? ", or " + std::to_string(kStateWords) + " of RandomState" : ""));
+                         (has_random_state ? ", or " + std::to_string(kStateWords) + " for RandomState" : ""));
 }
 
 void check_finite(const std::string& array, const double* values, std::size_t count) {
@@ -77,8 +77,8 @@ void declare_env_options(Options& options) {
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
                Scope::service);
   options.integer("max_contacts", 0, 0, kMaxContacts,
-                  "of how many contacts of a row the exported arrays contact.* have room: the row's first ones; 0: of "
-                  "as many as MuJoCo can find",
+                  "how many contacts of a row the exported arrays contact.* can hold, the first ones; 0: as many as "
+                  "MuJoCo can find",
                   Scope::service);
   declare_frame_options(options);
   declare_action_options(options);
@@ -125,12 +125,6 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
   check_count("the action's count", actions.count, rows() * actions_per_row * task_.action_count());
 }
 
-LaneChoice Env::lanes() const {
-  if (lanes_.width == 0) return lanes_;
-  if (!rows_.fit_lanes()) return {0, "rows have their own values of " + listed(beyond_lanes(rows_.arrays()))};
-  return lanes_;
-}
-
 // ---- Random streams ----
 
 void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
@@ -162,7 +156,8 @@ void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t 
   check_stream(count, rows_.has_random_state());
   if (count == kStateWords) {
     np::RandomState state = rows_.random_state(row);
-    if (!state.load(words)) fail(MJENV_E_VALUE, "words are no state of RandomState, as mjenv_get_stream reads it");
+    if (!state.load(words))
+      fail(MJENV_E_VALUE, "words are no state of RandomState that mjenv_get_stream could have read");
     rows_.set_random_state(row, state);
     rows_.head(row).seeded = true;
     return;
@@ -353,7 +348,8 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
                            std::to_string(each) +
                            (each == 0     ? ": this array is empty in this model"
                             : rows() == 1 ? ""
-                                          : " for all rows or " + std::to_string(rows() * each) + " for each its own"));
+                                          : " for all rows or " + std::to_string(rows() * each) + ", which are " +
+                                                std::to_string(each) + " for each row"));
   const bool same = count == each;
   const auto for_each_row = [&](const auto& body) {
     for (std::int64_t row = 0; row < rows(); ++row)

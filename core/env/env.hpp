@@ -45,14 +45,14 @@ class Env {
   const mjenv_task_camera& camera() const { return task_.camera; }
   // How many rows each thread steps together with the rows' present values. While rows are under way, the answer
   // ignores the forces on them.
-  LaneChoice lanes() const;
+  const LaneChoice& lanes() const { return lanes_; }
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 
   // A null mask selects all rows. seeds: for each row, the words of an integer, the least significant first.
   void seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words);
   void compute_reward(const double* achieved, const double* desired, std::int64_t count, double* rewards,
                       std::int64_t reward_count) const;
-  // words: 4 or 6, as mjenv_get_stream lays them out.
+  // count: 4, 6, or 627 for RandomState. words: as mjenv_get_stream lays them out.
   void get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const;
   void set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count);
 

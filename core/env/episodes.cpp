@@ -10,8 +10,8 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: the error's own if that is MJENV_E_TASK, or MJENV_E_VALUE or
-// MJENV_E_MODEL (a drawn value was refused), otherwise MJENV_E_PHYSICS.
+// Calls body. If it throws, writes the row's status: the error's own if this is MJENV_E_TASK, MJENV_E_VALUE or
+// MJENV_E_MODEL (the latter two: a drawn value was refused), otherwise MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {
@@ -85,8 +85,7 @@ void Episodes::reset_row(Worker& worker, std::int64_t row, const Place& place) c
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
-  // Calls adopt in its destructor, so also if observe or reset_info fails, because the row has begun the episode by
-  // then.
+  // Calls adopt in its destructor, because the row has begun the episode even if observe or reset_info fails.
   struct Adoption {
     Worker& worker;
     Rows& rows;
@@ -138,7 +137,7 @@ void Episodes::step(Team& team) const {
 void Episodes::advance(Team& team, std::uint32_t& moving) const {
   const auto load = [&](std::size_t i) {
     Turn& turn = team.turns()[i];
-    if (!task_.calls->has_maps()) return team[i].load(rows_, turn.row, turn.seen, turn.pushes);
+    if (!task_.calls->has_control()) return team[i].load(rows_, turn.row, turn.seen, turn.pushes);
     turn.random = turn.begun;  // restored, because the row may be loaded a second time (Team::advance)
     team[i].begin_step(rows_, turn.row, turn.seen, turn.pushes, turn.random);
   };
@@ -147,7 +146,7 @@ void Episodes::advance(Team& team, std::uint32_t& moving) const {
     for_turns(team, turn, [&](std::size_t) { body(); });
     return turn != 0;
   };
-  team.advance(moving, team.steps_together(rows_), task_.frame_skip, load, attempt);
+  team.advance(moving, task_.frame_skip, load, attempt);
 }
 
 void Episodes::begin_step(Worker& worker, Turn& turn) const {
@@ -160,7 +159,7 @@ void Episodes::begin_step(Worker& worker, Turn& turn) const {
                                   turn.random.rng(), worker.perturbed);
     turn.pushes = &worker.perturbed.done;
   }
-  if (task_.calls->has_maps()) turn.begun = turn.random;
+  if (task_.calls->has_control()) turn.begun = turn.random;
 }
 
 // Writes the step's reward, flags, status and info.

@@ -18,7 +18,7 @@ void Failures::take(Failures& other) noexcept {
 
 void Failures::add(mjenv_status status, const std::string& what, std::size_t named, std::size_t unnamed) noexcept {
   if (status_ == MJENV_OK || status == MJENV_E_MEMORY) status_ = status;
-  if (unnamed_ > 0 || (named_ > 0 && text_.size() + what.size() > kMostText)) {
+  if (unnamed_ > 0 || (named_ > 0 && text_.size() + what.size() > kMaxText)) {
     unnamed_ += named + unnamed;
     return;
   }

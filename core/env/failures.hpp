@@ -18,7 +18,7 @@ class Failures {
   void raise();
 
  private:
-  static constexpr std::size_t kMostText = 4096;  // bytes: a million rows may fail at once
+  static constexpr std::size_t kMaxText = 4096;  // bytes: a million rows may fail at once
 
   mjenv_status status_ = MJENV_OK;
   std::string text_;

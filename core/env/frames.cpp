@@ -25,9 +25,7 @@ std::pair<std::string, std::size_t> length_of(const std::string& word) {
                          std::all_of(digits.begin(), digits.end(), [](char c) { return '0' <= c && c <= '9'; });
   const std::int64_t frames = is_number ? std::stoll(digits) : 0;
   if (frames < 1 || frames > kMaxFrames)
-    refuse(MJENV_E_VALUE, quoted(word) +
-                              " is not the name of a term, \"=\" and how many of its last values are kept, "
-                              "1 to " +
+    refuse(MJENV_E_VALUE, quoted(word) + " is not TERM=COUNT, such as \"position=3\", with a count of 1 to " +
                               std::to_string(kMaxFrames));
   return {word.substr(0, sign), static_cast<std::size_t>(frames)};
 }

@@ -66,8 +66,7 @@ class Frames {
     std::size_t to, count, frames;
     std::size_t newest() const { return to + (frames - 1) * count; }
   };
-  // Consecutive numbers of the task's observation, and where the observation that the caller sees has the newest of
-  // them.
+  // Consecutive numbers of the task's observation, and where the caller's observation has their newest frame.
   struct Piece {
     std::size_t from, to, count;
   };

@@ -76,9 +76,9 @@ class Plan {
   Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().empty_layout()) {
     if (!rows.arrays().empty()) choose_arrays(range);
     size_ = sizeof(ImageHeader) + arrays_.list().size() * sizeof(Entry);
-    std::uint16_t present = 0;
+    std::uint8_t present = 0;
     for (std::int64_t row = range.first; row < range.end; ++row) {
-      const std::uint16_t kept = kept_of(row);
+      const std::uint8_t kept = kept_of(row);
       present |= kept;
       for (const PartKind& kind : kParts)
         if (is_in(kind, kept)) size_ += bytes_of(kind, rows_, arrays_);
@@ -91,17 +91,17 @@ class Plan {
   std::size_t size() const { return size_; }
   const OwnArrays& arrays() const { return arrays_; }
   const std::vector<const PartKind*>& parts() const { return parts_; }
-  bool is_in(const PartKind& kind, std::uint16_t kept) const {
+  bool is_in(const PartKind& kind, std::uint8_t kept) const {
     return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
   }
   // The row's Head::kept in the image: without the values that equal those that would apply without them (Version).
-  std::uint16_t kept_of(std::int64_t row) const {
-    std::uint16_t kept = rows_.head(row).kept;
+  std::uint8_t kept_of(std::int64_t row) const {
+    std::uint8_t kept = rows_.head(row).kept;
     if (kept == 0) return 0;
     const auto drop_if_equal = [&](Part part, const std::byte* other) {
       if ((kept & kept_bit(part)) == 0) return;
       if (std::memcmp(rows_.bytes(part, row), other, rows_.block_bytes()) == 0)
-        kept &= static_cast<std::uint16_t>(~kept_bit(part));
+        kept &= static_cast<std::uint8_t>(~kept_bit(part));
     };
     drop_if_equal(Part::stepped_values, rows_.values(row, Version::computed));
     drop_if_equal(Part::computed_values, rows_.values(row));
@@ -199,7 +199,7 @@ class Checks {
     if (part[offsetof(Head, written)] > static_cast<std::byte>(Written::by_caller)) return false;
     Head head;
     std::memcpy(&head, part, sizeof head);
-    std::uint16_t possible = 0;
+    std::uint8_t possible = 0;
     for (const PartKind& kind : kParts)
       if (bytes_of(kind, rows_, arrays_) > 0) possible |= kind.kept;
     // The increment of NumPy's generator must be odd. With an even one, a reset that draws until a condition holds
@@ -209,7 +209,8 @@ class Checks {
       return rows_.bytes_of(content) > 0 && (head.kept & kept_bit(needed)) == 0;
     };
     return (head.kept & ~possible) == 0 && head.origin <= Origin::set && head.steps >= 0 && head.steps <= kMaxSteps &&
-           !is_even && !(head.origin == Origin::set && lacks(Part::stepped_state, Content::state)) &&
+           Work::are_warnings(head.warnings) && !is_even &&
+           !(head.origin == Origin::set && lacks(Part::stepped_state, Content::state)) &&
            !(head.has_constants && lacks(Part::constants_rest, Content::rest));
   }
 
@@ -417,7 +418,7 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
   std::vector<Found> found;
   Checks checks(rows, arrays, task, randomization, perturbation, frames);
   for (std::int64_t i = range.first; i < range.end; ++i) {
-    std::uint16_t kept = 0;
+    std::uint8_t kept = 0;
     for (const PartKind& kind : kParts) {
       const std::size_t bytes = bytes_of(kind, rows, arrays);
       if (bytes == 0 || !kind.is_in(kept)) continue;

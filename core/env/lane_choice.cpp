@@ -60,12 +60,4 @@ LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t r
   return {0, std::move(why)};
 }
 
-std::vector<std::string> beyond_lanes(const OwnArrays& arrays) {
-  std::vector<std::string> names;
-  for (const OwnArray& array : arrays.list())
-    if (array.place != OwnArray::Place::data_input && !lanes::computes_own(array.original.name))
-      names.push_back(array.original.name);
-  return names;
-}
-
 }  // namespace mjenv::core

@@ -4,9 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <vector>
 
-#include "engine/own_arrays.hpp"
 #include "task/options.hpp"
 #include "task/task.hpp"
 
@@ -21,8 +19,5 @@ struct LaneChoice {
 // is -1, the environment variable MJENV_LANES decides. It must be a number that this CPU supports, and is ignored by
 // environments that cannot have so many lanes.
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
-
-// The names of those mjModel arrays for which lanes do not support different values in each row.
-std::vector<std::string> beyond_lanes(const OwnArrays& arrays);
 
 }  // namespace mjenv::core

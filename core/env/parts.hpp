@@ -46,9 +46,9 @@ struct PartKind {
   Content content;
   // The bit of Head::kept that says whether a row has the part. A reset or a step clears it, and so does
   // set_state, except for the stepped parts. 0: all rows have the part.
-  std::uint16_t kept = 0;
+  std::uint8_t kept = 0;
 
-  bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
+  bool is_in(std::uint8_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
 constexpr std::size_t kPartCount = 15;
@@ -78,20 +78,21 @@ constexpr bool are_in_order() {
   return true;
 }
 static_assert(are_in_order());
-constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
+constexpr std::uint8_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
 // As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But
 // rows do not store derived arrays: a worker computes them again when they are needed (Worker::hold). After a write, it
 // must compute them from the state and values from before the write. So a row stores the inputs of up to four
 // computations, its versions:
 //
-//   version    state           own values        its own values are kept            what Worker::hold does with it
-//   now        state           values            always                             loads it last; steps go on from it
-//   computed   computed_state  computed_values   if written since the computation   repeats the last mj_step or mj_forward
-//   stepped    stepped_state   stepped_values    if computed_values were kept when  repeats the last mj_step before that
-//                                                set_state was called               mj_forward, for that step's forces
-//   constants  constants_rest  constants_values  from mj_setConst until the next    repeats mj_setConst
-//                                                computation
+//   version    state           own values        own values are kept          what Worker::hold does with it
+//   now        state           values            always                       loads it last; steps begin with it
+//   computed   computed_state  computed_values   if written since             repeats the last mj_step or mj_forward
+//                                                the computation
+//   stepped    stepped_state   stepped_values    if computed_values were      repeats the last mj_step before that
+//                                                kept at set_state            mj_forward, for that step's forces
+//   constants  constants_rest  constants_values  from mj_setConst until       repeats mj_setConst
+//                                                the next computation
 //
 // If a version's own values are not kept, those of the version above apply, or for `constants` those of the model.
 enum class Version : std::uint8_t { now, computed, stepped, constants };

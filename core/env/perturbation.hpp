@@ -99,10 +99,14 @@ class Perturbation {
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
-  // A record begins with the phase and two numbers for each push: in how many steps it begins next, and for how many steps,
-  // counted from the last one, its force still acts (0: none acted in the last step). Then follow the two delays, if
-  // resets draw any; the delayed actions and observations, as many as the greatest delays; and the last observation.
-  // These are the offsets of the parts:
+  // A record consists of
+  //   - the phase
+  //   - for each push: in how many steps it begins next, and how many steps its force acts, counted from the last step
+  //     on (0: it did not act in the last step)
+  //   - the delay of actions and that of observations, if resets draw any
+  //   - the delayed actions and observations, as many as the greatest delays
+  //   - the last observation
+  // These are the offsets of the parts after the pushes.
   std::size_t delays_ = 0, actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 

@@ -20,7 +20,7 @@ Pipeline::Pipeline(const Schema& schema, const Rows& rows, const Episodes& episo
       rows_(rows),
       episodes_(episodes),
       workers_(workers),
-      nu_(static_cast<std::int64_t>(schema.fields(MJENV_ROLE_ACTION).size())) {}
+      action_count_(static_cast<std::int64_t>(schema.fields(MJENV_ROLE_ACTION).size())) {}
 
 Pipeline::~Pipeline() {
   bool serving = false;
@@ -40,7 +40,7 @@ void Pipeline::allocate() {
   const auto rows = static_cast<std::size_t>(rows_.count());
   under_way_.resize(rows);
   dtypes_.resize(rows);
-  actions_.resize(rows * static_cast<std::size_t>(nu_));
+  actions_.resize(rows * static_cast<std::size_t>(action_count_));
   ready_.reserve(rows);
   waiting_.resize(rows);
   outputs_.emplace(schema_, episodes_, rows_.count());
@@ -54,7 +54,7 @@ void Pipeline::check(const std::int64_t* rows, std::int64_t row_count, const Act
       rows_.check(row);
       if (under_way_[row] != 0) fail(MJENV_E_PENDING, in_row(row, "it is already under way, or listed twice"));
       episodes_.check_steppable(row, episodes_.autoresets());
-      episodes_.check_finite(row, actions.part(i * nu_, nu_));
+      episodes_.check_finite(row, actions.part(i * action_count_, action_count_));
       under_way_[row] = 1;  // so that a row that is listed twice is refused
       ++marked;
     }
@@ -75,7 +75,9 @@ void Pipeline::send(const std::int64_t* rows, std::int64_t row_count, const Acti
   const std::size_t width = actions.dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double);
   for (std::int64_t i = 0; i < row_count; ++i) {
     const std::int64_t row = row_at(rows, i);
-    if (nu_ > 0) std::memcpy(&actions_[row * nu_], actions.part(i * nu_, nu_).values, width * nu_);
+    if (action_count_ > 0)
+      std::memcpy(&actions_[row * action_count_], actions.part(i * action_count_, action_count_).values,
+                  width * action_count_);
     dtypes_[row] = actions.dtype;
     waiting_[(first_ + waiting_count_++) % waiting_.size()] = row;
   }
@@ -95,14 +97,14 @@ void Pipeline::send(const std::int64_t* rows, std::int64_t row_count, const Acti
 // Steps the next waiting rows: several together if the team can, but not so many that other threads would have none.
 void Pipeline::step_next(Team& team, std::unique_lock<std::mutex>& lock) {
   const std::size_t share = (waiting_count_ + workers_.threads() - 1) / workers_.threads();
-  const std::size_t count = team.steps_together(rows_) ? std::min(team.size(), share) : 1;
+  const std::size_t count = team.steps_together() ? std::min(team.size(), share) : 1;
   std::vector<Turn>& turns = team.turns();
   turns.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t row = waiting_[first_];
     first_ = (first_ + 1) % waiting_.size();
     --waiting_count_;
-    turns.push_back({row, {actions_.data() + row * nu_, dtypes_[row], nu_}, outputs_->at(row)});
+    turns.push_back({row, {actions_.data() + row * action_count_, dtypes_[row], action_count_}, outputs_->at(row)});
   }
   lock.unlock();
   for (const Turn& turn : turns) turn.place.forget();

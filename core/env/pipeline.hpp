@@ -42,7 +42,7 @@ class Pipeline {
   const Rows& rows_;
   const Episodes& episodes_;
   Workers& workers_;
-  const std::int64_t nu_;
+  const std::int64_t action_count_;
 
   std::mutex mutex_;
   Condition sent_, done_;
@@ -50,7 +50,7 @@ class Pipeline {
   std::size_t first_ = 0, waiting_count_ = 0;
   std::vector<std::int64_t> ready_;  // rows that were stepped but not yet reported
   std::vector<std::uint8_t> under_way_;
-  std::vector<double> actions_;  // [rows][nu]; a float32 action fills the first half of its row
+  std::vector<double> actions_;  // [rows][action_count_]; a float32 action fills the first half of its row
   std::vector<mjenv_dtype> dtypes_;
   std::optional<Outputs> outputs_;
   std::int64_t count_ = 0;  // how many rows are under way; only the calling thread uses it

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <utility>
 
-#include "env/lane_choice.hpp"
 #include "error.hpp"
 #include "system/memory.hpp"
 
@@ -130,13 +129,11 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
     }
     wider.emplace_back(index_of(kind.part), std::move(numbers));
   }
-  const bool fits = beyond_lanes(arrays).empty();
   for (auto& [part, numbers] : wider) {
     numbers_[part] = std::move(numbers);
     sizes_[part] = size;
   }
   model_values_ = std::move(model_values);
-  fit_lanes_ = fits;
   arrays_ = std::move(arrays);
 }
 

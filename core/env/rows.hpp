@@ -38,7 +38,8 @@ class Rows {
     // mj_setConst was called after the derived arrays were computed. Worker::hold calls it again, because it changes
     // mjData.
     bool has_constants = false;
-    std::uint16_t kept = 0;  // the kept parts that the row has, as bits (PartKind::kept)
+    std::uint8_t kept = 0;      // the kept parts that the row has, as bits (PartKind::kept)
+    std::uint8_t warnings = 0;  // Work::warnings after the last step, reset or set_state
   };
 
   // history_count: how many numbers a row's history has.
@@ -89,9 +90,6 @@ class Rows {
   // Gives all rows own values of these arrays; at first they are those of model_values. Changes nothing if it fails.
   // Invalidates pointers to own values.
   void add_arrays(const std::vector<std::string>& names);
-
-  // Whether lanes support all arrays for which rows have their own values.
-  bool fit_lanes() const { return fit_lanes_; }
 
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
@@ -145,7 +143,6 @@ class Rows {
   // needed).
   std::array<Zeros, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
-  bool fit_lanes_ = true;
 
   double* numbers(Part part, std::int64_t row) {
     return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];

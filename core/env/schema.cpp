@@ -55,7 +55,7 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
 
 const std::vector<Field>& Schema::fields(mjenv_role role) const {
   if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_GROUPS) return fields_[role];
-  fail(MJENV_E_ARGUMENT, "no role " + std::to_string(role));
+  fail(MJENV_E_ARGUMENT, "role is " + std::to_string(role) + ", which is not an mjenv_role");
 }
 
 std::int64_t Schema::count(mjenv_role role) const { return total(fields(role)); }

@@ -23,6 +23,7 @@ class Schema {
   Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const Options& options,
          const Work& work);
 
+  // Throws if there is no such role.
   const std::vector<Field>& fields(mjenv_role role) const;
   // How many numbers the role's fields have in one row. Not for MJENV_ROLE_DATA and _MODEL, which have no offsets.
   std::int64_t count(mjenv_role role) const;
@@ -30,7 +31,7 @@ class Schema {
   std::int64_t observation_count() const { return observation_count_; }
   // The indices of the exported arrays in Work::arrays().
   const std::vector<std::size_t>& exported() const { return exported_; }
-  // Of how many contacts the exported arrays have room; 0: of as many as MuJoCo can find.
+  // How many contacts the exported arrays can hold; 0: as many as MuJoCo can find.
   std::int64_t max_contacts() const { return max_contacts_; }
   // True if some exported arrays are up to date only after Work::complete.
   bool exports_on_demand() const { return exports_on_demand_; }

@@ -49,15 +49,14 @@ class Team {
 
   // The steps to play next. Worker i plays the one at index i. There is room for size() of them.
   std::vector<Turn>& turns() { return turns_; }
-  // Whether this team can step these rows together.
-  bool steps_together(const Rows& rows) const { return stepper_ && rows.fit_lanes(); }
+  // Whether this team can step several rows together.
+  bool steps_together() const { return stepper_ != nullptr; }
   // Advances the simulations of some turns by `frames` calls of mj_step.
-  //   moving    these turns, as bits. advance clears the bits of those that fail
-  //   together  whether they can be stepped together; if not, they are stepped one by one
-  //   load      load(i) makes worker i ready for the step of its turn (Worker::load)
-  //   attempt   attempt(i, body) calls body, and returns false if it has failed
+  //   moving   these turns, as bits. advance clears the bits of those that fail
+  //   load     load(i) makes worker i ready for the step of its turn (Worker::load)
+  //   attempt  attempt(i, body) calls body, and returns false if it has failed
   template <typename Load, typename Attempt>
-  void advance(std::uint32_t& moving, bool together, std::int64_t frames, const Load& load, const Attempt& attempt);
+  void advance(std::uint32_t& moving, std::int64_t frames, const Load& load, const Attempt& attempt);
   // Moves the workers' failures to the first.
   void gather_failures();
 
@@ -72,14 +71,13 @@ class Team {
 };
 
 template <typename Load, typename Attempt>
-void Team::advance(std::uint32_t& moving, bool together, std::int64_t frames, const Load& load,
-                   const Attempt& attempt) {
+void Team::advance(std::uint32_t& moving, std::int64_t frames, const Load& load, const Attempt& attempt) {
   const auto for_moving = [&](std::uint32_t turns, const auto& body) {
     for (std::size_t i = 0; turns >> i != 0; ++i)
       if ((turns >> i & 1) != 0 && !attempt(i, [&] { body(i); })) moving &= ~(1u << i);
   };
   std::uint32_t advanced = 0;
-  if (together && (moving & (moving - 1)) != 0) {  // a single row is faster without lanes
+  if (steps_together() && (moving & (moving - 1)) != 0) {  // a single row is faster without lanes
     for_moving(moving, load);
     advanced = step_together(moving, frames);
   }

@@ -36,6 +36,7 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
+  head.warnings = work_.warnings();
   if (origin == Origin::step && pushes_)
     for (const Work::Force& force : pushes_->forces)
       save_input(rows, row, force.offset, force.values.data(), sizeof force.values);
@@ -101,6 +102,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
     if (is_shown) std::copy_n(before_.data(), raw.size(), work_.state().qpos);
   }
   load_carried(rows, row);
+  work_.set_warnings(rows.head(row).warnings);  // also those of the other timesteps of the step
   rows.worker(row) = index;
   resident_ = row;
 }
@@ -297,13 +299,13 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work
 
 void Worker::begin_step(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes,
                         Random& random) {
-  const bool is_mapped = task_.calls->has_before_step();
-  load(rows, row, is_mapped ? Action{} : action, pushes);
+  const bool has_before_step = task_.calls->has_before_step();
+  load(rows, row, has_before_step ? Action{} : action, pushes);
   random_ = &random;
   action_ = action;
   for (OwnValues& own : own_values_)
     if (own.is_force) std::copy_n(work_.force(own.array->original.name), own.values.size(), own.values.data());
-  if (!is_mapped) return;
+  if (!has_before_step) return;
   task_.calls->before_step(view_, action, {0, work_.state().ctrl, forces_of_task_.data()}, random);
   apply_own_forces();
 }

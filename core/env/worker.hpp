@@ -54,8 +54,7 @@ class Worker {
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
   // Makes the work space ready for a step: loads the row's state and the action. If the state or own values were
-  // written since the last computation, first calls the callback carry. pushes: they must live
-  // until commit has returned.
+  // written since the last computation, first calls the callback carry. pushes: must live until commit has returned.
   void load(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes = nullptr);
   // Does the same as load for a task that has before_step or before_substep, and calls before_step. random: the stream
   // for the task; it must live until the step ends.
@@ -78,8 +77,8 @@ class Worker {
   void commit(Rows& rows, std::int64_t row, Random& random);
   // Allocates what begin and load need if rows have arrays of their own; they allocate nothing themselves.
   void prepare(const OwnArrays& arrays);
-  // Call this when the layout of the rows' arrays has changed. The next reset or step prepares the worker if `prepare` is
-  // not called before, or has thrown.
+  // Call this when the layout of the rows' arrays has changed. If `prepare` is not called afterwards, or throws, the
+  // next reset or step calls it.
   void forget_layout() { is_prepared_ = false; }
   // Call its prepare() if mj_setConst was called for a row, and its prepare_draw() if resets call mj_setConst.
   RowConstants& constants() { return constants_; }

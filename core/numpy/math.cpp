@@ -11,8 +11,8 @@ namespace {
 
 // The values that the variable OPENBLAS_CORETYPE may have in OpenBLAS 0.3.29, which NumPy 2.2.6 contains, and whether
 // their kernels use fused multiply-add. SapphireRapids is missing because OpenBLAS does not know this value and chooses
-// by the CPU. Kernels for CPUs before Nehalem are missing because they add in another order, which neither way of
-// rounding here reproduces.
+// by the CPU. Kernels for CPUs before Nehalem are missing because they add in another order than both ways of rounding
+// here.
 struct Kernel {
   const char* name;
   bool fused;
@@ -29,8 +29,8 @@ Norm norm_as_numpy_here() {
   if (const auto name = platform::environment("OPENBLAS_CORETYPE"))
     for (const Kernel& kernel : kernels)
       if (strcasecmp(name->c_str(), kernel.name) == 0) return Norm(kernel.fused);
-  // OpenBLAS chooses its kernel by these features on x86-64 and aarch64. A vector of kWide bytes or more holds all
-  // elements, so that no addition can be fused.
+  // OpenBLAS chooses its kernel by these features on x86-64 and aarch64. Its kernel for SVE fuses no addition if a
+  // vector of kWide bytes or more holds all elements of the norm.
   constexpr int kWide = 32;
   return Norm(!cpu_lacks_avx512() && platform::scalable_vector_bytes() < kWide);
 }

@@ -88,7 +88,7 @@ Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
   mjr_defaultContext(&context);
   mjv_defaultScene(&scene);
   // MuJoCo would sort through a null pointer if the scene had no room for any geom.
-  drawing([&] { mjv_makeScene(&model, &scene, std::max(settings.max_geom, 1)); });
+  with_render_errors([&] { mjv_makeScene(&model, &scene, std::max(settings.max_geom, 1)); });
   scene.maxgeom = settings.max_geom;
   for (const auto& [setting, flag] : kFlags) scene.flags[flag] = settings.*setting != 0;
 }
@@ -102,10 +102,18 @@ Drawing::~Drawing() {
 }
 
 void Drawing::make_context(int framebuffer) {
-  drawing([&] {
+  with_render_errors([&] {
     mjr_makeContext(&model, &context, mjFONTSCALE_150);
     mjr_setBuffer(framebuffer, &context);
   });
+}
+
+void Drawing::prepare(const mjModel& row, gl::Context& owner, int framebuffer) {
+  const bool new_context = needs_context(row), new_fields = needs_fields(row);
+  if (!new_context && !new_fields) return;
+  const gl::Current current(owner);
+  if (new_context) make_context(row, framebuffer);
+  if (new_fields) upload_fields(row);
 }
 
 bool Drawing::needs_context(const mjModel& row) const {
@@ -133,7 +141,7 @@ bool Drawing::needs_fields(const mjModel& row) const {
 void Drawing::upload_fields(const mjModel& row) {
   heights_.clear();  // in case MuJoCo fails
   use(row);
-  drawing([&] {
+  with_render_errors([&] {
     for (int i = 0; i < static_cast<int>(model.nhfield); ++i) mjr_uploadHField(&model, &context, i);
   });
   heights_.assign(row.hfield_data, row.hfield_data + row.nhfielddata);
@@ -158,7 +166,7 @@ void Drawing::update(const mjModel& row, mjData* data) {
   use(row);
   shown_ = true;
   if (geom_rgba) model.geom_rgba = geom_rgba;
-  drawing([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
+  with_render_errors([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });
   budget.check(scene);
 }
 

@@ -33,11 +33,8 @@ struct Drawing {
 
   // Creates MuJoCo's context in the current OpenGL context, and replaces an earlier one. free_in frees it.
   void make_context(int framebuffer);
-  // Whether the row needs a new context, because its height fields, planes or extent differ from those in the context.
-  // Only the first row that is drawn can need one: Gymnasium makes the context at the first picture, and never again.
-  bool needs_context(const mjModel& row) const;
-  // Creates the context that this row needs.
-  void make_context(const mjModel& row, int framebuffer);
+  // Call this before update: adapts MuJoCo's context to the row, in the OpenGL context `owner`.
+  void prepare(const mjModel& row, gl::Context& owner, int framebuffer);
   // Makes the OpenGL context current and frees MuJoCo's context in it. Does nothing in a forked child, or if the OpenGL
   // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
@@ -45,10 +42,6 @@ struct Drawing {
   // Makes pictures show each row's own height fields, of a task that writes them. Otherwise they show those of the
   // first row that is drawn, as in Gymnasium.
   void follow_fields() { follows_fields_ = true; }
-  // Whether the row's height fields differ from those that follow_fields has made the context draw.
-  bool needs_fields(const mjModel& row) const;
-  // Makes the context, in the current OpenGL context, draw the row's height fields.
-  void upload_fields(const mjModel& row);
 
   // Shows a row.
   void update(const mjModel& row, mjData* data);
@@ -60,6 +53,13 @@ struct Drawing {
   // The public constructor delegates to this one, so that the destructor runs if the public one throws.
   Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted), trusted_(trusted) {}
   void use(const mjModel& row);
+  // Whether the row needs a new context, because its height fields, planes or extent differ from those in the context.
+  // Only the first row that is drawn can need one: Gymnasium makes the context at the first picture, and never again.
+  bool needs_context(const mjModel& row) const;
+  void make_context(const mjModel& row, int framebuffer);
+  // Whether the row's height fields differ from those in the context, and follow_fields was called.
+  bool needs_fields(const mjModel& row) const;
+  void upload_fields(const mjModel& row);
 };
 
 // Sets those settings that are stored in mjvOption to MuJoCo's defaults.
@@ -69,7 +69,7 @@ double or_default(double value, double fallback);
 
 // Runs the body and reports MuJoCo's errors as MJENV_E_RENDER, because they come from drawing, not from physics.
 template <typename F>
-void drawing(const F& body) {
+void with_render_errors(const F& body) {
   try {
     body();
   } catch (const Error& error) {

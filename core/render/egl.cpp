@@ -110,7 +110,7 @@ class EglContext : public Context {
     read_ = egl_.get_current_surface(kRead);
     if (egl_.make_current(display_, nullptr, nullptr, context_)) return;
     egl_.bind_api(api_);
-    egl_.refuse("the context is lost, or the thread is in use by another");
+    egl_.refuse("the context is lost, or in use on another thread");
   }
 
   void leave() noexcept override {

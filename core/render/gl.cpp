@@ -116,14 +116,15 @@ std::unique_ptr<Context> open_chosen(Binding& bound, mjenv_gl choice) {
 
 // Calls open_context(binding) under the lock. Fails in a forked child of a process that used OpenGL.
 template <typename Open>
-auto first_or_next(const Open& open_context) {
+auto with_binding(const Open& open_context) {
   if (*platform::no_pictures) fail(MJENV_E_RENDER, platform::no_pictures);
   Binding& bound = binding();
   const std::int32_t before = bound.process;
   // Checked before the lock is taken, because in a forked child the lock may stay locked for ever.
   if (before != 0 && before != platform::process_id())
     fail(MJENV_E_RENDER,
-         "OpenGL was used before this process was forked: start the process with spawn, or draw in no other process");
+         "OpenGL was used before this process was forked: start processes with spawn instead, or draw in one process "
+         "only");
   const std::lock_guard lock(bound.mutex);
   bound.process = platform::process_id();
   try {
@@ -137,11 +138,11 @@ auto first_or_next(const Open& open_context) {
 }  // namespace
 
 std::unique_ptr<Context> open(std::int32_t back_end) {
-  return first_or_next([&](Binding& bound) { return open_chosen(bound, chosen(back_end)); });
+  return with_binding([&](Binding& bound) { return open_chosen(bound, chosen(back_end)); });
 }
 
 std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title) {
-  return first_or_next([&](Binding& bound) {
+  return with_binding([&](Binding& bound) {
     if (!platform::draws_with("glfw"))
       fail(MJENV_E_RENDER, "this library shows no windows on this system: draw pictures with a renderer");
     return bind(bound, MJENV_GL_GLFW, [&] { return std::make_unique<GlfwContext>(width, height, title, true); });

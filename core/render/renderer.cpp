@@ -107,14 +107,7 @@ void Renderer::place_camera(const mjModel_& model, const mjData_& data) {
 }
 
 void Renderer::look_at(const mjModel_& model, mjData_* data) {
-  if (drawing_->needs_context(model)) {
-    const gl::Current current(*context_);
-    drawing_->make_context(model, mjFB_OFFSCREEN);
-  }
-  if (drawing_->needs_fields(model)) {
-    const gl::Current current(*context_);
-    drawing_->upload_fields(model);
-  }
+  drawing_->prepare(model, *context_, mjFB_OFFSCREEN);
   place_camera(model, *data);
   drawing_->update(model, data);
 }
@@ -155,7 +148,7 @@ void Renderer::draw(std::uint8_t* rgb, float* depth) {
   if (depth) depth_.resize(pixels());
   {
     const gl::Current current(*context_);
-    drawing([&] {
+    with_render_errors([&] {
       mjr_render(viewport, &d.scene, &d.context);
       mjr_readPixels(rgb ? rgb_.data() : nullptr, depth ? depth_.data() : nullptr, viewport, &d.context);
     });

@@ -181,8 +181,7 @@ class WglContext : public Context {
   void enter() override {
     previous_ = wgl_.get_current_context();
     previous_device_ = wgl_.get_current_device();
-    if (!wgl_.make_current(window_.device(), context_))
-      wgl_.refuse("the context is lost, or the thread is in use by another");
+    if (!wgl_.make_current(window_.device(), context_)) wgl_.refuse("the context is lost, or in use on another thread");
   }
 
   void leave() noexcept override { wgl_.make_current(previous_ ? previous_device_ : nullptr, previous_); }

@@ -83,14 +83,7 @@ void Window::look_at(const mjModel& model, mjData* data) {
     geom_rgba_.assign(model.geom_rgba, model.geom_rgba + 4 * model.ngeom);
     for (std::size_t i = 3; i < geom_rgba_.size(); i += 4) geom_rgba_[i] /= 5;
   }
-  if (drawing_.needs_context(model)) {
-    const gl::Current current(*context_);
-    drawing_.make_context(model, mjFB_WINDOW);
-  }
-  if (drawing_.needs_fields(model)) {
-    const gl::Current current(*context_);
-    drawing_.upload_fields(model);
-  }
+  drawing_.prepare(model, *context_, mjFB_WINDOW);
   drawing_.geom_rgba = transparent_ ? geom_rgba_.data() : nullptr;
   drawing_.update(model, data);
 }
@@ -100,7 +93,7 @@ void Window::draw() {
   {
     const gl::Current current(*context_);
     glfw_.get_framebuffer_size(context_->window(), &width_, &height_);
-    drawing([&] {
+    with_render_errors([&] {
       mjr_render({0, 0, width_, height_}, &drawing_.scene, &drawing_.context);
       if (menu_) draw_overlay();
     });

@@ -24,7 +24,8 @@ class Deadline {
   std::chrono::steady_clock::time_point time_;
 };
 
-// Replaces std::condition_variable, for which gcc 12 needs symbols that older systems lack. See platform.hpp.
+// Replaces std::condition_variable, for which gcc 12 needs symbols that older systems lack. The file of each system
+// (platform.hpp) implements the constructor and wait.
 class Condition {
  public:
   Condition();

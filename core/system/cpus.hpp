@@ -4,7 +4,7 @@
 
 namespace mjenv::core {
 
-// The CPUs in this process's affinity mask; 0 if they are unknown.
+// The CPUs in this process's affinity mask; CPU 0 alone if they are unknown.
 std::vector<int> allowed_cpus();
 
 // How many CPUs this process may use at once: as many as its affinity mask has, but not more than its quota.

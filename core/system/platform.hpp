@@ -102,7 +102,7 @@ struct FileStatus {
   std::int64_t bytes = 0;
 };
 
-// The status of the file or folder to which the path leads, also through links.
+// The status of the file or folder at this path. Follows links in the path's folders, but not a link at its end.
 FileStatus status_of(const std::string& path);
 
 // A file that is open for reading. Opening never waits, not even for a pipe.

@@ -201,7 +201,7 @@ void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) 
 
 // ---- RandomState ----
 
-constexpr std::int64_t kMostOfState = std::int64_t{1} << 32;  // numbers, among which one 32-bit word can choose
+constexpr std::int64_t kMaxChoices = std::int64_t{1} << 32;  // a draw of RandomState has 32 bits
 
 template <typename T, typename Draw>
 T attempt_state(mjenv_random* random, T fallback, const Draw& draw) {
@@ -228,19 +228,19 @@ double state_randn(mjenv_random* random) {
 
 std::int64_t state_randint(mjenv_random* random, std::int64_t low, std::int64_t high) {
   if (low >= high) return refuse_draw(random, "randint: low >= high", low);
-  if (static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low) > kMostOfState)
+  if (static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low) > kMaxChoices)
     return refuse_draw(random, "randint: high - low is more than 2^32", low);
   return attempt_state(random, low, [&](auto& state) { return state.randint(low, high); });
 }
 
 std::int64_t state_choice(mjenv_random* random, std::int64_t count, const double* p) {
-  if (count < 1 || count > kMostOfState) return refuse_draw(random, "choice: count is not 1 to 2^32", std::int64_t{0});
+  if (count < 1 || count > kMaxChoices) return refuse_draw(random, "choice: count is not 1 to 2^32", std::int64_t{0});
   if (const char* why = p ? bad_probabilities(count, p) : nullptr) return refuse_draw(random, why, std::int64_t{0});
   return attempt_state(random, std::int64_t{0}, [&](auto& state) { return state.choice(count, p); });
 }
 
 void state_permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
-  if (count < 0 || count > kMostOfState) {
+  if (count < 0 || count > kMaxChoices) {
     refuse_draw(random, "permutation: count is not 0 to 2^32", 0);
     return;
   }

@@ -74,10 +74,11 @@ void RegisteredTask::take_id(const char* id) {
   };
   if (id_.size() > kMaxId || !is_name(name) || (slash != std::string::npos && !is_name(space)))
     fail(MJENV_E_VALUE,
-         "an id is a name of letters, digits, \"_\", \".\" and \"-\" that begins with neither \".\" nor \"-\", then "
-         "\"-v\" and a number of at most 9 digits, as in \"Cartpole-v0\"; a namespace, which is such a name, and "
-         "\"/\" may stand before it; at most " +
-             std::to_string(kMaxId) + " bytes; not " + quoted(id_));
+         "the id " + quoted(id_) +
+             " is malformed: it must be NAME-vNUMBER or NAMESPACE/NAME-vNUMBER, as \"Cartpole-v0\", of at most " +
+             std::to_string(kMaxId) +
+             " bytes; names consist of letters, digits, \"_\", \".\" and \"-\", and begin with a letter, a digit or "
+             "\"_\"; the number has at most 9 digits");
   version_ = std::stoi(number);
 }
 
@@ -284,10 +285,9 @@ Task RegisteredTask::build(const Options& options) const {
   if (!own_space.low.empty() && !given_.before_step)
     fail(MJENV_E_TASK, id_ + ": build: an action space of the task's own needs the callback before_step");
   task.action = own_space.low.empty() ? ActionBounds{task.model->action_low(), task.model->action_high()} : own_space;
-  const auto is_force = [](const std::string& name) { return name == "qfrc_applied" || name == "xfrc_applied"; };
   const std::vector<std::string>& own = task.needs.own;
-  if (!task.needs.current && (!std::all_of(own.begin(), own.end(), is_force) || task.needs.random_state))
-    fail(MJENV_E_TASK, id_ + ": build: own arrays and RandomState need mjenv_build_current");
+  if (!task.needs.current && (!std::all_of(own.begin(), own.end(), is_applied_force) || task.needs.random_state))
+    fail(MJENV_E_TASK, id_ + ": build: own arrays of mjModel and RandomState need mjenv_build_current");
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();
@@ -302,7 +302,7 @@ Task RegisteredTask::build(const Options& options) const {
   return task;
 }
 
-// Returns how many numbers a goal has. Throws if the observation has not two goals of the same length.
+// Returns how many numbers a goal has. Throws unless the observation has two goals of the same length.
 std::int64_t RegisteredTask::goal_count(const std::vector<Field>& observation) const {
   const std::vector<Field> keys = keys_of(observation);
   const auto length_of = [&](const char* name) {

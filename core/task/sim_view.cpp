@@ -72,9 +72,8 @@ void SimView::need_action(ActionBounds bounds) {
 
 int SimView::need_own(const std::string& array) {
   const OwnArray own = OwnArray::of(work_.compiled(), array);
-  const bool is_force = array == "qfrc_applied" || array == "xfrc_applied";
   const bool is_real = own.original.type == MJENV_DTYPE_FLOAT64 || own.original.type == MJENV_DTYPE_FLOAT32;
-  if ((own.place != OwnArray::Place::model_array && !is_force) || !is_real)
+  if ((own.place != OwnArray::Place::model_array && !is_applied_force(array)) || !is_real)
     fail(MJENV_E_TYPE, "array " + quoted(array) +
                            " is neither an array of mjModel with real numbers nor qfrc_applied nor xfrc_applied");
   if (std::find(needs_.own.begin(), needs_.own.end(), array) != needs_.own.end())

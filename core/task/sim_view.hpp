@@ -28,6 +28,9 @@ struct Needs {
   std::size_t info = 0;             // the number of elements of info or reset info, whichever is longer
 };
 
+// Whether this is an array of mjData that tasks can write (mjenv_build_own).
+inline bool is_applied_force(const std::string& array) { return array == "qfrc_applied" || array == "xfrc_applied"; }
+
 class SimView {
  public:
   SimView(Work& work, int frame_skip, const Needs& needs = {}, std::size_t carry_count = 0);

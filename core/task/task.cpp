@@ -77,20 +77,20 @@ void Calls::set_counts(const Fields& fields, std::int64_t carry_count, std::vect
   bounds_ = std::move(bounds);
 }
 
-std::optional<Calls::Unbounded> Calls::find_unbounded(const void* numbers) const {
+std::optional<Calls::OutOfBounds> Calls::find_out_of_bounds(const void* numbers) const {
   for (const CarryBounds& bounds : bounds_)
     for (std::int64_t i = bounds.first; i < bounds.first + bounds.count; ++i) {
       double value = 0;
       std::memcpy(&value, static_cast<const std::byte*>(numbers) + i * sizeof value, sizeof value);
       const bool is_within = bounds.low <= value && value <= bounds.high;  // false if it is NaN
-      if (!is_within) return Unbounded{i, value, bounds.low, bounds.high};
+      if (!is_within) return OutOfBounds{i, value, bounds.low, bounds.high};
     }
   return std::nullopt;
 }
 
 // Fails if the callback wrote a number outside of its bounds, because an image with that number could not be restored.
 void Calls::check_carried(const char* callback, const double* numbers) const {
-  if (const auto found = find_unbounded(numbers))
+  if (const auto found = find_out_of_bounds(numbers))
     refuse(callback, element_is("carried", static_cast<std::size_t>(found->index), found->value) + ", not " +
                          number(found->low) + " to " + number(found->high));
 }
@@ -143,15 +143,15 @@ void Calls::observe(SimView& view, double* to) const {
 }
 
 void Calls::before_step(SimView& view, const Action& action, const Control& control, Random& random) const {
-  map("before_step", callbacks_.before_step, view, action, control, random);
+  call_control("before_step", callbacks_.before_step, view, action, control, random);
 }
 
 void Calls::before_substep(SimView& view, const Action& action, const Control& control, Random& random) const {
-  map("before_substep", callbacks_.before_substep, view, action, control, random);
+  call_control("before_substep", callbacks_.before_substep, view, action, control, random);
 }
 
-void Calls::map(const char* name, Map* callback, SimView& view, const Action& action, const Control& control,
-                Random& random) const {
+void Calls::call_control(const char* name, ControlCallback* callback, SimView& view, const Action& action,
+                         const Control& control, Random& random) const {
   mjenv_control to{sizeof to,  static_cast<std::int32_t>(control.substep), control.ctrl, view.carried(), &random,
                    control.own};
   const ShownAction shown(view, action);

@@ -39,7 +39,7 @@ struct ResetSimulation {
   const std::function<void()>& take_own;
 };
 
-// What before_step and before_substep write: the part of mjenv_control that does not belong to the row.
+// The members of mjenv_control that the caller of before_step and before_substep provides.
 struct Control {
   std::int64_t substep;
   double *ctrl, *const *own;
@@ -78,7 +78,7 @@ class Calls {
   void set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds);
 
   // Whether all carried numbers of an image are within the task's bounds. The pointer may be misaligned.
-  bool is_valid_carried(const void* numbers) const { return !find_unbounded(numbers); }
+  bool is_valid_carried(const void* numbers) const { return !find_out_of_bounds(numbers); }
 
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
 
@@ -93,7 +93,7 @@ class Calls {
   // Turns the action into ctrl.
   bool has_before_step() const { return callbacks_.before_step != nullptr; }
   bool has_before_substep() const { return callbacks_.before_substep != nullptr; }
-  bool has_maps() const { return has_before_step() || has_before_substep(); }
+  bool has_control() const { return has_before_step() || has_before_substep(); }
   void before_step(SimView& view, const Action& action, const Control& control, Random& random) const;
   void before_substep(SimView& view, const Action& action, const Control& control, Random& random) const;
   // Calls step after the simulation has advanced with this action.
@@ -113,17 +113,17 @@ class Calls {
 
   void destroy(void* self) const;
   // The first of the carried numbers that is out of its bounds.
-  struct Unbounded {
+  struct OutOfBounds {
     std::int64_t index;
     double value, low, high;
   };
-  std::optional<Unbounded> find_unbounded(const void* numbers) const;
+  std::optional<OutOfBounds> find_out_of_bounds(const void* numbers) const;
   void check_carried(const char* callback, const double* numbers) const;
   [[noreturn]] void refuse(const char* callback, const std::string& why) const;
   [[noreturn]] void fail_with(const char* callback, std::int32_t result) const;
-  using Map = std::int32_t(const void*, const mjenv_sim*, mjenv_control*);
-  void map(const char* name, Map* callback, SimView& view, const Action& action, const Control& control,
-           Random& random) const;
+  using ControlCallback = std::int32_t(const void*, const mjenv_sim*, mjenv_control*);
+  void call_control(const char* name, ControlCallback* callback, SimView& view, const Action& action,
+                    const Control& control, Random& random) const;
   template <typename Body>
   void call(const char* name, const Body& body, const Random* random = nullptr) const;
 };

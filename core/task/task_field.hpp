@@ -23,7 +23,7 @@ std::string checked_name(const char* name, const std::string& what);
 // Copies a field, whose lengths may still be -1 (build sets them later). Throws if the field is invalid.
 Field field_of(const mjenv_task_field& given);
 // Replaces the field that has the same role and name, or adds the field if there is none. A reward replaces the earlier
-// reward whatever its name. If the new field has no doc, it keeps the doc of the replaced one.
+// reward whatever its name. If the new field has no doc or group, it keeps that of the replaced one.
 void replace_or_add(std::vector<Field>& fields, Field field);
 // The fields of a role, with their offsets. An observation does not list empty terms.
 std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role);

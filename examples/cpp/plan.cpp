@@ -23,8 +23,8 @@ constexpr double kHorizon = 1.25;  // how far a plan looks ahead, s
 constexpr double kReplan = 0.04;   // how long a plan is played before it is improved, s
 constexpr double kKnot = 0.2;      // time between two knots of the noise, which is interpolated linearly, s
 constexpr double kSpread = 1;      // standard deviation of the noisiest sample, in halves of an actuator's range
-// A sample's weight falls by 1/e for each kGreed of the distance in score between the best sample and number kElite,
-// so about kElite samples count.
+// The weight of a sample falls to 1/e when its score falls by kGreed times the difference between the best score and
+// that of sample number kElite, so samples after number kElite hardly count.
 constexpr std::size_t kElite = 16;
 constexpr double kGreed = 0.1;
 constexpr double kFall = 3;       // subtracted from a sample's score for each step after a fall

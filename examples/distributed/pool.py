@@ -29,7 +29,7 @@ ATTEMPTS = 5  # how often the crew requests a batch before it gives up
 
 @dataclass(frozen=True)
 class Brain:
-    """What the driver sends to all pools: the networks and the normalization of observations."""
+    """The networks and the normalization of observations, which the driver sends to all pools."""
 
     weights: dict[str, Array]
     mean: Array
@@ -69,7 +69,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Report:
-    """Which pool made a batch, where, and how long it took."""
+    """The pool that made a batch, its node, and the time that it took."""
 
     node: str
     host: str

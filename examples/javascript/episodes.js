@@ -16,7 +16,7 @@ class Checksum {
   low = 0x84222325;
 
   word(high, low) {
-    // Times 0x100000001b3, that is 2^40 + 0x1b3.
+    // Multiplies by 0x100000001b3, that is 2^40 + 0x1b3.
     const [h, l] = [(this.high ^ high) >>> 0, (this.low ^ low) >>> 0];
     const product = l * 0x1b3;
     this.low = product >>> 0;

@@ -30,7 +30,7 @@ from torch import Tensor, nn
 from mjenv.policy import Policy, layers_of
 
 WINDOW = 20  # episodes
-SAVES = 10  # how often policy.txt is written, so that a training that is stopped leaves a policy
+SAVES = 10  # policy.txt is written so often, so that a training that is stopped leaves a policy
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Stage:
     options: dict[str, Any]
 
 
-# Many environments, large minibatches and small deviations learn most in the least time on one CPU.
+# On one CPU, many environments, large minibatches and small deviations learn most in a given time.
 WIDE = Settings(
     envs=64, rollout=64, epochs=5, minibatch=1024, rate=1e-3, value_weight=1.3, greatest_gradient=3.5, deviation=0.4
 )
@@ -93,7 +93,7 @@ def make(id: str, envs: int, backend: str, **options: Any) -> Any:
 
 
 def shown(envs: Any, view: bool) -> Any:
-    """A context in which a browser shows the environments, if it is to."""
+    """A context in which a browser shows the environments, if `view` is true."""
     if not view:
         return nullcontext()
     import mjenv
@@ -196,13 +196,13 @@ class Experience:
 
 
 def info_of_step(infos: dict[str, Any], name: str, ended: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """An info of a step in all rows. Where the episode ended, the new one has begun, and final_info has the info."""
+    """An info of a step in all rows. If a row's episode has ended, final_info has it, because a new one has begun."""
     going = infos.get(name, np.zeros(len(ended)))
     return np.where(ended, infos.get("final_info", {}).get(name, going), going)
 
 
 class Rollout:
-    """Plays rollouts in all environments. watched is the mean of the info `watch` in the last one."""
+    """Plays rollouts in all environments. `watched` is the mean of the info `watch` in the last rollout."""
 
     def __init__(
         self, envs: Any, agent: Agent, normalizer: Normalizer, settings: Settings, seed: int, watch: str | None = None

@@ -171,18 +171,18 @@ void activate(mjenv_activation activation, float* y, std::size_t count) {
     each(y, count, [](V x) { return elu(x); });
 }
 
-template <typename Slope>
-inline void each_slope(const float* y, float* d, std::size_t count, const Slope& slope) {
-  for (std::size_t i = 0; i < count; i += kWidth) store(d + i, load(d + i) * slope(load(y + i)));
+template <typename Derivative>
+inline void each_derivative(const float* y, float* d, std::size_t count, const Derivative& derivative) {
+  for (std::size_t i = 0; i < count; i += kWidth) store(d + i, load(d + i) * derivative(load(y + i)));
 }
 
 void derive(mjenv_activation activation, const float* y, float* d, std::size_t count) {
   if (activation == MJENV_ACTIVATION_TANH)
-    each_slope(y, d, count, [](V h) { return 1.0F - h * h; });
+    each_derivative(y, d, count, [](V h) { return 1.0F - h * h; });
   else if (activation == MJENV_ACTIVATION_RELU)
-    each_slope(y, d, count, [](V h) { return h > 0.0F ? splat(1.0F) : V{}; });
+    each_derivative(y, d, count, [](V h) { return h > 0.0F ? splat(1.0F) : V{}; });
   else
-    each_slope(y, d, count, [](V h) { return h > 0.0F ? splat(1.0F) : h + 1.0F; });
+    each_derivative(y, d, count, [](V h) { return h > 0.0F ? splat(1.0F) : h + 1.0F; });
 }
 
 void exp_all(float* x, std::size_t count) {

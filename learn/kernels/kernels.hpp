@@ -1,5 +1,5 @@
-// The arithmetic on whole arrays. Each instruction set has a table of these functions. They give the same bits with
-// each: whatever the width of a vector, an element is computed by the same operations in the same order, and no
+// The arithmetic on whole arrays. Each instruction set has a table of these functions. All tables give the same bits:
+// whatever the width of a vector, an element is computed by the same operations in the same order, and no
 // multiplication is fused with an addition.
 #pragma once
 

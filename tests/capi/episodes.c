@@ -29,7 +29,8 @@ static void test_episodes(void** state) {
   mjenv_env* env = env_of_options(options, 1);
   struct outputs* out = outputs_of(env);
   const size_t nu = (size_t)action_count(env);
-  float action[64];
+  float action[64] = {0};
+  const bool is_sampled = strncmp(want->id, "dm_control/lqr", 14) != 0;  // its motors have no bounds
   uint64_t checksum = 0xcbf29ce484222325u;
   int64_t length = 0;
   double total = 0;
@@ -40,7 +41,7 @@ static void test_episodes(void** state) {
     add_numbers(&checksum, out->obs, out->obs_count);
     add_numbers(&checksum, out->reset_info, out->reset_info_count);
     do {
-      assert_ok(mjenv_sample_actions(env, action, nu));
+      if (is_sampled) assert_ok(mjenv_sample_actions(env, action, nu));
       assert_ok(mjenv_step(env, NULL, action, nu, MJENV_DTYPE_FLOAT32, &out->batch));
       add_numbers(&checksum, out->obs, out->obs_count);
       add_numbers(&checksum, out->reward, 1);

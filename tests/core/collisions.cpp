@@ -1,6 +1,7 @@
 // Lanes find the contacts of two geoms that MuJoCo's functions find, bit for bit, and reject no pair of geoms that touch.
 #include "engine/mujoco.hpp"  // before cmocka's macro fail
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csetjmp>
@@ -72,7 +73,7 @@ class Scene {
         tables_(*model_) {
     const auto numbers = [](int count) { return std::vector<lanes::V>(static_cast<std::size_t>(count)); };
     for (const int count : {3 * m_.ngeom, 9 * m_.ngeom, lanes::Contacts::kCapacity, 3 * lanes::Contacts::kCapacity,
-                            9 * lanes::Contacts::kCapacity})
+                            9 * lanes::Contacts::kCapacity, 3 * m_.ngeom})
       memory_.push_back(numbers(count));
     d_.model = &m_;
     d_.geom_xpos = numbers_of(0);
@@ -83,6 +84,8 @@ class Scene {
     c_.dist = numbers_of(2);
     c_.pos = numbers_of(3);
     c_.frame = numbers_of(4);
+    d_.geom_size = numbers_of(5);
+    for (int i = 0; i < 3 * m_.ngeom; ++i) std::fill_n(d_.geom_size + i * kWidth, kWidth, m_.geom_size[i]);
     may_touch_.resize(tables_.pairs.size());
     assert_true(tables_.lists_pairs);
   }
@@ -102,7 +105,7 @@ class Scene {
       for (int lane = 0; lane < kWidth; ++lane) {
         const bool is_near = spheres[i] >> lane & 1;  // else MuJoCo asks no function
         if (is_near) expected[lane] = contacts_of(lane, pair);
-        counts_.boxes += is_near && expected[lane].empty() && tables_.pairs[i].boxes >= 0;
+        counts_.boxes += is_near && expected[lane].empty() && tables_.pairs[i].box_pair >= 0;
         const bool is_rejected = !(may_touch_[i] >> lane & 1);
         if (is_near && is_box(pair.geom1) && is_box(pair.geom2) && contacts_of(lane, pair, slack_).empty()) {
           ++counts_.true_boxes;
@@ -142,12 +145,17 @@ class Scene {
   void reject(bool with_boxes) {
     std::vector<lanes::GeomPair> pairs = tables_.pairs;
     for (lanes::GeomPair& pair : pairs)
-      if (!with_boxes) pair.boxes = -1;
+      if (!with_boxes) pair.box_pair = -1;
     d_.pairs = pairs.data();
     d_.pair_count = static_cast<int>(pairs.size());
     d_.box_pairs = tables_.box_pairs.data();
     d_.may_touch = may_touch_.data();
     lanes::reject(d_);
+  }
+
+  // The number of a pair, as MuJoCo mixes margins and gaps of its geoms.
+  static double most(const mjtNum* numbers, const lanes::ContactPair& pair) {
+    return std::max(numbers[pair.geom1], numbers[pair.geom2]);
   }
 
   bool is_box(int geom) const { return m_.geom_type[geom] == mjGEOM_BOX; }
@@ -161,7 +169,7 @@ class Scene {
     }
     std::vector<mjContact> found(mjMAXCONPAIR);
     const int count = mjCOLLISIONFUNC[m_.geom_type[pair.geom1]][m_.geom_type[pair.geom2]](
-        &m_, &d, found.data(), pair.geom1, pair.geom2, pair.margin + slack);
+        &m_, &d, found.data(), pair.geom1, pair.geom2, most(m_.geom_margin, pair) + slack);
     found.resize(static_cast<std::size_t>(count));
     return found;
   }
@@ -178,7 +186,7 @@ class Scene {
       std::size_t next = 0;
       std::vector<mjContact> included;  // a contact at its margin makes no constraint
       for (const mjContact& con : expected[lane])
-        if (con.dist < c_.pairs->includemargin) included.push_back(con);
+        if (con.dist < most(m_.geom_margin, *c_.pairs) - most(m_.geom_gap, *c_.pairs)) included.push_back(con);
       const bool is_near = may_touch_[index] >> lane & 1;
       for (int i = 0; i < c_.contact_count; ++i) {
         if (!(c_.contacts[i].rows >> lane & 1)) continue;

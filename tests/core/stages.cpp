@@ -92,7 +92,7 @@ void test_models(void** /*state*/) {
       {with("<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>", "<geom type='mesh' mesh='m'/>", ""),
        "contacts", "lanes; row by row: plane and mesh, where they are near"},
       {with("<option solver='CG'/>", "", ""), "solver", "lanes"},
-      {with("<option noslip_iterations='1'/>", "", ""), "constraints", "row by row: the solver's stage is, too"},
+      {with("<option noslip_iterations='1'/>", "", ""), "constraints", "row by row: the solver is computed row by row"},
       {with("<option solver='PGS' cone='elliptic'/>", "", ""), "solver", "row by row: PGS with elliptic cones"},
       {with("<option noslip_iterations='1'/>", "", ""), "solver", "row by row: noslip"},
       {with("<option jacobian='sparse'/>", "", ""), "solver", "row by row: sparse Jacobians"},

@@ -4,35 +4,26 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-# Before NumPy is imported: its AVX-512 kernels of exp, log1p and arctan2 differ from the C library's in the last bits.
-os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL")
 os.environ.setdefault("MUJOCO_GL", "egl")
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "models"))  # compiled_model.py
+sys.path.insert(0, str(Path(__file__).parent.parent / "golden"))
 
-import mujoco
+# original_suite sets what NumPy reads when it is imported.
+from original_suite import ABSENT, TASKS, flat
+
+# isort: split
 import numpy as np
 import pytest
-from dm_control.mujoco.wrapper.mjbindings import sizes
 
-if mujoco.__version__.startswith("4."):
-    # dm_control lists arrays that MuJoCo 4.0 no longer has. Without their names it runs.
-    model = mujoco.MjModel.from_xml_string("<mujoco/>")
-    for struct, made in (("mjmodel", model), ("mjdata", mujoco.MjData(model))):
-        for name in [name for name in sizes.array_sizes[struct] if not hasattr(made, name)]:
-            del sizes.array_sizes[struct][name]
+__all__ = ["ABSENT", "TASKS", "actions", "flat"]
 
-from dm_control import suite
-
-# dog has meshes, and escape a terrain that SciPy makes.
-ABSENT = {("dog", task) for task in suite.TASKS_BY_DOMAIN["dog"]} | {("quadruped", "escape")}
-TASKS = [task for task in suite.ALL_TASKS if task not in ABSENT]
 # Of each kind of what is drawn: lines, tendons, height fields, targets that move, and many lights.
-DRAWN = {"cartpole-swingup", "point_mass-easy", "quadruped-fetch", "reacher-hard", "humanoid_CMU-stand"}
+DRAWN = {"cartpole-swingup", "point_mass-easy", "quadruped-escape", "reacher-hard", "humanoid_CMU-stand"}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -54,10 +45,6 @@ def seeds(request: pytest.FixtureRequest) -> int:
 @pytest.fixture
 def steps(request: pytest.FixtureRequest) -> int:
     return 1000 if request.config.getoption("--long") else 40
-
-
-def flat(observation: Mapping[str, Any]) -> np.ndarray:
-    return np.concatenate([np.ravel(value) for value in observation.values()])
 
 
 def actions(env: Any, seed: int) -> Callable[[], np.ndarray]:

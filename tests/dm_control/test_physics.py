@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import inspect
+import pickle
+import sys
+from collections.abc import Callable
 from typing import Any
 
 import dm_env
+import mujoco
 import numpy as np
 import pytest
 from dm_control import suite as theirs
@@ -14,6 +20,7 @@ from dm_control.suite.wrappers import action_noise, action_scale
 from test_suite import assert_same_episodes, assert_same_step
 
 import mjenv
+from conftest import TASKS as ALL
 from conftest import actions
 from mjenv.dm_control import suite as ours
 
@@ -84,6 +91,11 @@ def test_named(task: tuple[str, str]) -> None:
 def test_names_of_objects() -> None:
     envs = pair(("quadruped", "fetch"), steps=0)
     got, want = (env.physics.model for env in envs)
+    assert got.name == want.name == "quadruped"
+    assert got.name2id("torso", mujoco.mjtObj.mjOBJ_BODY) == want.name2id("torso", mujoco.mjtObj.mjOBJ_BODY)
+    assert got.name2id("self", mujoco.mjtObj.mjOBJ_MATERIAL) == want.name2id("self", mujoco.mjtObj.mjOBJ_MATERIAL)
+    with pytest.raises(KeyError, match="no objects of type 77"):
+        got.name2id("torso", 77)
     for kind in ("body", "joint", "geom", "site", "camera", "material", "tendon", "actuator", "sensor"):
         for index in range({"body": want.nbody, "camera": want.ncam}.get(kind, 3)):
             name = want.id2name(index, kind)
@@ -162,6 +174,53 @@ def test_random_state(task: tuple[str, str]) -> None:
         assert randoms[0].randn() == randoms[1].randn()
 
 
+@pytest.mark.parametrize(
+    "copied", [lambda physics: physics.copy(), copy.deepcopy, lambda p: pickle.loads(pickle.dumps(p))]
+)
+def test_copies(copied: Callable[[Any], Any]) -> None:
+    """A copy of the physics goes on by itself, and has the model's written values."""
+    envs = pair(("cheetah", "run"))
+    copies = []
+    for env in envs:
+        env.physics.named.model.dof_damping["bthigh"] = 30
+        env.physics.after_reset()
+        copies.append(copied(env.physics))
+        for _ in range(3):
+            copies[-1].set_control(np.ones(6))
+            copies[-1].step(2)
+        assert copies[-1].time() > env.physics.time()
+    np.testing.assert_array_equal(copies[0].state(), copies[1].state())
+    assert_same_step(*(env.step(np.zeros(6)) for env in envs))
+
+
+@pytest.mark.parametrize("domain", sorted({domain for domain, _ in ALL}))
+def test_methods_of_the_domain(domain: str) -> None:
+    """What dm_control adds to the physics of a domain: torso_upright() of walker, for example."""
+    task = next(task for name, task in ALL if name == domain)
+    envs = pair((domain, task))
+    called = 0
+    for name, method in vars(type(envs[1].physics)).items():
+        if name.startswith("_") or len(inspect.signature(method).parameters) > 1:
+            continue
+        try:
+            want = method(envs[1].physics)
+        except (KeyError, IndexError):  # of an object that only other tasks of the domain have
+            continue
+        np.testing.assert_array_equal(getattr(envs[0].physics, name)(), want, name)
+        called += 1
+    assert called > 0 or domain in ("stacker", "manipulator")
+
+
+def test_absent_methods(monkeypatch: pytest.MonkeyPatch) -> None:
+    physics = ours.load("cheetah", "run").physics
+    for name in ("contexts", "reload_from_xml_string", "jump"):
+        with pytest.raises(AttributeError, match=f"physics has no '{name}'; docs/from-dm_control.md lists"):
+            getattr(physics, name)
+    monkeypatch.setitem(sys.modules, "dm_control.suite.cheetah", None)
+    with pytest.raises(AttributeError, match=r"physics has no 'speed'.*pip install dm_control"):
+        physics.speed()
+
+
 def test_random_of_the_task() -> None:
     envs = pair(("cartpole", "balance"))
     for _ in range(3):
@@ -228,6 +287,53 @@ def test_full_contact_buffer() -> None:
     assert raised[ours] == raised[theirs]
     full = "Physics state is invalid. Warning(s) raised: mjWARN_CONTACTFULL"
     assert raised[ours] == [*[""] * 3, *[full] * 3]
+
+
+def message_of(call: Callable[[], Any]) -> str:
+    """What PhysicsError says; "" if nothing is raised."""
+    try:
+        call()
+    except PhysicsError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("task", [("humanoid_CMU", "stand"), ("cheetah", "run"), ("acrobot", "swingup")], ids="-".join)
+def test_errors_in_the_middle_of_steps(task: tuple[str, str]) -> None:
+    """States from which MuJoCo warns in some timesteps of a step, and then often no longer, because it has pushed
+    bodies apart or has begun again: errors, and the states after them, are equal."""
+    envs = [suite.load(*task, {"random": 1}) for suite in (ours, theirs)]
+    most = int(envs[1].physics.model.nconmax)
+    random = np.random.RandomState(1)
+    early = set()
+    for _ in range(40):
+        qpos = random.uniform(-3, 3, envs[1].physics.model.nq)
+        qvel = random.uniform(-1, 1, envs[1].physics.model.nv) * 10.0 ** random.uniform(0, 9)
+        said = []
+        for env in envs:
+            env.reset()
+            with env.physics.suppress_physics_errors(), env.physics.reset_context():
+                env.physics.data.qpos[:] = qpos
+                env.physics.data.qvel[:] = qvel
+            said.append([message_of(lambda env=env: env.step(np.zeros(env.action_spec().shape))) for _ in range(2)])
+        assert said[0] == said[1]
+        np.testing.assert_array_equal(envs[0].physics.state(), envs[1].physics.state())
+        if envs[1].physics.data.ncon < most:
+            early |= {*said[1]}
+    wanted = {("humanoid_CMU", "stand"): "CONTACTFULL"}.get(task, "BADQ")
+    assert any(wanted in message for message in early)
+
+
+def test_suppressed_errors(caplog: pytest.LogCaptureFixture) -> None:
+    """Inside suppress_physics_errors, an environment goes on as dm_control's does: with motors at rest, for example,
+    if an action is not finite."""
+    envs = pair(("cheetah", "run"))
+    for env in envs:
+        with env.physics.suppress_physics_errors():
+            env.step(np.full(6, np.nan))
+    assert "mjWARN_BADCTRL" in caplog.text
+    np.testing.assert_array_equal(envs[0].physics.state(), envs[1].physics.state())
+    assert_same_step(*(env.step(np.ones(6)) for env in envs))
 
 
 def test_errors() -> None:

@@ -9,7 +9,8 @@ from dm_control import suite
 import mjenv
 from conftest import actions, flat
 
-# Of each kind: a reset that simulates, begins again or draws until nothing touches; written arrays; free joints; RK4.
+# Of each kind: a reset that simulates, begins again or draws until nothing touches; written arrays; a terrain of the
+# row's own; free joints; RK4.
 TASKS = [
     "cartpole-swingup",
     "cheetah-run",
@@ -18,6 +19,7 @@ TASKS = [
     "lqr-lqr_6_2",
     "point_mass-hard",
     "quadruped-walk",
+    "quadruped-escape",
 ]
 SEEDS = [1, 2, 3]
 

@@ -144,8 +144,58 @@ def test_errors() -> None:
     both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", None, {"control_timestep": 0.001}))
     both_refuse(ValueError, lambda suite: suite.load("cartpole", "swingup", None, {"control_timestep": 0.015}))
     both_refuse(ValueError, lambda suite: suite.load("walker", "run", None, {"n_sub_steps": 2}))
-    with pytest.raises(TypeError, match="unexpected keyword argument 'fully_observed'"):
+    with pytest.raises(
+        TypeError, match="unexpected keyword argument 'fully_observed'; it takes fully_observable, random"
+    ):
         ours.load("stacker", "stack_2", {"fully_observed": True})
+    # Keywords of other tasks, and of the environment in the place of the task's.
+    for task_kwargs, environment_kwargs in (
+        ({"sparse": True}, None),
+        ({"num_poles": 3}, None),
+        ({"flat_observation": True}, None),
+        (None, {"time_limit": 3}),
+        (1, None),
+        (None, ["flat_observation"]),
+    ):
+        for suite in (ours, theirs):
+            with pytest.raises((TypeError, ValueError)):
+                suite.load("cartpole", "swingup", task_kwargs, environment_kwargs)
+    with pytest.raises(TypeError, match="task_kwargs is a mapping of keywords, or None, not 1"):
+        ours.load("cartpole", "swingup", 1)
+    with pytest.raises(TypeError, match="'time_limit'; it takes control_timestep, flat_observation, n_sub_steps here"):
+        ours.load("cartpole", "swingup", None, {"time_limit": 3})
+    with pytest.raises(AttributeError, match=r"task has no 'get_reward': the library computes rewards"):
+        ours.load("cartpole", "swingup").task.get_reward(None)
+
+
+@pytest.mark.parametrize("seed", [[1, 2], np.arange(3), np.int64(5), True])
+def test_seeds(seed: Any) -> None:
+    """Whatever RandomState takes."""
+    got, want = (suite.load("cartpole", "swingup", {"random": seed}) for suite in (ours, theirs))
+    for _ in range(2):
+        assert_same_step(got.reset(), want.reset())
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_observation_of_the_task(flat: bool) -> None:
+    """task.get_observation, as programs that write a state and look at it use it, also of a copy of the physics."""
+    envs = [
+        suite.load("walker", "walk", {"random": 2}, {"flat_observation": flat} if flat else None)
+        for suite in (ours, theirs)
+    ]
+    states = []
+    for env in envs:
+        env.reset()
+        copy = env.physics.copy()
+        with env.physics.reset_context():
+            env.physics.data.qpos[:] = 0.1
+        states.append([env.task.get_observation(physics) for physics in (env.physics, copy)])
+        assert env.task.action_spec(env.physics) == env.action_spec()
+    for got, want in zip(*states, strict=True):
+        assert [*got] == [*want]
+        for name, value in want.items():
+            assert_same_types(got[name], value)
+            np.testing.assert_array_equal(got[name], value, name)
 
 
 def test_errors_without_dm_control(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,9 @@ ROOT = Path(__file__).resolve().parents[2]
 LINK = re.compile(r"\]\((?![a-z]+:|#)([^)\s#]+)")
 CODE = re.compile(r"^```.*?^```$|`[^`\n]*`", re.MULTILINE | re.DOTALL)
 # Pages that only the site has, which the text says beside the link.
-OF_THE_SITE = ("docs/reference/c.md", "docs/reference/julia.md", "docs/environments/index.md")
+OF_THE_SITE = tuple(
+    f"docs/{page}.md" for page in ("reference/c", "reference/learn", "reference/julia", "environments/index")
+)
 
 
 def documents() -> list[str]:

@@ -641,7 +641,7 @@ static void test_bad_policies(void** state) {
       {"id Some-v0", "od Some-v0", "line 2"},
       {"mean 1 2", "mean 1 x", "line 3 has \"x\""},
       {"mean 1 2", "mean 1 inf", "line 3 has \"inf\""},
-      {"mean 1 2", "mean 1 2 3", "layer 1 has 2 inputs, but 3 numbers"},
+      {"mean 1 2", "mean 1 2 3", "layer 1 has 2 inputs, but mean has 3 elements"},
       {"mean 1 2", "maen 1 2", "line 3 begins with \"maen\""},
       {"scale 2 0.5", "scale 2 0", "scale is not greater than 0"},
       {"scale 2 0.5", "scale 2", "different lengths"},
@@ -653,7 +653,7 @@ static void test_bad_policies(void** state) {
       {"layer 2 2 tanh", "layer 99999999999 2 tanh", "line 8 has"},
       {"layer 2 2 tanh", "layer 1 2 tanh", "line 9 has 2 numbers, not 1"},
       {"layer 2 2 tanh\n", "", "belongs to no layer"},
-      {"weights 0.25 2\n", "", "1 lines of weights instead of 2"},
+      {"weights 0.25 2\n", "", "layer 1 has 1 of 2 lines \"weights\""},
       {"weights 0.25 2", "weights 0.25 2 1", "3 numbers, not 2"},
       {"weights 2 -1\n", "weights 2 -1\nweights 2 -1\n", "one line \"weights\" too many"},
       {"bias 0.125", "bias 0.125\nbias 0.125", "repeats"},
@@ -700,7 +700,7 @@ static void test_handles(void** state) {
   ok(mjenv_learner_train(learner, 0));
   refused(MJENV_E_VALUE, mjenv_learner_policy(learner, 3, NULL, 0, &size), "which is 3");
   char little[4];
-  refused(MJENV_E_SIZE, mjenv_learner_policy(learner, MJENV_LEARNED_LAST, little, 4, &size), "room for 4");
+  refused(MJENV_E_SIZE, mjenv_learner_policy(learner, MJENV_LEARNED_LAST, little, 4, &size), "capacity is 4");
   refused(MJENV_E_ARGUMENT, mjenv_learner_save(learner, NULL), "path is NULL");
   mjenv_learner_destroy(learner);
   mjenv_learner_destroy(learner);

@@ -481,14 +481,14 @@ void test_advantages(void**) {
   Rollout rollout(kSteps, kRows, 4, 1, kRowBlock);
   rollout.rewards = randoms(kSteps * kRows, 1, random);
   rollout.values = randoms((kSteps + 1) * kRows, 1, random);
-  for (float& going : rollout.going_on) going = random.uniform() < 0.9 ? 1.0F : 0.0F;
+  for (float& going : rollout.continues) going = random.uniform() < 0.9 ? 1.0F : 0.0F;
   rollout.estimate_advantages(kGamma, kLambda);
   for (std::size_t row = 0; row < kRows; ++row)
     for (std::size_t t = 0; t < kSteps; ++t) {  // the sum of the discounted errors until the episode ends
       double sum = 0, factor = 1;
       for (std::size_t k = t; k < kSteps; ++k) {
         const std::size_t at = k * kRows + row;
-        const double going = rollout.going_on[at];
+        const double going = rollout.continues[at];
         sum += factor * (rollout.rewards[at] + kGamma * going * rollout.values[at + kRows] - rollout.values[at]);
         if (going == 0) break;
         factor *= kGamma * kLambda;

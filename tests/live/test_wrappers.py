@@ -322,8 +322,8 @@ def test_zeros_at_bounds(actuators: int, dtype: Any) -> None:
     ("options", "error", "match"),
     [
         ({"history": -1}, mjenv.InvalidValueError, "history"),
-        ({"history": "qpos"}, mjenv.InvalidValueError, 'history": "qpos" is not the name of a term'),
-        ({"history": "qpos=0"}, mjenv.InvalidValueError, '"qpos=0" is not the name of a term'),
+        ({"history": "qpos"}, mjenv.InvalidValueError, 'history": "qpos" is not TERM=COUNT'),
+        ({"history": "qpos=0"}, mjenv.InvalidValueError, '"qpos=0" is not TERM=COUNT'),
         ({"history": "qpos=99999999999"}, mjenv.InvalidValueError, '"qpos=99999999999" is not'),
         ({"history": "qpos=2 qpos=3"}, mjenv.InvalidValueError, '"qpos" is named twice'),
         ({"history": "speed=2"}, mjenv.UnknownNameError, 'no term "speed"; it has qpos, qvel'),

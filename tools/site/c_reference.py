@@ -1,6 +1,6 @@
-"""The reference of the C interface as a page, made from the comments of capi/include/mjenv/mjenv.h.
+"""The reference of the C interface as pages, made from the comments of mjenv/mjenv.h and mjenv/learn.h.
 
-Anything in the header that this does not understand raises ValueError, so nothing is left out.
+Anything in a header that this does not understand raises ValueError, so nothing is left out.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _PIECE = re.compile(
     r"|typedef struct (?P<opaque>\w+) \w+;(?: *" + _COMMENT.format("opaque_doc") + r")?"
     r"|typedef int32_t (?P<enum>\w+);\s*enum (?P=enum)_value \{(?P<values>.*?)\};"
     r"|typedef struct (?P<struct>\w+) \{(?P<fields>.*?)\} \w+;"
-    r"|MJENV_API (?P<function>[^;]*);)",
+    r"|MJENV_(?:LEARN_)?API (?P<function>[^;]*);)",
     re.DOTALL,
 )
 _ENUMERATOR = re.compile(r"(?:/\*([^/]*?)\*/\s*)?\b(\w+) = (-?\d+),?(?: */\*(.*?)\*/)?", re.DOTALL)
@@ -34,12 +34,13 @@ _CODE = re.compile(r"\*?_?\w*(?:\[[\w *]*\])+|\*_\w+|\b[a-z]+_\w+\b|\bMJENV_\w+|
 class Page:
     """Collects the page; knows what its names lead to."""
 
-    def __init__(self, api: header.Header) -> None:
-        self.anchors = {value: enum.name for enum in api.enums for value, _ in enum.values}
-        for named in (*api.enums, *api.structs, *api.functions):
-            self.anchors[named.name] = named.name
-        self.anchors |= {name: name for name in api.opaques}
-        self.statuses = {name.removeprefix("MJENV_E_") for name in self.anchors if name.startswith("MJENV_E_")}
+    def __init__(self, api: header.Header, included: header.Header | None = None, included_page: str = "") -> None:
+        """included: what the header includes, which is described on another page."""
+        outside = set(_anchors(included)) if included else set()
+        anchors = _anchors(api)
+        self.described = {anchor for name, anchor in anchors.items() if name not in outside}
+        self.links = {name: f"{included_page if name in outside else ''}#{anchor}" for name, anchor in anchors.items()}
+        self.statuses = {name.removeprefix("MJENV_E_") for name in anchors if name.startswith("MJENV_E_")}
         self.lines: list[str] = []
 
     def add(self, *lines: str) -> None:
@@ -55,8 +56,8 @@ class Page:
     def _linked(self, prose: str) -> str:
         def code(match: re.Match[str]) -> str:
             word = match[0]
-            anchor = self.anchors.get(word.removesuffix("()"))
-            return f"[`{word}`](#{anchor})" if anchor else f"`{word}`"
+            link = self.links.get(word.removesuffix("()"))
+            return f"[`{word}`]({link})" if link else f"`{word}`"
 
         pieces, end = [], 0
         for match in _CODE.finditer(prose):
@@ -69,7 +70,8 @@ class Page:
         pieces = re.split(r"\b([A-Z][A-Z_]{3,})\b", listed)
         if unknown := set(pieces[1::2]) - self.statuses:
             raise ValueError(f"no such status: {unknown}, in: {listed}")
-        links = (f"[{word}](#mjenv_status)" if index % 2 else self._linked(word) for index, word in enumerate(pieces))
+        status = self.links["mjenv_status"]
+        links = (f"[{word}]({status})" if index % 2 else self._linked(word) for index, word in enumerate(pieces))
         return "".join(links)
 
     def table(self, names: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
@@ -84,10 +86,29 @@ def _escaped(text: str) -> str:
     return re.sub(r"([*_\[\]`])", r"\\\1", text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"))
 
 
+def _anchors(api: header.Header) -> dict[str, str]:
+    """For each name of a header, that of the declaration which describes it."""
+    anchors = {value: enum.name for enum in api.enums for value, _ in enum.values}
+    anchors |= {named.name: named.name for named in (*api.enums, *api.structs, *api.functions)}
+    return anchors | {name: name for name in api.opaques}
+
+
 def page() -> str:
+    """The page of mjenv.h."""
     made = Page(header.parse())
     made.add("# The C interface", "", "All of `mjenv/mjenv.h`, made from its comments.")
-    introduction, *pieces = _pieces(header.PATH.read_text())
+    return _filled(made, header.PATH)
+
+
+def learn_page(mjenv_page: str) -> str:
+    """The page of learn.h. mjenv_page: the address of the page of mjenv.h, from this one."""
+    made = Page(header.parse(header.PATH, header.LEARN), header.parse(), mjenv_page)
+    made.add("# The C interface of the learner", "", "All of `mjenv/learn.h`, made from its comments.")
+    return _filled(made, header.LEARN)
+
+
+def _filled(made: Page, path: Path) -> str:
+    introduction, *pieces = _pieces(path.read_text())
     _introduce(made, introduction["comment"])
     about: str | None = None
     for piece in pieces:
@@ -98,7 +119,7 @@ def page() -> str:
             made.add(f"## {section[1]}", "", made.text(section[2]))
         else:
             about = piece["comment"]
-    missing = {name for name in made.anchors.values() if f"### `{name}`" not in made.lines}
+    missing = {name for name in made.described if f"### `{name}`" not in made.lines}
     if missing:
         raise ValueError(f"not in the reference: {missing}")
     return "\n".join(made.lines)
@@ -107,10 +128,11 @@ def page() -> str:
 def _pieces(text: str) -> Iterator[re.Match[str]]:
     """Comments and declarations, without the header's guards and its extern "C"."""
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.DOTALL)
-    text = re.sub(r"/\* MJENV_API marks .*?\n#endif\n", "", text, flags=re.DOTALL)
+    text = re.sub(r"(?:/\* MJENV_API marks [^/]*\*/\n)?#if !defined\(_WIN32\).*?\n#endif\n", "", text, flags=re.DOTALL)
     text = re.sub(r"/\* Not a number.*?\n#endif\n", "", text, flags=re.DOTALL)
+    text = re.sub(r"/\* clang-format (?:off|on) \*/\n", "", text)
     text = re.sub(r"^#define \w+_INIT\b(?:.*\\\n)*.*\n", "", text, flags=re.MULTILINE)
-    text = re.sub(r"^#(?:ifndef|include|endif).*\n|^#define MJENV_MJENV_H\n", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^#(?:ifndef|include|endif).*\n|^#define MJENV_\w+_H\n", "", text, flags=re.MULTILINE)
     position = 0
     while text[position:].strip():
         piece = _PIECE.match(text, position)

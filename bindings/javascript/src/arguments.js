@@ -1,5 +1,5 @@
-// What callers pass, checked and copied. A caller may pass views of the library's memory, such as `env.terminated`. They
-// become empty when that memory grows, which each allocation in it can do: so callers' arrays are copied before any.
+// Checks and copies what callers pass. A caller may pass views of the library's memory, such as `env.terminated`. These
+// become empty when that memory grows, as any allocation in it may cause. So callers' arrays are copied first.
 
 import { MjenvError } from "./errors.js";
 

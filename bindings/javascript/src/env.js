@@ -22,7 +22,7 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
 /** @typedef {import("./library.js").Scratch} Scratch */
 /** @typedef {import("./options.js").OptionValue} OptionValue */
 /** @typedef {number | bigint} Seed an integer from 0 on, of any size */
-/** @typedef {ArrayLike<number | boolean>} Mask one element for each row: whether the call is about it */
+/** @typedef {ArrayLike<number | boolean>} Mask one element for each row: whether the call is for it */
 /** @typedef {Seed | readonly (Seed | null)[]} Seeds row i gets seed + i; an array has one for each row, or null */
 /** @typedef {{ numEnvs?: number; seed?: Seeds; [option: string]: unknown }} Settings */
 /** @typedef {Lowercase<keyof typeof Role>} RoleName */
@@ -41,22 +41,22 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  */
 
 /**
- * What a reset draws for an array of the model.
+ * A draw of resets for an array of the model.
  *
  * @typedef {object} Randomization
  * @property {string} array the array's name in MuJoCo: "geom_friction"
  * @property {Lowercase<keyof typeof Distribution>} [distribution] "uniform" if left out
  * @property {readonly number[]} [parameters] of the distribution, in the order that mjenv.h gives
- * @property {Lowercase<keyof typeof Effect>} [effect] what becomes of the drawn value; "value" if left out
+ * @property {Lowercase<keyof typeof Effect>} [effect] how the draw gives the new value; "value" if left out
  * @property {readonly number[]} [elements] which elements of the array; all if left out
  * @property {boolean} [shared] one draw for all elements
- * @property {boolean} [constants] MuJoCo then computes the model's constants anew
- * @property {boolean} [repeats] draws nothing, but takes what the item before takes; parameters may be left out
+ * @property {boolean} [constants] whether mj_setConst is called after the draws
+ * @property {boolean} [repeats] takes the draws of the item before and draws nothing; needs no parameters
  * @property {number} [factor] each draw is multiplied by it; 1 if left out
  */
 
 /**
- * A push of a body now and then: a force, or a kick.
+ * Pushes of a body at random times: a force, or a kick.
  *
  * @typedef {object} Push
  * @property {number} body the index of a body
@@ -79,13 +79,13 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  * @property {number | readonly number[]} [actionDelay] steps; or the least and the most, from which resets draw it
  * @property {number | readonly number[]} [observationDelay] steps, or the least and the most
  * @property {boolean} [redrawDelays] such delays are drawn anew for each step
- * @property {number | readonly number[]} [firstAction] what reaches the task until the first delayed action does
+ * @property {number | readonly number[]} [firstAction] what the task gets until the first delayed action arrives
  * @property {readonly Push[]} [pushes]
  */
 
 /** @typedef {Float64ArrayConstructor | Float32ArrayConstructor | Uint8ArrayConstructor | Int32ArrayConstructor} View */
 
-// `using`, and what compilers make of it for older engines, needs the symbol, which some browsers lack.
+// `using` needs this symbol, also as compilers translate it for older engines, but some browsers lack it.
 if (!Symbol.dispose) Object.defineProperty(Symbol, "dispose", { value: Symbol.for("Symbol.dispose") });
 
 /** Instead of a row's number: all rows. */
@@ -126,7 +126,7 @@ const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
 export class Env {
   #library;
   #handle = 0;
-  /** All memory of the environment on this side: the batch, and the arrays that it names. */
+  /** The memory of the batch and of the arrays to which it points. */
   #block = 0;
   #actions = 0;
   #mask = 0;
@@ -275,10 +275,10 @@ export class Env {
     };
   }
 
-  // ---- What the last call has written ----
+  // ---- The outputs of the last call ----
 
   /**
-   * What `make` gives for a name, made anew only when the memory has grown.
+   * The result of `make` for a name, which is cached until the memory grows.
    *
    * @template T
    * @param {string} name

@@ -10,7 +10,7 @@ import { fileURLToPath } from "node:url";
 
 import { root } from "./support.js";
 
-const pages = ["README.md", "bindings/javascript/README.md", "docs/from-dm_control.md", "docs/start/javascript.md"];
+const pages = ["bindings/javascript/README.md", "docs/from-dm_control.md", "docs/start/javascript.md"];
 const folder = mkdtempSync(join(tmpdir(), "mjenv-"));
 mkdirSync(join(folder, "node_modules"));
 symlinkSync(fileURLToPath(new URL("build/javascript/package", root)), join(folder, "node_modules/mjenv"));

@@ -10,7 +10,7 @@ write into them, so that these calls need not allocate. The fields are:
 - `reward`: a `Vector{Float64}`; 0 after a reset
 - `terminated`, `truncated`: two `Vector{Bool}`; false after a reset
 - `status`: a `Vector{MJEnv.Status}`: `MJENV_DIVERGED` for a row whose state diverged so that MuJoCo restarted it,
-  `MJENV_E_PHYSICS` for a row in which MuJoCo failed and which kept its state, otherwise `MJENV_OK`
+  `MJENV_E_PHYSICS` for a row in which MuJoCo failed and which kept its state, `MJENV_OK` for other rows
 - `was_reset`: a `Vector{Bool}`, true where the last call began an episode (see the option `autoreset_mode`)
 - `final_obs`: the last observation of the episode that a step ended and reset. It has the size of `obs` if the option
   `autoreset_mode` is `:same_step`, and no columns otherwise. A step writes the columns of the rows that it resets.
@@ -122,7 +122,7 @@ end
 @noinline refuse_size(env, name, given, needed) =
     throw(DimensionMismatch("$name of the batch has size $given; this $env needs $needed"))
 
-# Notes after a call what it wrote. A failure of MuJoCo in some rows has written the others.
+# Records what a call has written. If MuJoCo failed in some rows, the others were written.
 @inline function note!(batch, env, status, fields, action_type)
     status == MJENV_OK || status == MJENV_E_PHYSICS || return
     batch.fields = fields
@@ -135,7 +135,7 @@ end
     return
 end
 
-# What callers may give as an action.
+# The types of actions that callers may pass.
 const Action = Union{AbstractVecOrMat{<:Real},Tuple{Real,Vararg{Real}}}
 
 """
@@ -268,7 +268,7 @@ end
 
 Returns the info of the last reset or step that wrote into the batch, or of the last `reset!(env)` or
 `step!(env, action)`. It is a NamedTuple with Gymnasium's keys in Gymnasium's order. For one row a value is an array, or
-a number of the type that Gymnasium gives it; for many rows it is an array whose last dimension are the rows.
+a number of the type that Gymnasium gives it; for many rows it is an array whose last dimension is the row.
 """
 info(batch::Batch) = named(batch, batch.fields, batch.values)
 
@@ -311,7 +311,7 @@ function groups(batch::Batch)
     return NamedTuple{names}(Tuple(view(batch.obs, field.range, :) for field in batch.group_fields))
 end
 
-# For many rows, the last dimension are the rows.
+# For many rows, the last dimension is the row.
 function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64})
     columns = length(batch.reward)
     return named(batch, fields, values, columns == 1 ? () : (columns,))

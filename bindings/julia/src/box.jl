@@ -6,8 +6,8 @@ import Random: seed!
 """
     MJEnv.Box(low, high)
 
-The set of all vectors between two bounds, both included, as Gymnasium's space of that name. `low, high = box` takes it
-apart. `point in box` tests a vector; `rand(box)` draws one where the bounds are finite. Boxes with equal bounds are equal.
+The set of all vectors between two bounds, both included, like Gymnasium's space of that name. `low, high = box` returns
+the bounds. `point in box` tests a vector; `rand(box)` draws one if the bounds are finite. Boxes with equal bounds are equal.
 """
 struct Box{T<:AbstractFloat}
     low::Vector{T}

@@ -575,7 +575,6 @@ const FUNCTIONS = (
     :mjenv_field_count,
     :mjenv_field_at,
     :mjenv_seed,
-    :mjenv_compute_reward,
     :mjenv_get_stream,
     :mjenv_set_stream,
     :mjenv_seed_actions,
@@ -586,6 +585,7 @@ const FUNCTIONS = (
     :mjenv_recv,
     :mjenv_rollout,
     :mjenv_observe,
+    :mjenv_compute_reward,
     :mjenv_read,
     :mjenv_object_count,
     :mjenv_object_index,
@@ -841,20 +841,8 @@ mjenv_seed(env, mask, seeds, words) = ccall(
     words,
 )
 
-mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
-    address(env, 29),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
-    env,
-    achieved,
-    desired,
-    count,
-    rewards,
-    reward_count,
-)
-
 mjenv_get_stream(env, row, words, count) = ccall(
-    address(env, 30),
+    address(env, 29),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
     env,
@@ -864,7 +852,7 @@ mjenv_get_stream(env, row, words, count) = ccall(
 )
 
 mjenv_set_stream(env, row, words, count) = ccall(
-    address(env, 31),
+    address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
     env,
@@ -874,7 +862,7 @@ mjenv_set_stream(env, row, words, count) = ccall(
 )
 
 mjenv_seed_actions(env, seed) = ccall(
-    address(env, 32),
+    address(env, 31),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -882,7 +870,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 33),
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Int64),
     env,
@@ -891,7 +879,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 34),
+    address(env, 33),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -900,7 +888,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 35),
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -912,7 +900,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 36),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
     env,
@@ -924,7 +912,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 37),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
     env,
@@ -937,7 +925,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 38),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -949,11 +937,23 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 39),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
     out,
+)
+
+mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
+    address(env, 39),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
+    env,
+    achieved,
+    desired,
+    count,
+    rewards,
+    reward_count,
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(

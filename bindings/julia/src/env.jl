@@ -101,9 +101,8 @@ end
 """
     lanes(env)
 
-How many rows each thread steps together, in the lanes of the CPU's vector unit, and why rows are stepped alone: `(count,
-reason)`. `count` is 0 if each row is stepped alone; `reason` is `""` if none is. The answer may change when rows get
-values of their own.
+Returns `(count, reason)`: how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are
+stepped one by one. `count` is 0 if all are stepped one by one; `reason` is `""` if none is.
 """
 function lanes(env::Env)
     return inside(env) do handle

@@ -1,4 +1,4 @@
-# What the interfaces of other packages need, and how their extensions are loaded.
+# Functions for the interfaces of other packages, and the code that loads their extensions.
 
 # An environment of one row together with its outputs. Other packages call this an environment.
 mutable struct Episode
@@ -29,7 +29,7 @@ actions(episode::Episode) = action_space(episode.env)
 # These interfaces do not distinguish truncation from termination. In both cases the episode is over.
 ended(episode::Episode) = episode.batch.terminated[1] || episode.batch.truncated[1]
 
-# The image decides what follows; the rest are outputs that it does not contain.
+# The image has the state of the row; the other fields are outputs that the image does not contain.
 function state(episode::Episode)
     batch = episode.batch
     return (

@@ -42,7 +42,7 @@ end
 
 const ACTIVATIONS = (tanh = MJENV_ACTIVATION_TANH, relu = MJENV_ACTIVATION_RELU, elu = MJENV_ACTIVATION_ELU)
 const LEARN_FLAGS = (:normalize_obs, :normalize_reward, :normalize_advantage, :scale_actions)
-# Those that a learner takes from its environment or as keywords of their own, and counts of arrays.
+# Settings that a learner takes from its environment or from other keywords, and counts of arrays.
 const NO_SETTINGS = (:struct_size, :id, :hidden_count, :obs_count, :seed, :threads, :instructions)
 
 """
@@ -171,8 +171,8 @@ end
 """
     MJEnv.train!(learner, steps)
 
-Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If it
-throws, also for Ctrl-C, the learner is as after its last update. Returns `learner`.
+Plays whole rollouts, each with its update, until at least `steps` more steps of all rows together are done. If it throws,
+also because of Ctrl-C, the learner is as after its last update. Returns `learner`.
 """
 function train!(learner::Learner, steps::Integer)
     steps >= 0 || throw(ArgumentError("steps is $steps, less than 0"))
@@ -229,8 +229,8 @@ end
     MJEnv.report(learner)
 
 Describes the learner after its last update as a NamedTuple: `updates`, `steps` and `episodes` so far, `mean_return` and
-`mean_length` of the last episodes, which explored, and what the update did. `mjenv/learn.h` describes all members.
-Before the first update the means are `NaN`.
+`mean_length` of the last episodes of the exploring policy, and figures of the update. `mjenv/learn.h` describes all
+members. Before the first update the means are `NaN`.
 """
 function report(learner::Learner)
     found = Ref(mjenv_learn_report())

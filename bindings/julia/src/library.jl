@@ -66,7 +66,7 @@ end
 @inline address(engine::Engine, index) = address(library_of(engine), index)
 @inline address(handle::Handle, index) = unsafe_load(handle.addresses, index)
 
-# Other threads see the library when it knows all tasks.
+# Other threads must not see the library before it knows all tasks.
 @noinline function load!(library::Library)
     lock(LOADING) do
         is_loaded(library) && return
@@ -186,8 +186,8 @@ end
 
 Base.showerror(io::IO, e::MJEnvError) = print(io, "MJEnvError (", e.status, "): ", e.message)
 
-# Call it directly after the library: each thread has a last message of its own, which its next failing call replaces.
-# `origin` is a handle or an engine, and says which library it was.
+# Must be called directly after the library, because the thread's next failing call replaces the message. `origin` is a
+# handle or an engine of the library.
 @inline check(origin, status::Status) = status == MJENV_OK ? nothing : fail(origin, status)
 @noinline fail(origin, status::Status) = throw(MJEnvError(status, unsafe_string(mjenv_last_error(origin))))
 

@@ -3,7 +3,7 @@
 """
     rollout(env, actions)
 
-Steps every row many times, beginning at its present state, with given actions. `actions` has the size actuators × steps
+Steps every row many times from its present state with given actions. `actions` has the size actuators × steps
 × rows; for one row it may be a matrix of actuators × steps. A row whose episode ends stays there: for the steps that
 remain, its flags and its observation repeat, and its rewards and infos are 0. No row is reset.
 

@@ -32,7 +32,7 @@ function with_options(f, engine::Engine, id::AbstractString)
     end
 end
 
-# What Julia programs hold a few numbers in.
+# The types in which Julia programs hold a few numbers.
 const Numbers = Union{Tuple{Vararg{Real}},AbstractVector{<:Real}}
 
 function set_option!(handle, id, name::Symbol, value::Integer)

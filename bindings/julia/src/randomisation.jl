@@ -1,11 +1,11 @@
-# What resets draw for the model; noise, delays and pushes.
+# Draws of resets for the model; noise, delays and pushes.
 
 """
     MJEnv.Draw(array, effect, numbers...; distribution = :uniform, elements = :, shared = false, constants = false,
                factor = 1)
 
-What resets draw for an array of the mjModel, see [`randomize!`](@ref). `effect` is `:value` (what is drawn), `:scale`
-(the model's own value times what is drawn) or `:offset` (the model's own value plus what is drawn). `numbers` are
+A draw of resets for an array of the mjModel, see [`randomize!`](@ref). The new value is the draw if `effect` is `:value`,
+the model's own value times the draw if it is `:scale`, and their sum if it is `:offset`. `numbers` are
 
 - `low, high` of the distributions `:uniform` and `:log_uniform`
 - `mean, std` of `:normal`
@@ -13,7 +13,7 @@ What resets draw for an array of the mjModel, see [`randomize!`](@ref). `effect`
 - the values of `:choice`
 
 `elements` are the numbers, from 1, of the elements that are drawn, in the order of the draws. With `shared` there is
-one draw for all elements. With `constants` mj_setConst follows the draws. Each draw is multiplied by `factor`.
+one draw for all elements. With `constants`, mj_setConst is called after the draws. Each draw is multiplied by `factor`.
 """
 struct Draw
     array::String
@@ -30,9 +30,9 @@ end
 """
     MJEnv.Same(array, effect; factor = 1, elements = :, constants = false)
 
-An item of [`randomize!`](@ref) that draws nothing: element i takes what element i of the item before takes, or the draw
-that is shared, times `factor`. So an actuator's kp is drawn for `:actuator_gainprm` and, with the factor -1, taken for
-`:actuator_biasprm`.
+An item of [`randomize!`](@ref) that uses the draws of the item before for another array: element i takes the draw of
+element i, or the shared draw, times `factor`. For example, an actuator's kp is drawn for `:actuator_gainprm`, and
+`:actuator_biasprm` takes it with the factor -1.
 """
 function Same(
     array::Union{Symbol,AbstractString},
@@ -80,10 +80,10 @@ end
 """
     randomize!(env, draws)
 
-Replaces what each reset of a row draws for its model: a vector of [`MJEnv.Draw`](@ref), in this order, from the row's
-random stream, after the task's own draws. An empty vector draws nothing. It counts from each row's next reset on.
-mjenv.h describes it. Later, `write!(env, "draws[0]", [low, high]; rows)` changes the parameters of the first item for some
-rows, and `read` reads them; these numbers count from 0. Returns `env`.
+Replaces the draws of resets by a vector of [`MJEnv.Draw`](@ref), from each row's next reset on. A reset makes them in
+this order from the row's random stream, after the task's own draws. With an empty vector, nothing is drawn. Later,
+`write!(env, "draws[0]", [low, high]; rows)` changes the parameters of the first item for some rows, and `read` reads
+them; these numbers count from 0. Returns `env`.
 
 ```julia
 friction = MJEnv.Draw(:geom_friction, :scale, 0.5, 1.5)
@@ -118,10 +118,10 @@ randomize!(env::Env, draws::AbstractVector) = isempty(draws) ? randomize!(env, D
 """
     MJEnv.Push(body, low, high; every = (100, 200), duration = (1, 1), kick = false)
 
-A push of a body now and then, see [`perturb!`](@ref): the number of the body ([`object_index`](@ref)), and the bounds
+Pushes of a body at random times, see [`perturb!`](@ref): the number of the body ([`object_index`](@ref)), and the bounds
 of the 6 numbers that are written to `xfrc_applied`. With `kick = true`, they are added to `qvel` of the body's free
 joint before a step. `every` gives the fewest and the most steps from the reset, or the last step of a push, to the next
-push, and `duration` how many steps a force lasts.
+push, and `duration` the fewest and the most steps that a force lasts.
 """
 struct Push
     body::Int
@@ -144,7 +144,7 @@ function Push(
     return Push(body, NTuple{6,Float64}(low), NTuple{6,Float64}(high), every, duration, kick)
 end
 
-# Standard deviations: none for 0, which draws nothing. Or a first action: none for 0, which it is anyway.
+# Standard deviations or a first action as a vector, which is empty for 0, the library's default.
 deviations(noise::Real) = iszero(noise) ? Float64[] : Float64[noise]
 deviations(noise::Numbers) = collect(Float64, noise)
 
@@ -154,9 +154,9 @@ deviations(noise::Numbers) = collect(Float64, noise)
 
 Replaces noise, delays and pushes, from each row's next reset on. The noise is one standard deviation, or one for each
 actuator or element of the observation. The delays are numbers of steps, or ranges such as `0:2`, from which resets
-draw them, or with `redraw_delays` each step. Until the first delayed action reaches the task,
-`first_action` does: one number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), for each
-body at most one force and one kick. mjenv.h describes what happens in a step. Returns `env`.
+draw them, or with `redraw_delays` each step. Until the first delayed action arrives, the task gets `first_action`: one
+number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), for each
+body at most one force and one kick. docs/randomisation.md describes what happens in a step. Returns `env`.
 """
 function perturb!(
     env::Env;

@@ -1,6 +1,6 @@
 # Draws pictures of rows, and shows them in a window.
 
-# The settings with the names of mjvOption's arrays that say which groups of objects are drawn.
+# The settings that choose the groups of objects that are drawn; they are named like mjvOption's arrays.
 const GROUPS = (:geomgroup, :sitegroup, :jointgroup, :tendongroup, :actuatorgroup, :skingroup)
 
 # The settings that turn something on or off, beside those of the groups.
@@ -11,7 +11,7 @@ const LABELS = (
 )
 const FRAMES = (:none, :body, :geom, :site, :camera, :light, :contact, :world)
 
-# Returns the settings with the changes that the keywords ask for, and the camera's name or nothing.
+# Returns the settings changed by the keywords, and the camera's name or nothing.
 function render_settings(env; kwargs...)
     settings = Ref(mjenv_render_settings())
     check(env.handle, inside(handle -> mjenv_render_defaults(handle, settings), env))
@@ -94,8 +94,8 @@ The settings are Gymnasium's, with Gymnasium's defaults:
 - `max_geom`: how many geoms are drawn at most, 1000
 - `samples` (per pixel), `shadows`, `reflections`; `fast = true` turns multisampling and shadows off
 - `wireframe`, `additive`, `skybox`, `fog`, `haze`, `cull_face`: MuJoCo's mjtRndFlag of these names
-- `label` and `frame`: which objects have labels, and of which the frames are drawn, as MuJoCo's mjtLabel and mjtFrame name
-  them: `:none`, `:body`, `:geom`, `:site`, ...
+- `label` and `frame`: the objects that get labels and whose frames are drawn, by the names of MuJoCo's mjtLabel and
+  mjtFrame: `:none`, `:body`, `:geom`, `:site`, ...
 - `gl`: `:auto`, `:egl`, `:osmesa` or `:glfw`
 
 `close(renderer)` frees the renderer at once; without it the garbage collector frees it at some time. Several renderers

@@ -45,10 +45,10 @@ numbers_of(env, row::Integer) = numbers_of(env, row:row)
 numbers_of(env, rows::AbstractVector{<:Integer}) = Int[row_index(env, row) + 1 for row in rows]
 numbers_of(env, mask::AbstractVector{Bool}) = findall(mask_of(env, mask))
 
-# How many rows an array has that belongs to the rows.
+# The number of rows for which an array must have elements.
 row_count(env, ::Union{Colon,AbstractVector{Bool}}) = env.rows
 row_count(env, rows::Union{Integer,AbstractVector{<:Integer}}) = length(rows)
 
-# The row, or all, as the library takes it where an image is meant.
+# The library's number of the row or of all rows, for images.
 image_row(env, ::Colon) = MJENV_ALL_ROWS
 image_row(env, row::Integer) = row_index(env, row)

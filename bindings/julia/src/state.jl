@@ -80,8 +80,8 @@ end
     set_state!(env, qpos, qvel; row = 1)
 
 Sets the positions and velocities of a row, in MuJoCo's units, and computes what depends on them, as Gymnasium's
-`set_state` does. `qpos` and `qvel` are vectors or tuples of `nq` and `nv` finite numbers. The count of steps goes on.
-After it the row may be stepped, even if it was never reset or its episode had ended. Returns `env`.
+`set_state` does. `qpos` and `qvel` are vectors or tuples of `nq` and `nv` finite numbers. The step count does not change.
+Afterwards the row can be stepped, even if it was never reset or its episode had ended. Returns `env`.
 """
 function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     index = row_index(env, row)
@@ -114,8 +114,8 @@ Writes an array of the mjModel of the [`MJEnv.Rows`](@ref) `rows`, or an input o
 `:body_mass`, `:geom_friction`, `"opt.timestep"`, `:xfrc_applied`. `values` has the size that [`read`](@ref) returns, and
 each of the rows gets these values; or it has one more dimension, the row, and each row gets its own.
 
-The effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`): values of the
-mjModel stay over resets, and a reset clears the inputs. mjenv.h lists what can be written. An array that can't be
+The effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`). Resets keep values
+of the mjModel, and clear the inputs. docs/c.md lists what can be written. An array that can't be
 written, or a value that MuJoCo could not compute with, throws an [`MJEnvError`](@ref), and nothing is written. Returns
 `env`.
 
@@ -141,7 +141,7 @@ end
 """
     set_constants!(env; rows = :)
 
-Calls mj_setConst for the [`MJEnv.Rows`](@ref) `rows`: MuJoCo computes anew what it computes from masses, sizes and
+Calls mj_setConst for the [`MJEnv.Rows`](@ref) `rows`: MuJoCo computes again what it computes from masses, sizes and
 `qpos0` when it compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The rows end in the position
 `qpos_spring`, for which mj_setConst computes last: reset them, or set their state. Returns `env`.
 """
@@ -155,7 +155,7 @@ end
     simulate!(env, ctrl, frames; row = 1)
 
 Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a vector or tuple of a
-number for each actuator, as Gymnasium's `do_simulation` does. It counts no step of the environment and gives no reward.
+number for each actuator, as Gymnasium's `do_simulation` does. This is not a step of the episode and gives no reward.
 Returns `env`.
 """
 function simulate!(env::Env, ctrl::Numbers, frames::Integer; row::Integer = 1)
@@ -187,8 +187,8 @@ end
     MJEnv.stream(env; row = 1)
 
 Returns a row's random stream, a PCG64 as NumPy has it, as a tuple of six `UInt64`: the low and high half of the state,
-the low and high half of the increment, and `has_uint32` and `uinteger`, which keep the half of a 64-bit draw that is
-not used yet. Throws an `MJEnvError` if the row was neither seeded nor reset.
+the low and high half of the increment, and `has_uint32` and `uinteger`, which hold the half of a 64-bit draw that is not
+yet used. Throws an `MJEnvError` if the row was neither seeded nor reset.
 """
 function stream(env::Env; row::Integer = 1)
     index, words = row_index(env, row), zeros(UInt64, 6)
@@ -243,8 +243,8 @@ end
 
 Sets all rows, or the row of a number, to the state that a [`snapshot`](@ref) of as many rows saved. They continue with
 the same bits, also in another process and with another number of threads. The environment must have the same id, model
-and options as the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity`, `arrays` and `max_contacts`. Otherwise, or if the
-image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
+and options as the one that was saved, except for options such as `num_threads` and `arrays` (docs/rows.md lists them).
+Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; rows::Union{Integer,Colon} = (:))
     index = image_row(env, rows)

@@ -479,7 +479,7 @@ def changed(**attributes: Any) -> type[mjenv.Task]:
     [
         ("Pendulum-v0", Pendulum, mjenv.InvalidValueError, "already registered"),
         ("Ant-v5", Pendulum, mjenv.InvalidValueError, "built-in"),
-        ("bad id", Pendulum, mjenv.InvalidValueError, "an id is a name"),
+        ("bad id", Pendulum, mjenv.InvalidValueError, "is malformed"),
         ("New-v0", Pendulum(), mjenv.OptionError, "a class derived from mjenv.Task"),
         ("New-v0", mjenv.Task, mjenv.OptionError, "does not define reset"),
         ("New-v0", changed(state={"qpos": (1,)}), mjenv.InvalidValueError, "both in state and in needs"),

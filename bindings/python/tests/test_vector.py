@@ -169,14 +169,14 @@ def test_lanes() -> None:
     assert (envs.lanes, envs.lanes_reason) == (2, "")  # forces keep rows in lanes
     assert envs.envs[0].lanes == 2
     envs.model.actuator_gear[:] *= 1.01
-    assert (envs.lanes, envs.lanes_reason) == (0, "rows have their own values of actuator_gear")
+    assert (envs.lanes, envs.lanes_reason) == (2, "")  # and so do values of their own
     assert mjenv.make_vec("Hopper-v5", 6, lanes=0).lanes_reason == 'the option "lanes" is 0'
     single = mjenv.make("Hopper-v5")
     assert (single.lanes, single.lanes_reason) == (0, "the environment has only one row")
     with pytest.raises(mjenv.InvalidValueError, match="only 1 row"):
         mjenv.make_vec("Hopper-v5", 1, lanes=2)
     envs.send(np.zeros((6, 3)), np.arange(6))
-    assert envs.lanes == 0  # also while rows are under way
+    assert envs.lanes == 2  # also while rows are under way
     envs.recv(6)
     envs.close()
     with pytest.raises(mjenv.ClosedError):

@@ -20,6 +20,7 @@
  *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &out);
  *     mjenv_destroy(env);
  *     mjenv_options_destroy(options);
+ *
  * For a given seed and list of actions, every output equals Gymnasium 1.3.0's on the same MuJoCo, bit for bit. There
  * is a build for MuJoCo 2.2.2 and one for 4.0 (mjenv_version); "(4.0: ...)" marks what differs in the latter. docs/c.md
  * describes the functions in detail. docs/abi.md has the rules for threads, forks, ownership and later versions.
@@ -37,7 +38,7 @@
  *   statuses that every function may return: ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING and
  *   FORKED where rows are read or changed.
  * Handles
- *   The caller passes what *_create gives it to *_destroy, which does nothing for NULL. Texts and bounds that a
+ *   The caller must destroy each handle that it creates; *_destroy does nothing for NULL. Texts and bounds that a
  *   function returns live as long as their handle; those without a handle live as long as the library is loaded. Only
  *   one thread at a time may use a handle; but functions that take a const handle, and mjenv_renderer_create,
  *   mjenv_window_create and mjenv_error_of, can be called at any time.
@@ -81,7 +82,7 @@ extern "C" {
 /* Means all rows where a function takes a row's number. */
 #define MJENV_ALL_ROWS (-1)
 
-/* Values of mjenv_render_settings.camera that are no index of a camera. */
+/* Values of mjenv_render_settings.camera besides the index of a camera. */
 #define MJENV_CAMERA_FREE (-1)    /* the camera that lookat, distance, azimuth and elevation describe */
 #define MJENV_CAMERA_DEFAULT (-2) /* the model's camera "track" if it has one, else the free camera */
 
@@ -122,7 +123,7 @@ enum mjenv_status_value {
   MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h) */
 };
 
-/* The types of numbers. Arrays that are passed as void * have FLOAT64 or FLOAT32. The dtype of a field is the one that
+/* The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that
  * Gymnasium returns; the library returns all fields as doubles, which represent the values of all of these types
  * exactly. */
 typedef int32_t mjenv_dtype;
@@ -200,14 +201,14 @@ typedef struct mjenv_space {
   int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
 
-/* Describes an environment as it is at the moment. mjenv_info_of fills it. */
+/* Describes an environment. mjenv_info_of fills it. */
 typedef struct mjenv_info {
   uint32_t struct_size;
   int32_t threads; /* how many threads step rows */
   int64_t rows;
   int64_t frame_skip;       /* how many times one step calls mj_step */
   int64_t lanes;            /* how many rows each thread steps together; 0: one by one. The results are the same */
-  const char *lanes_reason; /* why rows are stepped one by one; "" if none is. Valid until the next mjenv_info_of */
+  const char *lanes_reason; /* why rows are stepped one by one; "" if none is. It belongs to the environment */
 } mjenv_info;
 
 /* Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static. */
@@ -295,13 +296,14 @@ typedef struct mjenv_randomization {
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
-/* A push of a body now and then (mjenv_perturb): a force that replaces the body's xfrc_applied while it lasts, and then
- * sets it to 0; or a kick, which is added to the six numbers in qvel of the body's free joint before the step. */
+/* A push, which acts on a body now and then (mjenv_perturb). It is a force, which replaces the body's xfrc_applied
+ * while it lasts and then sets it to 0, or a kick, which is added to the six numbers in qvel of the body's free joint
+ * before the step. */
 typedef struct mjenv_push {
   uint32_t struct_size;
   int32_t body; /* the index of a body; not 0, the world */
-  /* From a reset or the last step of a push to the next push: integers(min_steps, max_steps + 1) steps.
-   * 1 <= min_steps <= max_steps. */
+  /* How many steps after a reset, or after the last step of a push, the next push begins:
+   * integers(min_steps, max_steps + 1), where 1 <= min_steps <= max_steps. */
   int64_t min_steps;
   int64_t max_steps;
   double low[6]; /* uniform(low, high): the force and torque (N, N m), or the change of qvel (m/s, rad/s) */
@@ -339,7 +341,7 @@ typedef int32_t mjenv_gl;
 enum mjenv_gl_value {
   MJENV_GL_AUTO = 0,   /* what the variable MUJOCO_GL names; else wgl on Windows, elsewhere egl, glfw or osmesa */
   MJENV_GL_EGL = 1,    /* without a display; MUJOCO_EGL_DEVICE_ID chooses a device. Debian: libegl1 libgl1-mesa-dri */
-  MJENV_GL_OSMESA = 2, /* without a display and a driver; excludes the others in a process. Debian: libosmesa6 */
+  MJENV_GL_OSMESA = 2, /* without a display or driver; a process uses either this or others. Debian: libosmesa6 */
   MJENV_GL_GLFW = 3,   /* on a display, and the main thread. Debian: libglfw3 */
   MJENV_GL_WGL = 4     /* the display's driver, in an invisible window; on Windows only */
 };
@@ -460,8 +462,9 @@ typedef struct mjenv_render_settings {
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
-   {0, 1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, \
-   {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {0, 0, 0, 0}, \
+   {0, 1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}, \
+   {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, \
+   {1, 1, 1, 0, 0, 0}, {0, 0, 0, 0}, \
    MJENV_LABEL_NONE, MJENV_FRAME_NONE, 0, 0, 1, 0, 1, 1}
 /* clang-format on */
 
@@ -547,7 +550,7 @@ MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, 
 /* Destroys an environment and ends its threads. The results of rows under way are lost. */
 MJENV_API void mjenv_destroy(mjenv_env *env);
 
-/* Describes an environment as it is at the moment: the lanes can change when rows get values of their own. */
+/* Describes an environment. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
 /* Returns how each stage of a step of the environment's model is computed, one line for each; NULL if it fails. A line
@@ -576,13 +579,6 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
  * Errors: SIZE (words). */
 MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
 
-/* Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
- *   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all
- *   rewards            [reward_count]
- * Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length). */
-MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achieved, const double *desired,
-                                            int64_t count, double *rewards, int64_t reward_count);
-
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
  * and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from
  * RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
@@ -607,7 +603,7 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
 
 /* Steps rows. The option "autoreset_mode" says what resets a row whose episode has ended. If "strict" is 1, the
  * default, actions must be finite and such rows must be reset first; otherwise the call fails and steps no row.
- *   action    [rows][actuators] of dtype, which changes results as in NumPy; count = rows * actuators
+ *   action    [rows][actuators] of dtype; count = rows * actuators. As in NumPy, results depend on the dtype
  *   out       receives the outputs; may be NULL
  * If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0.
  * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; those of resets. */
@@ -618,7 +614,7 @@ MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const voi
  * Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one
  * thread, mjenv_recv steps the rows.
  *   rows      [row_count] the rows to step, each at most once; NULL: all rows
- *   action    [row_count][actuators] of dtype: element i is rows[i]'s. count = row_count * actuators. Copied
+ *   action    [row_count][actuators] of dtype, copied: element i is for rows[i]; count = row_count * actuators
  * Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED. */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t row_count, const void *action,
                                   int64_t count, mjenv_dtype dtype);
@@ -627,7 +623,8 @@ MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t r
  * finish.
  *   least     how many rows to wait for; 0: none
  *   timeout   how many seconds to wait at most; negative: no limit
- *   rows      [capacity] receives the rows, count their number; capacity >= least and >= 1. More are reported later
+ *   rows      [capacity] receives the rows; capacity >= least and >= 1. If more are done, a later call reports them
+ *   count     receives how many rows are reported
  *   out       as for mjenv_step: the outputs of row r are element r. May be NULL
  * Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING, FORKED;
  * and if rows failed, what mjenv_step returns, with everything written. */
@@ -646,6 +643,13 @@ MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t
 /* Writes out->obs and out->arrays of all rows for their present states, without a step; for instance after
  * mjenv_restore. Errors: SIZE, PHYSICS, TASK, FORKED. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
+
+/* Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
+ *   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all
+ *   rewards            [reward_count]
+ * Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length). */
+MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achieved, const double *desired,
+                                            int64_t count, double *rewards, int64_t reward_count);
 
 /* ---- State of one row ---- */
 
@@ -667,7 +671,7 @@ MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type
 MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type, int64_t index, const char **name);
 
 /* Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. Afterwards the row can be
- * stepped, also if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK. */
+ * stepped, even if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, int64_t nq, const double *qvel,
                                        int64_t nv);
 
@@ -712,13 +716,13 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * Resets draw values of the mjModel; actions and observations get noise and delays; bodies are pushed. All of this
  * draws from the row's own random stream, as a wrapper around Gymnasium's environment would (docs/randomisation.md). */
 
-/* Replaces what resets draw for arrays of the mjModel, in the order of items[count]; count 0: nothing. The values
- * take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a value that can be
- * drawn), SIZE. */
+/* Sets what resets draw for arrays of the mjModel: items[count], in this order, instead of earlier items; count 0:
+ * nothing. The values take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a
+ * value that can be drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
-/* Replaces noise, delays and pushes, for each row from its next reset on. NULL: there are none from then on. Errors:
- * VALUE, SIZE (a count). */
+/* Sets noise, delays and pushes, which act on each row from its next reset on, instead of earlier ones. NULL: none.
+ * Errors: VALUE, SIZE (a count). */
 MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----

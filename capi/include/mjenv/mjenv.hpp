@@ -118,7 +118,7 @@ class Options {
   template <typename Integer, typename = std::enable_if_t<std::is_integral_v<Integer>>>
   Options &set(const std::string &name, Integer value) {
     if (value > 0 && static_cast<std::uint64_t>(value) > std::numeric_limits<std::int64_t>::max())
-      throw Error(MJENV_E_VALUE, "an integer is at most 2^63 - 1");
+      throw Error(MJENV_E_VALUE, "the integer is greater than 2^63 - 1");
     with_text(name, [&](const char *text) {
       return mjenv_options_set_integer(handle(), text, static_cast<std::int64_t>(value));
     });
@@ -386,7 +386,7 @@ class Env {
   std::size_t rows_;
 
   static void check_size(std::size_t size, std::size_t needed) {
-    if (size != needed) throw Error(MJENV_E_SIZE, "a mask and a list of seeds have one element for each row");
+    if (size != needed) throw Error(MJENV_E_SIZE, "the mask or list of seeds does not fit the number of rows");
   }
   const std::uint8_t *of(Span<const std::uint8_t> mask) const {
     check_size(mask.size(), rows());

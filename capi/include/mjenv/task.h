@@ -16,7 +16,8 @@
  *   returns MJENV_E_TASK, or what the callback returned if this is MJENV_E_MEMORY or (in build) MJENV_E_MODEL. Wrong
  *   arguments of the functions below make the callback fail; it need not check for errors.
  * Forbidden
- *   A callback must not be left by longjmp or by a C++ exception, fork, end its thread, or use its own environment.
+ *   A callback must not fork, end its thread, or use its own environment. It must return: neither longjmp nor a C++
+ *   exception may leave it.
  * Numbers
  *   After a step, a callback sees mjData as mj_step leaves it: qpos, qvel, act and time are new, but everything that
  *   mj_step computes from them (xpos, contacts, ...) belongs to the state one timestep before. If a task calls
@@ -179,9 +180,8 @@ typedef struct mjenv_outcome {
   double *info;         /* the INFO fields, one after the other; all NaN */
   double *carried;      /* [carry_count] as before the step; the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
-  double *const
-      *own;     /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the
-                           next step on; if the step fails, the row keeps its old values */
+  double *const *own;   /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds
+                         from the next step on; if the step fails, the row keeps its old values */
   double *qvel; /* [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the
                    next step see it. What MuJoCo has computed still belongs to the old velocities */
 } mjenv_outcome;
@@ -275,13 +275,14 @@ typedef struct mjenv_task {
   int32_t (*before_substep)(const void *self, const mjenv_sim *sim, mjenv_control *control);
 
   /* Computes the reward of one pair of goals, for hindsight experience replay (mjenv_compute_reward). The observation
-   * needs the groups or terms achieved_goal and desired_goal. It depends on the goals alone. NULL: the task has none.
+   * needs the groups or terms achieved_goal and desired_goal. The reward depends on the goals alone. NULL: there is
+   * none.
    * achieved, desired  [size] */
   int32_t (*compute_reward)(const void *self, const mjenv_task_api *api, const double *achieved, const double *desired,
                             int64_t size, double *reward);
 } mjenv_task;
 
-/* Registers a task for the rest of the process, on any thread at any time.
+/* Registers a task until the process ends. Any thread may call this at any time.
  * task  is copied with all that it points to, except the code of the callbacks and what user points to
  * Errors: ARGUMENT (something required is missing, or two members exclude each other), VALUE (an id or name is
  * malformed or known already, a default is not among its choices, or a number is out of its bounds), TYPE (a task
@@ -378,7 +379,7 @@ struct mjenv_builder {
   int32_t failed; /* 1 after a function for build has failed; all such functions then do nothing */
   const mjenv_task_api *api;
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
-  mjenv_random *random; /* a stream of no row, for trial calls of the task's own functions */
+  mjenv_random *random; /* belongs to no row: for trial calls of the task's own functions */
 };
 
 struct mjenv_random {
@@ -496,13 +497,12 @@ static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, con
   builder->api->action(builder, count, low, high);
 }
 
-/* Gives each row its own copy of an array, and returns the index i of the array in the members `own`. An array of
- * mjModel is written by reset (mjenv_start.own[i]) and step (mjenv_outcome.own[i]), and needs mjenv_build_current. What
- * they have written stays, also after resets. They fail if they write numbers that mjenv_write refuses; if they fail,
- * the row keeps its old values. The elements are doubles; where MuJoCo has float32 (hfield_data, geom_rgba), what they
- * write is rounded. qfrc_applied and xfrc_applied are written by before_step, before_substep (mjenv_control.own[i]) and
- * step. Fails for arrays of which rows cannot have copies (see mjenv_write), for integers, and if it was called for this
- * array before. */
+/* Gives each row its own copy of an array, which callbacks write as own[i], and returns i. reset (mjenv_start) and step
+ * (mjenv_outcome) write arrays of mjModel, which need mjenv_build_current; what they write stays, also after resets.
+ * before_step, before_substep (mjenv_control) and step write qfrc_applied and xfrc_applied. A callback that writes
+ * numbers that mjenv_write refuses fails, and the row keeps its old values. The elements are doubles; where MuJoCo has
+ * float32 (hfield_data, geom_rgba), they are rounded. Fails for arrays of which rows cannot have copies (see
+ * mjenv_write), for integers, and if it was called for this array before. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }

@@ -4,11 +4,11 @@
  * Definition
  *   MJENV_TASK("Cartpole-v0", r) { ... } defines a task; r is a mjenv::Robot &. The body runs once when the task is
  *   registered, without a model, to list the options: r's methods then return defaults and indices of 0. It runs again
- *   for each environment, on the thread that creates the environment. Then each lambda except reset is called once with
- *   the model's initial state, to find out the fields and their lengths (a trial call).
+ *   for each environment, on the thread that creates it. Then the lambdas of observe, reset_info, carry and step are
+ *   called once with the model's initial state, to find out the fields and their lengths (trial calls).
  * Lambdas
- *   Each call is for one row, and calls run on several threads at the same time, as may definitions. So lambdas must
- *   capture by value, and change nothing but their non-const parameters. If a lambda throws, the call's row fails with
+ *   Each call is for one row. Several threads may run lambdas and definitions at the same time. So lambdas must capture
+ *   by value, and change nothing but their non-const parameters. If a lambda throws, the call's row fails with
  *   MJENV_E_TASK.
  * Use
  *   A shared object of files with definitions is a plug-in (CMake: mjenv_add_tasks). A program registers the
@@ -43,7 +43,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action, in the dtype that the caller passed: 0 in trial calls, and NaN in all lambdas but step. */
+/* A row's action, in the dtype that the caller passed. It is 0 in trial calls, and NaN except in step, before_step and
+ * before_substep. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -290,7 +291,7 @@ class RandomState {
   mjenv_random *c_;
 };
 
-/* An own array of rows (Robot::own), and how many elements it has. */
+/* An array of which each row has its own copy (Robot::own): its index, and how many elements it has. */
 struct Own {
   std::int32_t index = 0;
   Eigen::Index count = 0;
@@ -331,7 +332,7 @@ struct Start {
   /* A Robot::own, which reset writes. The next reset finds what this one has written. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
     if (!c_->own || !c_->own[own.index])
-      throw std::logic_error("a reset writes own arrays of the model, and with current()");
+      throw std::logic_error("reset can write own arrays of mjModel only, and only if the definition calls current()");
     return {c_->own[own.index], own.count};
   }
   /* mj_forward with actuation disabled. */
@@ -353,7 +354,7 @@ struct Start {
   mjenv_start *c_;
 
   void check_current() const {
-    if (!c_->sim) throw std::logic_error("a reset sees and changes the simulation if the definition calls current()");
+    if (!c_->sim) throw std::logic_error("reset can use the simulation only if the definition calls current()");
   }
   static void check(std::int32_t failed) {
     if (failed != 0) throw std::runtime_error("MuJoCo failed"); /* the library knows why */
@@ -369,7 +370,7 @@ class Control {
   const int substep; /* which mj_step of the step comes next, from 0 on */
   /* The row's forces: a Robot::own of "qfrc_applied" or "xfrc_applied". They act until they are written again. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
-    if (!c_->own[own.index]) throw std::logic_error("only reset and step write own arrays of the model");
+    if (!c_->own[own.index]) throw std::logic_error("only reset and step can write own arrays of mjModel");
     return {c_->own[own.index], own.count};
   }
 
@@ -388,12 +389,12 @@ class Row {
   Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
   /* A Robot::own that the step writes. The new values take effect in the next step. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
-    if (!own_ || !own_[own.index]) throw std::logic_error("only a step writes own arrays with its row");
+    if (!own_ || !own_[own.index]) throw std::logic_error("only step can write own arrays with row[own]");
     return {own_[own.index], own.count};
   }
   /* The row's velocities, which the step can change: row.qvel()[0] += 0.5 is a kick (mjenv_outcome.qvel). */
   Eigen::Map<Eigen::VectorXd> qvel() {
-    if (!qvel_) throw std::logic_error("only a step writes the velocities");
+    if (!qvel_) throw std::logic_error("only step can write the velocities with row.qvel()");
     return {qvel_, nv_};
   }
 
@@ -446,8 +447,9 @@ class Terrain {
     const double along = u >= v ? u * (corner - near) + v * (far - corner) : v * (corner - near) + u * (far - corner);
     return (near + along) * size_[2] + position_[2];
   }
-  /* The surface's heights at points (x, y) in the frame of a body that is turned by the body's yaw alone: an Eigen
-   * expression with one number for each point, m in the world's frame. Valid until the lambda returns. */
+  /* The surface's heights around a body: an Eigen expression with one number for each point, m in the world's frame.
+   * points: (x, y) from the body's position, along axes that are turned by the body's yaw alone. Valid until the lambda
+   * returns. */
   auto around(const Sim &sim, int body, const std::vector<std::array<double, 2>> &points) const {
     const auto mat = sim.xmat(body);
     const double ahead = mat(0, 0), left = mat(1, 0), norm = std::sqrt(ahead * ahead + left * left);
@@ -481,7 +483,7 @@ struct Outcome {
 struct PythonFloat {
   double value;
 };
-/* A value of another type. */
+/* A value and its type. */
 struct Typed {
   double value;
   mjenv_dtype type;
@@ -631,7 +633,7 @@ struct Functions {
   std::vector<Info::Entry> info, reset_infos;
 };
 
-/* What a definition tells of its task before there is a model. */
+/* What a definition says about its task without a model. */
 struct Outline {
   struct Option {
     mjenv_kind kind;
@@ -650,10 +652,6 @@ struct Outline {
   std::int32_t revision = 0;
   std::vector<Option> options;
 };
-
-}  // namespace detail
-
-namespace detail {
 
 template <typename Derived>
 std::true_type is_dense(const Eigen::DenseBase<Derived> *);
@@ -675,7 +673,7 @@ constexpr void check_observe() {
   }
 }
 template <typename F>
-constexpr void check_map() {
+constexpr void check_control() {
   static_assert(std::is_invocable_v<const F &, const Sim &, Control &> ||
                     std::is_invocable_v<const F &, const Sim &, Row &, Control &>,
                 "the lambda of before_step and before_substep takes (const Sim &s, Control &control) or (const Sim &s, "
@@ -763,8 +761,8 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). An array of mjModel needs current(); reset
-   * writes it with start[own], and step with row[own]. before_step and before_substep write "qfrc_applied" and
+  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). reset writes an array of mjModel with
+   * start[own], and step with row[own]; it needs current(). before_step and before_substep write "qfrc_applied" and
    * "xfrc_applied" with control[own], and step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
@@ -970,15 +968,15 @@ class Robot {
    * (mjenv_task.before_step). */
   template <typename F>
   void before_step(const F &map) {
-    detail::check_map<F>();
+    detail::check_control<F>();
     functions_.before_step = control_of(map);
   }
   template <typename F>
   void before_substep(const F &map) {
-    detail::check_map<F>();
+    detail::check_control<F>();
     functions_.before_substep = control_of(map);
   }
-  /* Sets the lambda that computes the reward of one pair of goals, (achieved, desired), for hindsight experience replay.
+  /* Sets the lambda that computes the reward of a pair of goals (achieved, desired), for hindsight experience replay.
    * The observation needs the groups or terms achieved_goal and desired_goal. step may call the same lambda. */
   template <typename F>
   void compute_reward(const F &reward) {
@@ -1331,7 +1329,7 @@ MJENV_HIDDEN inline const mjenv_plugin *plugin_of_tasks(const mjenv_task_api *ap
 
 }  // namespace detail
 
-/* For code that makes a mjenv_task of a definition, as the library does: Description(definition).task(). */
+/* For code that turns a definition into a mjenv_task, as the library does: Description(definition).task(). */
 using detail::Definition;
 using detail::Description;
 

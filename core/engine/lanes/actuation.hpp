@@ -103,12 +103,12 @@ void transmit_rotation(Lanes& d, int i) {
   const mjModel& m = *d.model;
   const Actuator& actuator = d.actuators[i];
   const bool is_free = actuator.transmission == Actuator::Transmission::free;
-  const double* const gear = m.actuator_gear + 6 * i + (is_free ? 3 : 0);
+  const V *const gears = vectors(d.actuator_gear) + 6 * i, *const gear = gears + (is_free ? 3 : 0);
   const V* const quat = vectors(d.qpos) + m.jnt_qposadr[actuator.object] + (is_free ? 3 : 0);
   V* moment = vectors(d.actuator_moment) + i * m.nv + actuator.dof;
-  for (int k = 0; k < 3 && is_free; ++k) *moment++ = splat(m.actuator_gear[6 * i + k]);
+  for (int k = 0; k < 3 && is_free; ++k) *moment++ = gears[k];
   if (m.actuator_trntype[i] == mjTRN_JOINT) {
-    for (int k = 0; k < 3; ++k) moment[k] = splat(gear[k]);
+    copy(moment, gear, 3);
   } else {
     V inverse[4];
     negQuat(inverse, quat);
@@ -125,8 +125,8 @@ void transmit_site(Lanes& d, int i) {
   const Actuator& actuator = d.actuators[i];
   const V *const pos = vectors(d.site_xpos) + 3 * actuator.object, *const mat =
                                                                        vectors(d.site_xmat) + 9 * actuator.object;
-  V force[3], torque[3], offset[3], gear[6];
-  for (int k = 0; k < 6; ++k) gear[k] = splat(m.actuator_gear[6 * i + k]);
+  const V* const gear = vectors(d.actuator_gear) + 6 * i;
+  V force[3], torque[3], offset[3];
   rotVecMat(force, gear, mat);
   rotVecMat(torque, gear + 3, mat);
   offset_of(d, offset, m.site_bodyid[actuator.object], pos);
@@ -142,12 +142,12 @@ void transmit_site(Lanes& d, int i) {
   vectors(d.actuator_length)[i] = V{};
 }
 
-// mj_transmission. The moments of actuators on slides and hinges and on tendons along joints are the model's.
+// mj_transmission. `adopt` computes the moments of actuators on slides and hinges and on tendons along joints.
 void transmission(Lanes& d) {
   const mjModel& m = *d.model;
   for (int i = 0; i < m.nu; ++i) {
     const Actuator& actuator = d.actuators[i];
-    const double gear = m.actuator_gear[6 * i];
+    const V gear = vectors(d.actuator_gear)[6 * i];
     V& length = vectors(d.actuator_length)[i];
     switch (actuator.transmission) {
       case Actuator::Transmission::dof: length = vectors(d.qpos)[m.jnt_qposadr[actuator.object]] * gear; break;
@@ -178,9 +178,9 @@ void fwdVelocity(Lanes& d) {
       vectors(d.actuator_velocity)[i] = dot(vectors(d.actuator_moment) + i * m.nv, qvel, m.nv);
       continue;
     }
-    V velocity = m.actuator_gear[6 * i] * qvel[actuator.dof];
+    V velocity = vectors(d.actuator_gear)[6 * i] * qvel[actuator.dof];
     if (m.nv < 4)
-      velocity += V{};
+      velocity += V{};  // the sum of mju_dot begins at +0
     else if (any(velocity == V{}))
       for (int k = 0; k < m.nv; ++k)
         if (k != actuator.dof) velocity += 0.0 * qvel[k];
@@ -197,12 +197,12 @@ class Actuation {
         acc0_(vectors(d.actuator_acc0)[id]),
         ctrl_(vectors(d.ctrl)[id]),
         m_(*d.model),
+        d_(d),
         gainprm_(vectors(d.actuator_gainprm) + mjNGAIN * id),
         biasprm_(vectors(d.actuator_biasprm) + mjNBIAS * id),
         id_(id),
         state_(id - (m_.nu - m_.na)) {
-    if (m_.actuator_ctrllimited[id] && !(m_.opt.disableflags & mjDSBL_CLAMPCTRL))
-      ctrl_ = clip(ctrl_, m_.actuator_ctrlrange + 2 * id);
+    if (!(m_.opt.disableflags & mjDSBL_CLAMPCTRL)) ctrl_ = clip_if(d.actuator_ctrllimited, d.actuator_ctrlrange, ctrl_);
     if (has_state()) act_ = vectors(d.act)[state_];
   }
 
@@ -211,15 +211,17 @@ class Actuation {
 
   V force() const {
     const V force = gain() * (m_.actuator_dyntype[id_] == mjDYN_NONE ? ctrl_ : act_) + bias();
-    return m_.actuator_forcelimited[id_] ? clip(force, m_.actuator_forcerange + 2 * id_) : force;
+    return clip_if(d_.actuator_forcelimited, d_.actuator_forcerange, force);
   }
 
   V act_dot() const {
-    const mjtNum* const prm = m_.actuator_dynprm + mjNDYN * id_;
+    const V* const prm = vectors(d_.actuator_dynprm) + mjNDYN * id_;
     switch (m_.actuator_dyntype[id_]) {
       case mjDYN_INTEGRATOR: return ctrl_;
-      case mjDYN_FILTER: return (ctrl_ - act_) / (prm[0] > mjMINVAL ? prm[0] : mjMINVAL);
-      case mjDYN_MUSCLE: return each([&](int lane) { return mju_muscleDynamics(ctrl_[lane], act_[lane], prm); });
+      case mjDYN_FILTER: return (ctrl_ - act_) / (prm[0] > splat(mjMINVAL) ? prm[0] : splat(mjMINVAL));
+      case mjDYN_MUSCLE:
+        return each(
+            [&](int lane) { return mju_muscleDynamics(ctrl_[lane], act_[lane], Parameters<2>(prm, lane).of_muscle); });
       default: return V{};  // would call mjcb_act_dyn, which the obstacle `callbacks` in stages.cpp excludes
     }
   }
@@ -228,8 +230,15 @@ class Actuation {
   const V length_, velocity_, acc0_;
   V ctrl_, act_{};
   const mjModel& m_;
+  const Lanes& d_;
   const V *const gainprm_, *const biasprm_;
   const int id_, state_;
+
+  // Clips x in the lanes in which the flag `limited` is set.
+  V clip_if(const double* limited, const double* range, V x) const {
+    const Mask is_limited = vectors(limited)[id_] != V{};
+    return any(is_limited) ? (is_limited ? clip(x, vectors(range) + 2 * id_) : x) : x;
+  }
 
   V affine(const V* prm) const { return prm[0] + prm[1] * length_ + prm[2] * velocity_; }
 
@@ -239,8 +248,8 @@ class Actuation {
       case mjGAIN_AFFINE: return affine(gainprm_);
       case mjGAIN_MUSCLE:
         return each([&](int lane) {
-          return mju_muscleGain(length_[lane], velocity_[lane], lengthrange(), acc0_[lane],
-                                Parameters(gainprm_, lane).of_muscle);
+          return mju_muscleGain(length_[lane], velocity_[lane], lengthrange(lane).of_muscle, acc0_[lane],
+                                Parameters<9>(gainprm_, lane).of_muscle);
         });
       default: return splat(1);
     }
@@ -251,7 +260,8 @@ class Actuation {
       case mjBIAS_AFFINE: return affine(biasprm_);
       case mjBIAS_MUSCLE:
         return each([&](int lane) {
-          return mju_muscleBias(length_[lane], lengthrange(), acc0_[lane], Parameters(biasprm_, lane).of_muscle);
+          return mju_muscleBias(length_[lane], lengthrange(lane).of_muscle, acc0_[lane],
+                                Parameters<9>(biasprm_, lane).of_muscle);
         });
       default: return V{};
     }
@@ -264,13 +274,14 @@ class Actuation {
     for (int lane = 0; lane < kWidth; ++lane) result[lane] = function(lane);
     return result;
   }
+  template <int kCount>
   struct Parameters {
-    mjtNum of_muscle[9];
+    mjtNum of_muscle[kCount];
     Parameters(const V* prm, int lane) {
-      for (int i = 0; i < 9; ++i) of_muscle[i] = prm[i][lane];
+      for (int i = 0; i < kCount; ++i) of_muscle[i] = prm[i][lane];
     }
   };
-  const mjtNum* lengthrange() const { return m_.actuator_lengthrange + 2 * id_; }
+  Parameters<2> lengthrange(int lane) const { return {vectors(d_.actuator_lengthrange) + 2 * id_, lane}; }
 };
 
 // mj_fwdActuation
@@ -284,7 +295,7 @@ void fwdActuation(Lanes& d) {
     const V force = vectors(d.actuator_force)[i] = actuation.force();
     if (actuation.has_state()) vectors(d.act_dot)[actuation.state()] = actuation.act_dot();
     if (actuator.transmission == Actuator::Transmission::dof) {
-      qfrc[actuator.dof] += m.actuator_gear[6 * i] * force;
+      qfrc[actuator.dof] += vectors(d.actuator_gear)[6 * i] * force;
       continue;
     }
     for (int n = actuator.first_column; n < actuator.first_column + actuator.count; ++n)
@@ -296,7 +307,8 @@ void fwdActuation(Lanes& d) {
 void advanceActivations(Lanes& d, int stage) {
   const mjModel& m = *d.model;
   const int na = m.na;
-  const double h = m.opt.timestep, third = 1.0 / 3.0, sixth = 1.0 / 6.0;
+  const V h = *vectors(d.timestep);
+  const double third = 1.0 / 3.0, sixth = 1.0 / 6.0;
   V *const act = vectors(d.act), *const X = vectors(d.X_act), *const F = vectors(d.F_act);
   const V* const act_dot = vectors(d.act_dot);
   if (stage == 1) copy(X, act, na);
@@ -311,7 +323,7 @@ void advanceActivations(Lanes& d, int stage) {
     act[i] += change * h;
     const int actuator = i + m.nu - na;
     if ((stage == 0 || stage == 4) && m.actuator_actlimited[actuator])
-      act[i] = clip(act[i], m.actuator_actrange + 2 * actuator);
+      act[i] = clip(act[i], vectors(d.actuator_actrange) + 2 * actuator);
   }
 }
 

@@ -8,7 +8,8 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// MuJoCo's getsolparam, and what mj_makeImpedance computes from its result alone. Returns false if MuJoCo would warn.
+// MuJoCo's getsolparam, and what mj_makeImpedance computes from nothing but its result. Returns false if MuJoCo would
+// warn of the numbers.
 bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, const mjtNum* solimp) {
   if ((solref[0] > 0) != (solref[1] > 0)) return false;
   const bool is_safe = solref[0] > 0 && !(m.opt.disableflags & mjDSBL_REFSAFE);
@@ -32,7 +33,7 @@ bool set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum* solref, 
   return true;
 }
 
-// Whether mjData's stack certainly suffices for MuJoCo's search for pairs. If not, the search may fail.
+// Whether mjData's stack is certainly large enough for MuJoCo's search for pairs. If it is not, the search may fail.
 bool has_room_to_search(const mjModel& m, const mjData& d) {
   const std::int64_t bodies = m.nbody;
   return d.nstack - d.pstack >= bodies * bodies + 16 * bodies;
@@ -75,6 +76,26 @@ bool set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
   return set_solparam(n, m, m.eq_solref + mjNREF * id, m.eq_solimp + mjNIMP * id);
 }
 
+// The rows, as bits, for whose model `has` returns true.
+template <typename Has>
+unsigned rows_in_which(const RowModels& models, int count, const Has& has) {
+  unsigned rows = 0;
+  for (int row = 0; row < count; ++row)
+    if (has(*models[row])) rows |= 1U << row;
+  return rows;
+}
+
+// Lists those joints or tendons that have limits in some row. Returns how many there are.
+int list_limited(std::vector<Contacts::Limited>& list, const std::vector<int>& ids, mjtByte* mjModel::*are_limited,
+                 const RowModels& models, int count) {
+  std::size_t found = 0;
+  for (const int id : ids) {
+    const unsigned rows = rows_in_which(models, count, [&](const mjModel& m) { return (m.*are_limited)[id] != 0; });
+    if (rows != 0) list[found++] = {id, rows};
+  }
+  return static_cast<int>(found);
+}
+
 }  // namespace
 
 ConstraintMaker::ModelNumbers::ModelNumbers(const mjModel& m, std::size_t pairs) {
@@ -85,15 +106,15 @@ ConstraintMaker::ModelNumbers::ModelNumbers(const mjModel& m, std::size_t pairs)
   tendon_frictions_ = tendon_limits_ + count(m.ntendon);
   equalities_ = tendon_frictions_ + count(m.ntendon);
   numbers_.resize(equalities_ + count(m.neq));
-  are_known_.resize(numbers_.size());
+  validity_.resize(numbers_.size());
 }
 
 template <typename Compute>
 const ConstraintNumbers* ConstraintMaker::ModelNumbers::get(std::size_t first, int index, const Compute& compute) {
   ConstraintNumbers& numbers = numbers_[first + static_cast<std::size_t>(index)];
-  unsigned char& is_known = are_known_[first + static_cast<std::size_t>(index)];
-  if (is_known == unknown) is_known = compute(numbers) ? usual : mixed;
-  return is_known == usual ? &numbers : nullptr;
+  unsigned char& validity = validity_[first + static_cast<std::size_t>(index)];
+  if (validity == unknown) validity = compute(numbers) ? valid : invalid;
+  return validity == valid ? &numbers : nullptr;
 }
 
 const ConstraintNumbers* ConstraintMaker::ModelNumbers::of_equality(const mjModel& m, int id) {
@@ -118,7 +139,7 @@ bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pa
   const ContactPair& geoms = contacts_.pairs[pair];
   const mjtNum *friction = m.pair_friction + 5 * pair, *solref = m.pair_solref + mjNREF * pair,
                *solimp = m.pair_solimp + mjNIMP * pair;
-  if (m.npair == 0) {
+  if (&m != &m_ || m.npair == 0) {
     mix_one(geoms.geom1, geoms.geom2, m, mixed_);
     friction = mixed_.friction.data();
     solref = mixed_.solref.data();
@@ -154,11 +175,13 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
                {&Contacts::single_frame, 9 * Contacts::kMostSingle}}),
       shared_(m, tables.contact_pairs.size()),
       own_(static_cast<std::size_t>(code.width), shared_),
+      joints_(tables.joints.size()),
+      tendons_(tables.tendons.size()),
       equals_(tables.equalities.size()),
       frictions_(static_cast<std::size_t>(m.nv + m.ntendon)),
       lists_no_pairs_(tables.searched.has_value()),
       has_friction_(constrains(m, mjDSBL_FRICTIONLOSS)),
-      is_still_(tables.is_still_tendon) {
+      tables_(tables) {
   static_assert(Contacts::kMostSingle == mjMAXCONPAIR);
   contacts_.maker = this;
   contacts_.collide = [](void* maker, int pair, unsigned rows) {
@@ -167,18 +190,14 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   if (!tables.contact_pairs.empty())  // so that later calls allocate no memory
     mix_one(tables.contact_pairs[0].geom1, tables.contact_pairs[0].geom2, m, mixed_);
   contacts_.frictions = frictions_.data();
-  contacts_.equalities = tables.equalities.data();
   contacts_.equals = equals_.data();
-  contacts_.equality_count = static_cast<int>(tables.equalities.size());
-  contacts_.joints = tables.limited_joints.data();
-  contacts_.joint_count = static_cast<int>(tables.limited_joints.size());
-  contacts_.tendons = tables.limited_tendons.data();
-  contacts_.tendon_count = static_cast<int>(tables.limited_tendons.size());
+  contacts_.joints = joints_.data();
+  contacts_.tendons = tendons_.data();
   contacts_.pairs = tables.contact_pairs.data();
 }
 
 // Sets the numbers of an entry (a limit, contact, equality or friction). Lanes that do not have it get the numbers of
-// another lane.
+// another lane. Returns false if MuJoCo would warn of the numbers.
 template <typename Entry, typename Get>
 bool ConstraintMaker::set_numbers(Entry& entry, const Get& get) {
   const ConstraintNumbers* some = nullptr;
@@ -193,11 +212,23 @@ bool ConstraintMaker::set_numbers(Entry& entry, const Get& get) {
   return true;
 }
 
+bool ConstraintMaker::add_equality(const Equality& equality, const RowModels& models, int count) {
+  Contacts::Equal& equal = equals_[contacts_.equality_count];
+  equal = {
+      &equality, rows_in_which(models, count, [&](const mjModel& m) { return m.eq_active[equality.id] != 0; }), {}};
+  if (equal.rows == 0) return true;
+  for (int row = 0; row < count; ++row)
+    if (equal.rows >> row & 1) contacts_.bounded[row] += equality.size;
+  ++contacts_.equality_count;
+  return set_numbers(equal, [&](int lane) { return used_[lane]->of_equality(*models[lane], equality.id); });
+}
+
 bool ConstraintMaker::add_friction(Object object, int id, const RowModels& models, int count) {
   Contacts::Friction& friction = frictions_[contacts_.friction_count];
-  friction = {object, id, 0, {}};
-  for (int row = 0; row < count; ++row)
-    if (frictionloss_of(*models[row], object, id) > 0) friction.rows |= 1U << row;
+  friction = {object,
+              id,
+              rows_in_which(models, count, [&](const mjModel& m) { return frictionloss_of(m, object, id) > 0; }),
+              {}};
   if (friction.rows == 0) return true;
   for (int row = 0; row < count; ++row) contacts_.bounded[row] += friction.rows >> row & 1;
   ++contacts_.friction_count;
@@ -217,19 +248,18 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
                                                           [](const mjModel* m) { return m->npair == 0; });
   if (are_shared && shared_rows_ == count) return true;  // nothing has changed since the last step
   shared_rows_ = 0;
-  contacts_.friction_count = 0;
+  contacts_.equality_count = contacts_.friction_count = 0;
   std::fill_n(contacts_.bounded, kMaxWidth, 0);
-  for (int i = 0; i < contacts_.equality_count; ++i) {
-    const Equality& equality = contacts_.equalities[i];
-    equals_[i] = {(1U << count) - 1, {}};
-    for (int row = 0; row < count; ++row) contacts_.bounded[row] += equality.size;
-    if (!set_numbers(equals_[i], [&](int lane) { return used_[lane]->of_equality(*models[lane], equality.id); }))
-      return false;
-  }
+  const auto has_noslip = [](const mjModel& m) { return m.opt.noslip_iterations > 0; };
+  if (rows_in_which(models, count, has_noslip) != 0) return false;
+  contacts_.joint_count = list_limited(joints_, tables_.joints, &mjModel::jnt_limited, models, count);
+  contacts_.tendon_count = list_limited(tendons_, tables_.tendons, &mjModel::tendon_limited, models, count);
+  for (const Equality& equality : tables_.equalities)
+    if (!add_equality(equality, models, count)) return false;
   for (int dof = 0; dof < m_.nv && has_friction_; ++dof)
     if (!add_friction(Object::dof, dof, models, count)) return false;
   for (int tendon = 0; tendon < m_.ntendon && has_friction_; ++tendon)
-    if (!is_still_[tendon] && !add_friction(Object::tendon, tendon, models, count)) return false;
+    if (!tables_.is_still_tendon[tendon] && !add_friction(Object::tendon, tendon, models, count)) return false;
   if (are_shared) shared_rows_ = count;
   return true;
 }
@@ -246,7 +276,8 @@ int ConstraintMaker::collide(int pair, int lane) {
     for (int i = 9 * geom; i < 9 * geom + 9; ++i) d.geom_xmat[i] = lanes_->geom_xmat[i * width + lane];
   }
   std::array<mjContact, mjMAXCONPAIR> found;
-  const int count = mjCOLLISIONFUNC[type1][type2](&m, &d, found.data(), geoms.geom1, geoms.geom2, geoms.margin);
+  const double margin = mixed_margin(m.geom_margin[geoms.geom1], m.geom_margin[geoms.geom2]);
+  const int count = mjCOLLISIONFUNC[type1][type2](&m, &d, found.data(), geoms.geom1, geoms.geom2, margin);
   if (count > mjMAXCONPAIR) return -1;
   int kept = 0;
   for (int i = 0; i < count; ++i) {

@@ -34,7 +34,7 @@ class ConstraintMaker {
   class ModelNumbers {
    public:
     ModelNumbers(const mjModel& m, std::size_t pairs);
-    void forget() { are_known_.assign(are_known_.size(), 0); }
+    void forget() { validity_.assign(validity_.size(), unknown); }
     // These return null if MuJoCo would warn of the numbers.
     const ConstraintNumbers* of_equality(const mjModel& m, int id);
     const ConstraintNumbers* of_friction(const mjModel& m, Object object, int id);
@@ -42,11 +42,11 @@ class ConstraintMaker {
     const ConstraintNumbers* of_contact(ConstraintMaker& maker, const mjModel& m, int pair);
 
    private:
-    enum : unsigned char { unknown, usual, mixed };
-    std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_,
-        equalities_;  // where the numbers of each kind begin in numbers_; those of joints begin at 0
+    enum : unsigned char { unknown, valid, invalid };  // invalid: MuJoCo would warn of them
+    // Where the numbers of each kind begin in numbers_. Those of the limits of joints begin at 0.
+    std::size_t pairs_, dofs_, tendon_limits_, tendon_frictions_, equalities_;
     std::vector<ConstraintNumbers> numbers_;
-    std::vector<unsigned char> are_known_;
+    std::vector<unsigned char> validity_;  // for each of numbers_: unknown, valid or invalid
     template <typename Compute>
     const ConstraintNumbers* get(std::size_t first, int index, const Compute& compute);
   };
@@ -58,13 +58,14 @@ class ConstraintMaker {
   ModelNumbers shared_;            // of the model that rows without own values share
   std::vector<ModelNumbers> own_;  // for each lane, those of its row's own model
   std::array<ModelNumbers*, kMaxWidth> used_{};
+  std::vector<Contacts::Limited> joints_, tendons_;
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;        // equals_ and frictions_ are valid for so many rows that share the model; 0: not valid
+  int shared_rows_ = 0;        // the lists are valid for this many rows with the shared model; 0: they are not valid
   const bool lists_no_pairs_;  // MuJoCo searches for pairs, so no model holds their parameters
   const bool has_friction_;
-  const std::vector<unsigned char>& is_still_;  // that of ModelTables
-  Pairs mixed_;                                 // room for the parameters of one pair
+  const ModelTables& tables_;
+  Pairs mixed_;  // room for the parameters of one pair
   // The arguments of the current call of `find`:
   const Lanes* lanes_ = nullptr;
   const RowModels* models_ = nullptr;
@@ -77,6 +78,7 @@ class ConstraintMaker {
   ConstraintMaker(const Code& code, const mjModel& m, const ModelTables& tables);
   template <typename Entry, typename Get>
   bool set_numbers(Entry& entry, const Get& get);
+  bool add_equality(const Equality& equality, const RowModels& models, int count);
   bool add_friction(Object object, int id, const RowModels& models, int count);
 };
 

@@ -1,5 +1,5 @@
-// What both constraint solvers need. The results have MuJoCo's bits for the reasons that functions.hpp gives: a term
-// that MuJoCo skips adds a zero here, and so does a place without a constraint.
+// What the solvers and the code that makes and reads constraints share. The results have MuJoCo's bits for the reasons
+// that functions.hpp gives: a term that MuJoCo skips adds a zero here, and so does a place without a constraint.
 #pragma once
 
 #include "engine/lanes/functions.hpp"
@@ -7,6 +7,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
+// The mask of the lanes whose bits are set.
 inline Mask mask_of(unsigned rows) {
   Mask mask{};
   for (int lane = 0; lane < kWidth; ++lane) mask[lane] = rows >> lane & 1 ? -1 : 0;
@@ -31,17 +32,18 @@ class Places {
   }
   // Skips all equality and friction constraints.
   void skip_bounded() {
-    for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equalities[i].size);
+    for (int i = 0; i < contacts_.equality_count; ++i)
+      next(contacts_.equals[i].rows, contacts_.equals[i].equality->size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
-  // The place of the first lane's next constraint.
+  // With elliptic cones, where all lanes have the same places: the place of the next constraint.
   int first() const { return numbers_[0]; }
-  // For each lane, the place of constraint i of the present limit, contact or equality.
+  // For each lane, the place of constraint i of the limit, contact or equality to which `next` went.
   const int* of(int i) const { return places_[i]; }
   int at(int i, int lane) const { return places_[i][lane]; }
 
  private:
-  static constexpr int kMostRows = 10;
+  static constexpr int kMostRows = 10;  // of a contact with six dimensions and a pyramidal cone
   const Contacts& contacts_;
   const Constraints& c_;
   int numbers_[kWidth] = {};  // the number of each lane's next constraint
@@ -61,6 +63,7 @@ class Constrained {
 
   double number_of_dofs() const { return nv_ > 1 ? nv_ : 1; }
 
+  // Leaves lanes (bits) to MuJoCo.
   void leave(unsigned rows) {
     d_.left_to_mujoco |= rows;
     active_ &= ~rows;

@@ -27,13 +27,13 @@ inline Mask makeFrame(V* frame) {
 // ---- engine_collision_driver.c ----
 
 // The lanes, as bits, in which MuJoCo's search may miss a contact of the pair.
-unsigned uncertain(const ContactPair& pair, const V* pos1, const V* pos2) {
-  V dif[3], size = splat(pair.reach);
+unsigned uncertain(V reach, const V* pos1, const V* pos2) {
+  V dif[3], size = reach;
   for (int k = 0; k < 3; ++k) {
     dif[k] = pos1[k] - pos2[k];
     size += abs(pos1[k]) + abs(pos2[k]);
   }
-  return bits(~(sqrt(dot3(dif, dif)) < pair.reach - 1e-6 * size));
+  return bits(~(sqrt(dot3(dif, dif)) < reach - 1e-6 * size));
 }
 
 // Takes contact i of those that MuJoCo's function found (Contacts::collide).
@@ -53,6 +53,7 @@ bool collision(const Lanes& d, Contacts& c) {
     const unsigned near = d.may_touch[i] & c.rows;
     if (near == 0) continue;
     const ContactPair& pair = c.pairs[i];
+    const V margin = pair_number(d, i, d.pair_margin, &PairNumbers::margin);
     const auto geom = [&](int id) {
       return Geom{vectors(d.geom_xpos) + 3 * id, vectors(d.geom_xmat) + 9 * id, vectors(d.geom_size) + 3 * id};
     };
@@ -61,24 +62,24 @@ bool collision(const Lanes& d, Contacts& c) {
     int count = 1;
     Mask is_computed_by_mujoco{};
     switch (pair.shapes) {
-      case Shapes::plane_sphere: PlaneSphere(found[0], pair.margin, g1, g2.pos, g2.size[0]); break;
+      case Shapes::plane_sphere: PlaneSphere(found[0], margin, g1, g2.pos, g2.size[0]); break;
       case Shapes::plane_capsule:
-        PlaneCapsule(found, pair.margin, g1, g2);
+        PlaneCapsule(found, margin, g1, g2);
         count = 2;
         break;
-      case Shapes::plane_ellipsoid: PlaneEllipsoid(found[0], pair.margin, g1, g2); break;
+      case Shapes::plane_ellipsoid: PlaneEllipsoid(found[0], margin, g1, g2); break;
       case Shapes::plane_cylinder:
-        PlaneCylinder(found, pair.margin, g1, g2);
+        PlaneCylinder(found, margin, g1, g2);
         count = 4;
         break;
       case Shapes::plane_box:
-        PlaneBox(found, pair.margin, g1, g2);
+        PlaneBox(found, margin, g1, g2);
         count = 4;
         break;
-      case Shapes::sphere_sphere: SphereSphere(found[0], pair.margin, g1, g1.pos, g2, g2.pos); break;
-      case Shapes::sphere_capsule: SphereCapsule(found[0], pair.margin, g1, g2); break;
-      case Shapes::sphere_box: SphereBox(found[0], pair.margin, g1, g2); break;
-      case Shapes::capsule_capsule: is_computed_by_mujoco = CapsuleCapsule(found[0], pair.margin, g1, g2); break;
+      case Shapes::sphere_sphere: SphereSphere(found[0], margin, g1, g1.pos, g2, g2.pos); break;
+      case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
+      case Shapes::sphere_box: SphereBox(found[0], margin, g1, g2); break;
+      case Shapes::capsule_capsule: is_computed_by_mujoco = CapsuleCapsule(found[0], margin, g1, g2); break;
       default: is_computed_by_mujoco = V{} == V{};
     }
     const bool is_single = (bits(is_computed_by_mujoco) & near) != 0;
@@ -89,10 +90,11 @@ bool collision(const Lanes& d, Contacts& c) {
       Contact& con = found[is_single ? 0 : k];
       const unsigned rows = bits(con.is_there) & near;
       if (rows == 0) continue;
-      if (c.are_searched && pair.is_between_bodies && (uncertain(pair, g1.pos, g2.pos) & rows) != 0) return false;
+      const V reach = pair_number(d, i, d.pair_reach, &PairNumbers::reach);
+      if (c.are_searched && pair.is_between_bodies && (uncertain(reach, g1.pos, g2.pos) & rows) != 0) return false;
       if ((bits(makeFrame(con.frame)) & rows) != 0) return false;
       for (int lane = 0; lane < kWidth; ++lane) c.found[lane] += rows >> lane & 1;
-      const unsigned included = rows & bits(con.dist < splat(pair.includemargin));
+      const unsigned included = rows & bits(con.dist < includemargin(d, i));
       if (included == 0) continue;
       if (c.contact_count == Contacts::kCapacity) return false;
       const int n = c.contact_count++;

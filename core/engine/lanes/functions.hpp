@@ -51,6 +51,7 @@ inline unsigned bits(Mask mask) {
 inline bool any(Mask mask) { return bits(mask) != 0; }
 // Returns a vector with x in each lane. Written as x - V{}, because V{} + x would turn -0 into +0.
 inline V splat(double x) { return x - V{}; }
+inline V splat(V x) { return x; }
 inline V* vectors(double* numbers) { return reinterpret_cast<V*>(numbers); }
 inline const V* vectors(const double* numbers) { return reinterpret_cast<const V*>(numbers); }
 
@@ -176,9 +177,10 @@ inline Mask is_null(const V* quat) {
   return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
 }
 
-// mju_rotVecQuat for a vector of the model. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). The
+// mju_rotVecQuat. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). The
 // general formula has the same result, except that it turns -0 into +0.
-inline void rotVecQuat(V* res, const double* vec, const V* quat, bool has_negative_zeros) {
+template <typename T>
+inline void rotVecQuat(V* res, const T* vec, const V* quat, bool has_negative_zeros) {
   const V tmp0 = quat[0] * vec[0] + quat[2] * vec[2] - quat[3] * vec[1];
   const V tmp1 = quat[0] * vec[1] + quat[3] * vec[0] - quat[1] * vec[2];
   const V tmp2 = quat[0] * vec[2] + quat[1] * vec[1] - quat[2] * vec[0];
@@ -207,9 +209,10 @@ inline void mulQuat(V* res, const V* qa, const T* qb) {
   res[3] = z;
 }
 
-// mju_subQuat, with a quaternion of the model as the second one.
-inline void subQuat(V* res, const V* qa, const double* qb) {
-  V negative[4] = {splat(qb[0]), splat(-qb[1]), splat(-qb[2]), splat(-qb[3])}, dif[4];
+// mju_subQuat
+inline void subQuat(V* res, const V* qa, const V* qb) {
+  V negative[4], dif[4];
+  negQuat(negative, qb);
   mulQuat(dif, negative, qa);
   quat2Vel(res, dif);
 }
@@ -252,7 +255,7 @@ inline void half_sines(double* sine, double* cosine, const double* angle, int co
 }
 
 // mju_quatIntegrate
-inline void quatIntegrate(V* quat, const V* vel, double scale) {
+inline void quatIntegrate(V* quat, const V* vel, V scale) {
   V tmp[4], rotation[4];
   copy(tmp, vel, 3);
   const V angle = scale * normalize3(tmp);
@@ -337,14 +340,11 @@ inline void transformMotion(V* res, const V* vec, const V* newpos, const V* oldp
 }
 
 // mju_clip
-inline V clip(V x, const double* range) {
-  const V low = splat(range[0]), high = splat(range[1]);
-  return x < low ? low : (x > high ? high : x);
-}
+inline V clip(V x, const V* range) { return x < range[0] ? range[0] : (x > range[1] ? range[1] : x); }
 
 // ---- engine_support.c ----
 
-// mj_local2Global. Compilers no longer inline it by themselves, because it has several instances.
+// mj_local2Global. Compilers would not inline it by themselves, because it has several instances.
 template <typename T, typename U>
 inline __attribute__((always_inline)) void local2Global(const Lanes& d, V* xpos, V* xmat, const T* pos, const U* quat,
                                                         int body, int sameframe) {
@@ -361,7 +361,7 @@ inline __attribute__((always_inline)) void local2Global(const Lanes& d, V* xpos,
 }
 
 // mj_integratePos
-void integratePos(const mjModel& m, V* qpos, const V* qvel, double dt) {
+void integratePos(const mjModel& m, V* qpos, const V* qvel, V dt) {
   for (int j = 0; j < m.njnt; ++j) {
     V* q = qpos + m.jnt_qposadr[j];
     const V* v = qvel + m.jnt_dofadr[j];
@@ -374,6 +374,14 @@ void integratePos(const mjModel& m, V* qpos, const V* qvel, double dt) {
       default: q[0] += dt * v[0];
     }
   }
+}
+
+// A number of a pair of geoms: the rows' own, or that of the shared model.
+inline V pair_number(const Lanes& d, int pair, const double* own, double PairNumbers::*shared) {
+  return d.has_own_pairs ? vectors(own)[pair] : splat(d.pairs[pair].numbers.*shared);
+}
+inline V includemargin(const Lanes& d, int pair) {
+  return pair_number(d, pair, d.pair_includemargin, &PairNumbers::includemargin);
 }
 
 // The column of mj_jac for a dof that moves the body: the velocity that the dof gives to a point. offset: from the
@@ -434,60 +442,56 @@ inline V fourth_power(V x) { return x * x * x * x; }
 // about the axis of the edge.
 inline V edge_of_box(V sum, V mass) { return sqrt((splat(mjMINVAL) > sum ? splat(mjMINVAL) : sum) / mass * 6.0); }
 
-// Computes what mj_inertiaBoxFluidModel computes from the masses and inertias alone. Lanes in which the fluid acts on
-// other bodies than in the shared model are left to MuJoCo.
+// Computes what mj_inertiaBoxFluidModel computes from the fluid and from masses and inertias alone. A factor is 0 where
+// MuJoCo adds nothing: for bodies without mass, and in a fluid without density or viscosity.
 void adopt_in_fluid(Lanes& d) {
-  const double density = d.model->opt.density, viscosity = d.model->opt.viscosity;
-  const V* const body_mass = vectors(d.body_mass);
-  int count = 0;
-  for (int body = 1; body < d.model->nbody; ++body) {
-    const unsigned light = bits(body_mass[body] < splat(mjMINVAL));
-    if (count == d.fluid_body_count || d.fluid_bodies[count] != body) {
-      d.unlike |= ~light;
-      continue;
-    }
-    d.unlike |= light;
-    const V mass = body_mass[body], *const inertia = vectors(d.body_inertia) + 3 * body;
+  const V zero{}, density = *vectors(d.density), viscosity = *vectors(d.viscosity);
+  const Mask is_dense = density > zero, is_viscous = viscosity > zero;
+  d.has_fluid = any(is_dense | is_viscous);
+  for (int body = 1; body < d.model->nbody && d.has_fluid; ++body) {
+    const V mass = vectors(d.body_mass)[body], *const inertia = vectors(d.body_inertia) + 3 * body;
     const V box[3] = {edge_of_box(inertia[1] + inertia[2] - inertia[0], mass),
                       edge_of_box(inertia[0] + inertia[2] - inertia[1], mass),
                       edge_of_box(inertia[0] + inertia[1] - inertia[2], mass)};
     const V diam = (box[0] + box[1] + box[2]) / 3.0;
-    vectors(d.viscous_torque)[count] = -mjPI * diam * diam * diam * viscosity;
-    vectors(d.viscous_force)[count] = -3.0 * mjPI * diam * viscosity;
-    V *const torque = vectors(d.torque_drag) + 3 * count, *const force = vectors(d.force_drag) + 3 * count;
-    torque[0] = density * box[0] * (fourth_power(box[1]) + fourth_power(box[2]));
-    torque[1] = density * box[1] * (fourth_power(box[0]) + fourth_power(box[2]));
-    torque[2] = density * box[2] * (fourth_power(box[0]) + fourth_power(box[1]));
-    force[0] = 0.5 * density * box[1] * box[2];
-    force[1] = 0.5 * density * box[0] * box[2];
-    force[2] = 0.5 * density * box[0] * box[1];
-    ++count;
+    const Mask is_light = mass < splat(mjMINVAL);
+    const auto set = [&](double* factors, int index, Mask is_there, V factor) {
+      vectors(factors)[index] = is_there & ~is_light ? factor : zero;
+    };
+    set(d.viscous_torque, body, is_viscous, -mjPI * diam * diam * diam * viscosity);
+    set(d.viscous_force, body, is_viscous, -3.0 * mjPI * diam * viscosity);
+    for (int k = 0; k < 3; ++k) {
+      const V first = box[k == 0 ? 1 : 0], second = box[k == 2 ? 1 : 2];
+      set(d.torque_drag, 3 * body + k, is_dense, density * box[k] * (fourth_power(first) + fourth_power(second)));
+      set(d.force_drag, 3 * body + k, is_dense, 0.5 * density * first * second);
+    }
   }
 }
 
-// Computes what mj_tendon and mj_transmission compute from the coefficients of tendons along joints alone. Lanes are
-// left to MuJoCo if their pulleys differ from those of the shared model, or if a tendon moves in them whose Jacobian is
-// always 0 in the shared model.
-void adopt_tendons(Lanes& d) {
+// Computes what mj_tendon and mj_transmission compute from nothing but gears and the coefficients of tendons along
+// joints. A lane is left to MuJoCo if it has a coefficient other than 0 of a tendon that is still (is_still_tendon) in
+// the shared model.
+void adopt_transmissions(Lanes& d) {
   const mjModel& m = *d.model;
   const V* const wrap_prm = vectors(d.wrap_prm);
   for (int i = 0; i < m.ntendon; ++i)
     for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j) {
-      if (m.wrap_type[j] == mjWRAP_JOINT) vectors(d.ten_J)[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = wrap_prm[j];
-      const double usual = d.is_still_tendon[i] ? 0 : m.wrap_prm[j];
-      if (m.wrap_type[j] != mjWRAP_JOINT || d.is_still_tendon[i]) d.unlike |= bits(wrap_prm[j] != splat(usual));
+      if (m.wrap_type[j] != mjWRAP_JOINT) continue;
+      vectors(d.ten_J)[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = wrap_prm[j];
+      if (d.is_still_tendon[i]) d.unlike |= bits(wrap_prm[j] != V{});
     }
-  for (int i = 0; i < m.nu; ++i) {
+  for (int i = 0; i < m.nu && d.has_moments; ++i) {
     const Actuator& actuator = d.actuators[i];
+    const V gear = vectors(d.actuator_gear)[6 * i];
+    V* const moment = vectors(d.actuator_moment) + i * m.nv;
+    if (actuator.transmission == Actuator::Transmission::dof) moment[actuator.dof] = gear;
     if (actuator.transmission != Actuator::Transmission::tendon) continue;
-    for (int k = 0; k < m.nv; ++k)
-      vectors(d.actuator_moment)[i * m.nv + k] = vectors(d.ten_J)[actuator.object * m.nv + k] * m.actuator_gear[6 * i];
+    for (int k = 0; k < m.nv; ++k) moment[k] = vectors(d.ten_J)[actuator.object * m.nv + k] * gear;
   }
 }
 
-// Computes what mj_comPos computes from the masses alone. Lanes are left to MuJoCo if they have damping and the shared
-// model has none, or the reverse. They are also left if the quaternion of a geom does not have length 1, because such a
-// geom may touch others beyond its bounding sphere.
+// Computes what mj_comPos computes from the masses alone. Lanes are left to MuJoCo if the quaternion of a geom does not
+// have length 1, because such a geom may touch others beyond its bounding sphere.
 void adopt(Lanes& d) {
   const mjModel& m = *d.model;
   V* const scale = vectors(d.com_scale);
@@ -498,17 +502,15 @@ void adopt(Lanes& d) {
     scale[i] = mass < splat(mjMINVAL) ? V{} : 1.0 / mass;
   }
 
-  d.unlike = 0;
-  unsigned damped = 0;
-  for (int i = 0; i < m.nv; ++i) damped |= bits(vectors(d.dof_damping)[i] > V{});
-  d.unlike |= d.has_damping ? ~damped : damped;
-  if (!d.has_single_actuation) adopt_tendons(d);
+  d.unlike = d.damped = 0;
+  for (int i = 0; i < m.nv; ++i) d.damped |= bits(vectors(d.dof_damping)[i] > V{});
+  if (!d.has_single_actuation) adopt_transmissions(d);
   for (int i = 0; i < m.ngeom && d.has_own_frames; ++i) {
     const V* const quat = vectors(d.geom_quat) + 4 * i;
     const V square = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
     d.unlike |= bits(~(abs(square - 1.0) < splat(1e-6)));
   }
-  if (!d.has_single_passive && (m.opt.viscosity > 0 || m.opt.density > 0)) adopt_in_fluid(d);
+  if (!d.has_single_passive) adopt_in_fluid(d);
 }
 
 // ---- engine_core_smooth.c: positions ----
@@ -522,6 +524,7 @@ auto frames_of(const double* own, const double* shared) {
     return shared;
 }
 
+// mj_kinematics. kAreOwn: rows have their own positions and orientations.
 template <bool kAreOwn>
 void place(Lanes& d) {
   const mjModel& m = *d.model;
@@ -531,13 +534,15 @@ void place(Lanes& d) {
   const V *const sine = vectors(d.sine), *const cosine = vectors(d.cosine);
   const int *const jnt_type = m.jnt_type, *const jnt_qposadr = m.jnt_qposadr;
   const bool negative_zeros = d.has_negative_zeros;
+  const auto qpos0 = frames_of<kAreOwn>(d.qpos0, m.qpos0), jnt_pos = frames_of<kAreOwn>(d.jnt_pos, m.jnt_pos),
+             jnt_axis = frames_of<kAreOwn>(d.jnt_axis, m.jnt_axis);
 
   int hinges = 0;
   for (int i = 0; i < m.njnt; ++i) {
     V* q = qpos + jnt_qposadr[i];
     if (jnt_type[i] == mjJNT_FREE) normalize4(q + 3);
     if (jnt_type[i] == mjJNT_BALL) normalize4(q);
-    if (jnt_type[i] == mjJNT_HINGE) angle[hinges++] = q[0] - m.qpos0[jnt_qposadr[i]];
+    if (jnt_type[i] == mjJNT_HINGE) angle[hinges++] = q[0] - qpos0[jnt_qposadr[i]];
   }
   half_sines(d.sine, d.cosine, d.angle, hinges);
   for (int i = 0; i < m.nmocap; ++i) normalize4(vectors(d.mocap_quat) + 4 * i);
@@ -564,13 +569,13 @@ void place(Lanes& d) {
       }
       for (int k = 0; k < 3; ++k) pos[k] = xpos[3 * parent + k] + vec[k];
       for (int j = first; j < first + count; ++j) {
-        const double* axis = m.jnt_axis + 3 * j;
+        const auto axis = jnt_axis + 3 * j;
         V anchor[3];
         rotVecQuat(xaxis + 3 * j, axis, quat, negative_zeros);
-        rotVecQuat(anchor, m.jnt_pos + 3 * j, quat, negative_zeros);
+        rotVecQuat(anchor, jnt_pos + 3 * j, quat, negative_zeros);
         add_to(anchor, pos, 3);
         if (jnt_type[j] == mjJNT_SLIDE) {
-          const V length = qpos[jnt_qposadr[j]] - m.qpos0[jnt_qposadr[j]];
+          const V length = qpos[jnt_qposadr[j]] - qpos0[jnt_qposadr[j]];
           for (int k = 0; k < 3; ++k) pos[k] += xaxis[3 * j + k] * length;
         } else {
           V local[4], turned[3];
@@ -581,7 +586,7 @@ void place(Lanes& d) {
             ++hinge;
           }
           mulQuat(quat, quat, local);
-          rotVecQuat(turned, m.jnt_pos + 3 * j, quat, negative_zeros);
+          rotVecQuat(turned, jnt_pos + 3 * j, quat, negative_zeros);
           for (int k = 0; k < 3; ++k) pos[k] += (anchor[k] - pos[k]) - turned[k];
         }
         copy(xanchor + 3 * j, anchor, 3);
@@ -595,7 +600,7 @@ void place(Lanes& d) {
 
   for (int i = 1; i < m.nbody; ++i)
     local2Global(d, vectors(d.xipos) + 3 * i, vectors(d.ximat) + 9 * i, vectors(d.body_ipos) + 3 * i,
-                 m.body_iquat + 4 * i, i, m.body_sameframe[i]);
+                 frames_of<kAreOwn>(d.body_iquat, m.body_iquat) + 4 * i, i, m.body_sameframe[i]);
   for (int i = 0; i < m.ngeom; ++i)
     local2Global(d, vectors(d.geom_xpos) + 3 * i, vectors(d.geom_xmat) + 9 * i,
                  frames_of<kAreOwn>(d.geom_pos, m.geom_pos) + 3 * i,
@@ -606,7 +611,6 @@ void place(Lanes& d) {
                  frames_of<kAreOwn>(d.site_quat, m.site_quat) + 4 * i, m.site_bodyid[i], m.site_sameframe[i]);
 }
 
-// mj_kinematics
 void kinematics(Lanes& d) { d.has_own_frames ? place<true>(d) : place<false>(d); }
 
 // mj_comPos
@@ -692,8 +696,8 @@ void factorI(Lanes& d, const V* M, V* qLD, V* qLDiagInv, V* qLDiagSqrtInv) {
   for (int k = nv - 1; k >= 0; --k) {
     const int Madr_kk = dof_Madr[k];
     const V diagonal = qLD[Madr_kk];
-    // Lanes with a number below mjMINVAL are left, because MuJoCo warns of it. The second comparison finds numbers that
-    // are not finite.
+    // Lanes with a number below mjMINVAL are left to MuJoCo, because MuJoCo warns of it. The second comparison finds
+    // numbers that are not finite.
     d.left_to_mujoco |= bits(~((diagonal >= splat(mjMINVAL)) & (diagonal <= splat(kHuge))));
     if (m.dof_simplenum[k]) continue;
     int Madr_ki = Madr_kk + 1;
@@ -777,33 +781,25 @@ void comVel(Lanes& d) {
   }
 }
 
-// mj_inertiaBoxFluidModel for the body fluid_bodies[index].
-void inertiaBoxFluidModel(Lanes& d, int index) {
+// mj_inertiaBoxFluidModel
+void inertiaBoxFluidModel(Lanes& d, int body) {
   const mjModel& m = *d.model;
-  const int body = d.fluid_bodies[index];
-  const V viscous_torque = vectors(d.viscous_torque)[index],
-          viscous_force = vectors(d.viscous_force)[index], *const torque_drag = vectors(d.torque_drag) + 3 * index,
-          *const force_drag = vectors(d.force_drag) + 3 * index;
+  const V viscous_torque = vectors(d.viscous_torque)[body], viscous_force = vectors(d.viscous_force)[body],
+          *const torque_drag = vectors(d.torque_drag) + 3 * body, *const force_drag = vectors(d.force_drag) + 3 * body;
   const V *const xipos = vectors(d.xipos) + 3 * body, *const ximat = vectors(d.ximat) + 9 * body,
                  *const com = vectors(d.subtree_com) + 3 * m.body_rootid[body];
   V vel[6], wind[6], local_wind[6], force[6], global[6];
   transformMotion(vel, vectors(d.cvel) + 6 * body, xipos, com, ximat);  // mj_objectVelocity
   zero(wind, 3);
-  for (int k = 0; k < 3; ++k) wind[k + 3] = splat(m.opt.wind[k]);
+  copy(wind + 3, vectors(d.wind), 3);
   transformMotion(local_wind, wind, xipos, com, ximat);
   for (int k = 3; k < 6; ++k) vel[k] -= local_wind[k];
 
-  zero(force, 6);
-  if (m.opt.viscosity > 0)
-    for (int k = 0; k < 3; ++k) {
-      force[k] = vel[k] * viscous_torque;
-      force[k + 3] = vel[k + 3] * viscous_force;
-    }
-  if (m.opt.density > 0)
-    for (int k = 0; k < 3; ++k) {
-      force[k + 3] -= force_drag[k] * abs(vel[k + 3]) * vel[k + 3];
-      force[k] -= torque_drag[k] * abs(vel[k]) * vel[k] / 64.0;
-    }
+  // Where MuJoCo adds nothing, this adds zeros. Their signs do not matter, because applyFT's sums begin at +0.
+  for (int k = 0; k < 3; ++k) {
+    force[k] = vel[k] * viscous_torque - torque_drag[k] * abs(vel[k]) * vel[k] / 64.0;
+    force[k + 3] = vel[k + 3] * viscous_force - force_drag[k] * abs(vel[k + 3]) * vel[k + 3];
+  }
   rotVecMat(global, force, ximat);
   rotVecMat(global + 3, force + 3, ximat);
   applyFT(d, global + 3, global, xipos, body, vectors(d.qfrc_passive));
@@ -823,23 +819,24 @@ void passive(Lanes& d) {
     const bool is_free = m.jnt_type[i] == mjJNT_FREE, is_rotation = is_free || m.jnt_type[i] == mjJNT_BALL;
     if (is_rotation && !any(stiffness != V{})) continue;  // MuJoCo subtracts zeros, which changes nothing
     for (int end = dof + (is_free ? 3 : is_rotation ? 0 : 1); dof < end; ++adr, ++dof)
-      qfrc[dof] -= stiffness * (qpos[adr] - m.qpos_spring[adr]);
+      qfrc[dof] -= stiffness * (qpos[adr] - vectors(d.qpos_spring)[adr]);
     if (!is_rotation) continue;
     V dif[3];
-    subQuat(dif, qpos + adr, m.qpos_spring + adr);
+    subQuat(dif, qpos + adr, vectors(d.qpos_spring) + adr);
     for (int k = 0; k < 3; ++k) qfrc[dof + k] -= stiffness * dif[k];
   }
   for (int i = 0; i < m.nv; ++i) qfrc[i] -= vectors(d.dof_damping)[i] * qvel[i];
   for (int i = 0; i < m.ntendon; ++i) {
-    const V force = -m.tendon_stiffness[i] * (vectors(d.ten_length)[i] - vectors(d.tendon_lengthspring)[i]) -
-                    m.tendon_damping[i] * vectors(d.ten_velocity)[i];
+    const V force = -vectors(d.tendon_stiffness)[i] * (vectors(d.ten_length)[i] - vectors(d.tendon_lengthspring)[i]) -
+                    vectors(d.tendon_damping)[i] * vectors(d.ten_velocity)[i];
     for (int k = d.tendon_dof_adr[i]; k < d.tendon_dof_adr[i + 1]; ++k)
       qfrc[d.tendon_dofs[k]] += vectors(d.ten_J)[i * m.nv + d.tendon_dofs[k]] * force;
   }
-  for (int i = 0; i < d.fluid_body_count; ++i) inertiaBoxFluidModel(d, i);
+  for (int i = 1; i < m.nbody && d.has_fluid; ++i)
+    if (any(vectors(d.body_mass)[i] >= splat(mjMINVAL))) inertiaBoxFluidModel(d, i);
 }
 
-// mj_rne with flg_acc = 0, that is without accelerations
+// mj_rne with flg_acc = 0: without accelerations
 void rne(Lanes& d) {
   const mjModel& m = *d.model;
   V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);
@@ -891,20 +888,25 @@ void fwdAcceleration(Lanes& d) {
   solveLD(m, acc, vectors(d.qLD), vectors(d.qLDiagInv));
 }
 
-// mj_Euler
+// mj_Euler. MuJoCo integrates rows without damping explicitly.
 void Euler(Lanes& d) {
   const mjModel& m = *d.model;
   V *const qvel = vectors(d.qvel), *const acc = vectors(d.qacc_euler);
-  const double timestep = m.opt.timestep;
-  if (d.has_damping) {
+  const V timestep = *vectors(d.timestep);
+  if (d.damped == 0) {
+    copy(acc, vectors(d.qacc), m.nv);
+  } else {
     V* const MhB = vectors(d.MhB);
     copy(MhB, vectors(d.qM), m.nM);
-    for (int i = 0; i < m.nv; ++i) MhB[m.dof_Madr[i]] += timestep * vectors(d.dof_damping)[i];
+    Mask is_damped{};
+    for (int i = 0; i < m.nv; ++i) {
+      is_damped |= vectors(d.dof_damping)[i] > V{};
+      MhB[m.dof_Madr[i]] += timestep * vectors(d.dof_damping)[i];
+    }
     factorI(d, MhB, vectors(d.qH), vectors(d.qHDiagInv), nullptr);
     for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
     solveLD(m, acc, vectors(d.qH), vectors(d.qHDiagInv));
-  } else {
-    copy(acc, vectors(d.qacc), m.nv);
+    for (int i = 0; i < m.nv; ++i) acc[i] = is_damped ? acc[i] : vectors(d.qacc)[i];
   }
   for (int i = 0; i < m.nv; ++i) qvel[i] += acc[i] * timestep;
   integratePos(m, vectors(d.qpos), qvel, timestep);
@@ -915,7 +917,7 @@ void Euler(Lanes& d) {
 void RungeKutta(Lanes& d, int stage) {
   const mjModel& m = *d.model;
   const int nv = m.nv;
-  const double h = m.opt.timestep;
+  const V h = *vectors(d.timestep);
   V *const qpos = vectors(d.qpos), *const qvel = vectors(d.qvel), *const X_qvel = vectors(d.X_qvel),
            *const F = vectors(d.F), *const dX = vectors(d.dX);
   if (stage == 1) {

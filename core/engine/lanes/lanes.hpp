@@ -9,14 +9,20 @@ namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
 
-// Two geoms that can collide. Before MuJoCo looks for contacts, it compares their bounding spheres, or a plane and a
-// bounding sphere. The geoms do not touch if the square of the distance between their centres, or the distance from the
-// plane to the centre, is greater than the limit.
+// Numbers that follow from the margins, gaps and bounding spheres of two geoms. Before MuJoCo looks for contacts, it
+// compares the spheres, or a plane and a sphere. The geoms do not touch if the square of the distance between their
+// centres, or the distance from the plane to the centre, is greater than `limit`. reach: the distance of the centres at
+// which the spheres, with their margin, touch.
+struct PairNumbers {
+  double limit, margin, includemargin, reach;
+};
+
+// Two geoms that can collide.
 struct GeomPair {
   int geom1, geom2;
   bool has_plane;
-  int boxes;  // the index of their BoxPair; -1 if their bounding boxes are not compared
-  double limit;
+  int box_pair;  // the index in Lanes::box_pairs; -1 if their bounding boxes are not compared
+  PairNumbers numbers;
 };
 
 // A box with rounded edges that contains a geom, in the geom's frame. half: its half sizes without the radius of the
@@ -25,10 +31,10 @@ struct GeomBox {
   double middle[3], half[3], round;
 };
 
-// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes, without the radii, is greater
-// than the sum of: limit; kRounding times the sizes of the coordinates; and kCollinear / (the distance between the
-// geoms' centres), because MuJoCo's search for contacts of convex shapes treats a product of two lengths below 1.5e-8
-// as zero.
+// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes without their rounding is
+// greater than the sum of three numbers: limit, which includes the radii and the margin; kRounding times the sizes of
+// the coordinates; and kCollinear / (the distance between the geoms' centres), because MuJoCo's search for contacts of
+// convex shapes treats a product of two lengths below 1.5e-8 as zero.
 struct BoxPair {
   static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
   double limit;
@@ -51,18 +57,16 @@ enum class Shapes {
 
 struct ContactPair {
   int geom1, geom2;
-  Shapes shapes;  // others: MuJoCo's function computes these contacts row by row
-  int dim;        // condim: 1, 3, 4 or 6
-  int root1, root2;
+  Shapes shapes;     // others: MuJoCo's function computes these contacts row by row
+  int dim;           // condim: 1, 3, 4 or 6
+  int root1, root2;  // body_rootid of the two bodies
   // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
   // second. For dofs that move both, the Jacobian is 0.
   int first_column, count1, count2;
-  double margin, includemargin;
   // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
   // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
-  // times the coordinates. reach: the distance of the centres at which the spheres, with their margin, touch.
+  // times the coordinates.
   bool is_between_bodies;
-  double reach;
 };
 
 // Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
@@ -77,7 +81,7 @@ struct Equality {
   int id, type;
   int size;              // how many constraints it makes
   int object1, object2;  // object2 is -1 if a joint or tendon has no partner
-  BodyPair bodies;       // object2 and object1, in the order in which MuJoCo subtracts their Jacobians
+  BodyPair bodies;       // of connect and weld: object2, then object1, because MuJoCo subtracts object2's Jacobian
 };
 
 // A part of a tendon between two sites. divisor: that of the last pulley before this part.
@@ -103,8 +107,8 @@ inline int constraints_of(const ContactPair& pair, int cone) {
 }
 
 // What mj_makeConstraint takes from a row's mjModel for one limit, pair, equality or friction. stiffness and damping
-// are K and B of efc_KBIP. dmin to power are solimp. below and above are 1 / pow(midpoint, power - 1) and 1 / pow(1 -
-// midpoint, power - 1), which getimpedance computes.
+// are K and B of efc_KBIP. dmin to power are solimp. below and above are two factors that getimpedance computes:
+// 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1).
 struct ConstraintNumbers {
   double stiffness, damping;
   double dmin, dmax, width, midpoint, power, below, above;
@@ -136,17 +140,28 @@ struct Lanes {
 
   // Arrays of mjModel whose values may differ from row to row.
   double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
-      *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *eq_data,
-      *actuator_gainprm, *actuator_biasprm, *actuator_acc0, *gravity, *jnt_range, *jnt_margin;
-  double *wrap_prm, *cam_quat, *geom_size;
+      *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *tendon_stiffness,
+      *tendon_damping, *eq_data, *actuator_gainprm, *actuator_biasprm, *actuator_dynprm, *actuator_gear,
+      *actuator_ctrlrange, *actuator_forcerange, *actuator_actrange, *actuator_lengthrange, *actuator_acc0, *jnt_range,
+      *jnt_margin, *qpos_spring;
+  double *wrap_prm, *cam_quat, *geom_size, *site_size;
+  double *timestep, *gravity, *wind, *magnetic, *density, *viscosity;
+  // Flags of mjModel, as the numbers 0 and 1.
+  double *actuator_ctrllimited, *actuator_forcelimited;
   // Filled only if has_own_frames.
-  double *body_pos, *body_quat, *geom_pos, *geom_quat, *site_pos, *site_quat;
+  double *body_pos, *body_quat, *body_iquat, *jnt_pos, *jnt_axis, *qpos0, *geom_pos, *geom_quat, *site_pos, *site_quat;
   bool has_own_frames;
-  bool has_own_sizes;  // geom_size differs from the shared model's, for which `boxes` are
-  double* com_scale;   // for each body 1 / (mass of its subtree), or 0 if that mass is too small
-  // For each of fluid_bodies, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity one of
-  // the torque and one of the force, and for drag one of each axis.
+  bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
+  // PairNumbers of each pair, filled only if has_own_pairs.
+  double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
+  bool has_own_pairs;
+  double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+  // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
+  // torque and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
+  bool has_fluid;           // a model has a fluid
+  unsigned damped;          // the lanes, as bits, in which a dof has damping
+  bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
 
   // The following depend on the model alone, so they have one number for all lanes. The dofs at which the Jacobian of
   // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
@@ -155,14 +170,14 @@ struct Lanes {
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
-  bool has_negative_zeros;  // a vector of the model that quaternions rotate contains -0
-  bool has_damping;
-  bool has_single_passive;               // MuJoCo computes the passive forces row by row
-  bool has_single_actuation;             // MuJoCo computes tendons and actuators row by row
+  bool has_moments;                      // there is an array of actuator_moment
+  bool has_single_passive;               // MuJoCo's functions compute the passive forces row by row
+  bool has_single_actuation;             // MuJoCo's functions compute tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
-  const int* fluid_bodies;               // the bodies on which a fluid acts
-  int fluid_body_count, pair_count;
+  int pair_count;
   const GeomPair* pairs;
+  // For each pair, the lanes, as bits, in which contype and conaffinity let the geoms touch. Null: all lanes.
+  const unsigned char* pair_rows;
   const BoxPair* box_pairs;
   const GeomBox* boxes;         // for each geom, if there are box_pairs
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
@@ -170,7 +185,7 @@ struct Lanes {
   bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
   unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
   unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
-  unsigned unlike;          // the same, for the rows' own numbers of mjModel
+  unsigned unlike;  // lanes, as bits, whose rows have own numbers of mjModel with which only MuJoCo's own code computes
 };
 
 // What a limit or friction constrains.
@@ -181,20 +196,23 @@ enum class Object { dof, joint, ball, tendon };
 struct Contacts {
   static constexpr int kCapacity = 96;
 
-  const int* joints;  // slides, hinges and balls with limits
-  int joint_count;
-  const int* tendons;  // those with limits
-  int tendon_count;
-  const Equality* equalities;
+  // A slide, hinge, ball or tendon, and the lanes, as bits, in which it has limits.
+  struct Limited {
+    int id;
+    unsigned rows;
+  };
+  const Limited *joints, *tendons;
+  int joint_count, tendon_count;
   const ContactPair* pairs;  // for each of Lanes::pairs
   bool are_searched;         // MuJoCo would search for the pairs
   unsigned rows;             // the lanes, as bits, that take part
 
   struct Equal {
-    unsigned rows;  // the lanes, as bits, that have it
+    const Equality* equality;
+    unsigned rows;  // the lanes, as bits, in which it is active: at least one
     const ConstraintNumbers* numbers[kMaxWidth];
   };
-  const Equal* equals;  // for each of `equalities`
+  const Equal* equals;
   int equality_count;
   struct Friction {
     Object object;
@@ -247,7 +265,7 @@ struct Constraints {
   unsigned rows;            // the lanes, as bits, that take part
   int at_first[kMaxWidth];  // how many constraints of each lane are at the first places
 
-  // As in Lanes. J is [size][nv]; the others up to force have a number for each place.
+  // The layout is that of Lanes. J is [size][nv]; the others up to force have a number for each place.
   double *J, *D, *vel, *aref, *b, *jar, *force;
   double *damping, *spring;         // aref is -damping * vel - spring
   double* warmstart;                // qacc_warmstart
@@ -266,21 +284,21 @@ struct Constraints {
   // If cones are elliptic (is_aligned), a place belongs to the same friction, limit or contact in all lanes, also in
   // lanes that lack it. Contacts begin at the place `cones`; if cones are not elliptic, it equals `size`. dims: at a
   // contact's first place, how many places it has. scale: mjContact's mu at its first place, and its friction at the
-  // others. middle: at its first place, the lanes, as bits, in which it is in the middle zone. Hcone: H with the part
-  // of the cones. LTJ: that of MuJoCo's HessianCone.
+  // others. middle: at its first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
+  // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;
   double *scale, *Hcone, *LTJ;
 
-  // Not for PGS. quad is [size][3].
+  // Not for PGS. quad is [size][3]. quadratic and old: for each place, the lanes, as bits, whose cost is quadratic now,
+  // and was before the last move.
   double *Jv, *quad, *Ma, *Mv, *grad, *search;
+  unsigned char *quadratic, *old;
   // Only for Newton's method. H is [nv][nv], and vec is the vector of a rank-one update of H, which overwrites it.
   double *vec, *H;
   // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
   double *Mgrad, *Mgraddif;
-  unsigned char *quadratic,
-      *old;  // for each place, the lanes, as bits, whose cost is quadratic now, and was before the last move
 
   // Only for PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and
   // greatest bound the force at each place before `bounded`.
@@ -289,43 +307,43 @@ struct Constraints {
 
 // Lists the functions of an instruction set: result, name and parameters. Each is named after the function of MuJoCo
 // 2.2.2 that it repeats.
-#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                                     \
-  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                                \
-  FUNCTION(void, adopt, (Lanes&))                                                                                           \
-  FUNCTION(void, kinematics, (Lanes&))                                                                                      \
-  FUNCTION(void, comPos, (Lanes&))                                                                                          \
-  FUNCTION(void, tendon, (Lanes&))                                                                                          \
-  FUNCTION(void, crb, (Lanes&))                                                                                             \
-  FUNCTION(void, factorM, (Lanes&))                                                                                         \
-  FUNCTION(void, transmission, (Lanes&))                                                                                    \
-  FUNCTION(void, reject, (Lanes&))                                                                                          \
-  FUNCTION(void, fwdVelocity, (Lanes&))                                                                                     \
-  FUNCTION(void, comVel, (Lanes&))                                                                                          \
-  FUNCTION(void, passive, (Lanes&))                                                                                         \
-  FUNCTION(void, rne, (Lanes&))                                                                                             \
-  FUNCTION(void, fwdActuation, (Lanes&))                                                                                    \
-  /* What mj_Euler (stage 0) and the stages of mj_RungeKutta do with the states of actuators. */                            \
-  FUNCTION(void, advanceActivations, (Lanes&, int stage))                                                                   \
-  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                                 \
-  FUNCTION(void, Euler, (Lanes&))                                                                                           \
-  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */                 \
-  FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                                           \
-  /* These return false if a row meets a case that is left to MuJoCo's functions. */                                        \
-  FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                               \
-  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                                      \
-  FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                                   \
-  /* Compute qacc and qfrc_constraint from constraints that have been made. */                                              \
-  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                         \
-  FUNCTION(void, solCG, (Lanes&, Constraints&))                                                                             \
-  FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                            \
-  /* mj_sensorPos, mj_sensorVel and mj_sensorAcc of the sensors that senses_in_lanes names. The constraints are those    */ \
-  /* that a solver has solved. Sensors of forces and limits alone read them.                                             */ \
-  FUNCTION(void, sensors, (Lanes&, const Contacts&, const Constraints&))                                                    \
-  FUNCTION(void, rnePostConstraint, (Lanes&, const Contacts&, const Constraints&))                                          \
-  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */                               \
-  FUNCTION(unsigned, bad, (const double* numbers, int count))                                                               \
-  /* Copy `count` numbers of each lane. */                                                                                  \
-  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                                \
+#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                              \
+  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                         \
+  FUNCTION(void, adopt, (Lanes&))                                                                                    \
+  FUNCTION(void, kinematics, (Lanes&))                                                                               \
+  FUNCTION(void, comPos, (Lanes&))                                                                                   \
+  FUNCTION(void, tendon, (Lanes&))                                                                                   \
+  FUNCTION(void, crb, (Lanes&))                                                                                      \
+  FUNCTION(void, factorM, (Lanes&))                                                                                  \
+  FUNCTION(void, transmission, (Lanes&))                                                                             \
+  FUNCTION(void, reject, (Lanes&))                                                                                   \
+  FUNCTION(void, fwdVelocity, (Lanes&))                                                                              \
+  FUNCTION(void, comVel, (Lanes&))                                                                                   \
+  FUNCTION(void, passive, (Lanes&))                                                                                  \
+  FUNCTION(void, rne, (Lanes&))                                                                                      \
+  FUNCTION(void, fwdActuation, (Lanes&))                                                                             \
+  /* What mj_Euler (stage 0) and the stages of mj_RungeKutta do with the states of actuators. */                     \
+  FUNCTION(void, advanceActivations, (Lanes&, int stage))                                                            \
+  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                          \
+  FUNCTION(void, Euler, (Lanes&))                                                                                    \
+  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */          \
+  FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                                    \
+  /* These return false if a row meets a case that is left to MuJoCo's functions. */                                 \
+  FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                        \
+  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                               \
+  FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                            \
+  /* Compute qacc and qfrc_constraint from constraints that have been made. */                                       \
+  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                  \
+  FUNCTION(void, solCG, (Lanes&, Constraints&))                                                                      \
+  FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                     \
+  /* mj_sensorPos, mj_sensorVel and mj_sensorAcc, except for the sensors that sense_singly computes. Only sensors */ \
+  /* of forces, torques, touch and limits read the contacts and constraints, which a solver must have solved. */     \
+  FUNCTION(void, sensors, (Lanes&, const Contacts&, const Constraints&))                                             \
+  FUNCTION(void, rnePostConstraint, (Lanes&, const Contacts&, const Constraints&))                                   \
+  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */                        \
+  FUNCTION(unsigned, bad, (const double* numbers, int count))                                                        \
+  /* Copy `count` numbers of each lane. */                                                                           \
+  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                         \
   FUNCTION(void, scatter, (double* const* to, const double* from, int count))
 
 // An instruction set: how many lanes it has, and pointers to its functions.

@@ -17,15 +17,15 @@ class Limits {
     c_.limit_count = 0;
     for (int lane = 0; lane < kWidth; ++lane) c_.constraints[lane] = c_.bounded[lane];
     for (int i = 0; i < c_.joint_count; ++i) {
-      const int joint = c_.joints[i];
-      const V* const q = vectors(d_.qpos) + m_.jnt_qposadr[joint];
-      if (m_.jnt_type[joint] == mjJNT_BALL ? !find_ball(joint, q)
-                                           : !find_sides(Object::joint, joint, *q, d_.jnt_range, d_.jnt_margin))
+      const Contacts::Limited& joint = c_.joints[i];
+      const V* const q = vectors(d_.qpos) + m_.jnt_qposadr[joint.id];
+      if (m_.jnt_type[joint.id] == mjJNT_BALL ? !find_ball(joint, q)
+                                              : !find_sides(Object::joint, joint, *q, d_.jnt_range, d_.jnt_margin))
         return false;
     }
     for (int i = 0; i < c_.tendon_count; ++i) {
-      const int tendon = c_.tendons[i];
-      if (!find_sides(Object::tendon, tendon, vectors(d_.ten_length)[tendon], d_.tendon_range, d_.tendon_margin))
+      const Contacts::Limited& tendon = c_.tendons[i];
+      if (!find_sides(Object::tendon, tendon, vectors(d_.ten_length)[tendon.id], d_.tendon_range, d_.tendon_margin))
         return false;
     }
     return true;
@@ -37,32 +37,32 @@ class Limits {
   const mjModel& m_;
 
   // Adds a limit that some lane has reached. Returns false if there is no room for it.
-  bool add(Object object, int id, int side, V dist, V margin, const V* axis = nullptr) {
-    const unsigned rows = bits(dist < margin) & c_.rows;
+  bool add(Object object, const Contacts::Limited& limited, int side, V dist, V margin, const V* axis = nullptr) {
+    const unsigned rows = bits(dist < margin) & limited.rows & c_.rows;
     if (rows == 0) return true;
     if (c_.limit_count == Contacts::kCapacity) return false;
     const int i = c_.limit_count++;
-    c_.limits[i] = {object, id, side, rows, {}};
+    c_.limits[i] = {object, limited.id, side, rows, {}};
     vectors(c_.limit_dist)[i] = dist;
     if (axis) copy(vectors(c_.limit_axis) + 3 * i, axis, 3);
     for (int lane = 0; lane < kWidth; ++lane) c_.constraints[lane] += rows >> lane & 1;
     return true;
   }
 
-  bool find_sides(Object object, int id, V value, const double* range, const double* margin) {
+  bool find_sides(Object object, const Contacts::Limited& limited, V value, const double* range, const double* margin) {
     for (int side = -1; side <= 1; side += 2) {
-      const V dist = side * 1.0 * (vectors(range)[2 * id + (side + 1) / 2] - value);
-      if (!add(object, id, side, dist, vectors(margin)[id])) return false;
+      const V dist = side * 1.0 * (vectors(range)[2 * limited.id + (side + 1) / 2] - value);
+      if (!add(object, limited, side, dist, vectors(margin)[limited.id])) return false;
     }
     return true;
   }
 
-  bool find_ball(int joint, const V* quat) {
+  bool find_ball(const Contacts::Limited& joint, const V* quat) {
     V axis[3];
     quat2Vel(axis, quat);
-    const V value = normalize3(axis), *const range = vectors(d_.jnt_range) + 2 * joint;
+    const V value = normalize3(axis), *const range = vectors(d_.jnt_range) + 2 * joint.id;
     return add(Object::ball, joint, 1, (range[0] > range[1] ? range[0] : range[1]) - value,
-               vectors(d_.jnt_margin)[joint], axis);
+               vectors(d_.jnt_margin)[joint.id], axis);
   }
 };
 
@@ -223,7 +223,7 @@ class MakeConstraint {
 
   // mj_instantiateEquality
   void instantiateEquality(int i) {
-    const Equality& equality = contacts_.equalities[i];
+    const Equality& equality = *contacts_.equals[i].equality;
     begin(contacts_.equals[i].rows, contacts_.equals[i].numbers, equality.size);
     V pos[6];
     const V* const data = vectors(d_.eq_data) + mjNEQDATA * equality.id;
@@ -295,7 +295,7 @@ class MakeConstraint {
     const auto offset = [&](int id) {
       if (!is_joint) return vectors(d_.ten_length)[id] - vectors(d_.tendon_length0)[id];
       const int adr = m_.jnt_qposadr[id];
-      return vectors(d_.qpos)[adr] - m_.qpos0[adr];
+      return vectors(d_.qpos)[adr] - (d_.has_own_frames ? vectors(d_.qpos0)[adr] : splat(m_.qpos0[adr]));
     };
     pos[0] = offset(equality.object1) - data[0];
     V derivative{};
@@ -405,10 +405,11 @@ class MakeConstraint {
         set_J(2 * k - 1, columns[n], edge[0] + edge[k] * -friction(k - 1));
       }
     }
+    const V margin = includemargin(d_, contact.pair);
     if (is_elliptic)
-      makeConeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
+      makeConeImpedance(size, vectors(contacts_.dist)[i], margin);
     else
-      makeImpedance(size, vectors(contacts_.dist)[i], splat(pair.includemargin));
+      makeImpedance(size, vectors(contacts_.dist)[i], margin);
   }
 };
 

@@ -13,20 +13,17 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-bool has_negative_zero(const mjtNum* numbers, int count) {
-  return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
-}
-
+// Whether the fluid model of ellipsoids applies to a geom.
 bool has_ellipsoids(const mjModel& m) {
   for (int g = 0; g < m.ngeom; ++g)
     if (m.geom_fluid[mjNFLUID * g] > 0) return true;
   return false;
 }
 
-// Whether a tendon wraps around a geom. There is no lane code for this, and MuJoCo does not export its function.
+// Whether the Jacobians of tendons are sparse, for which there is no lane code.
 bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
 
-// Whether there are slider-crank actuators, or actuators whose site has a reference site.
+// Whether an actuator is a slider-crank, acts on a body (adhesion), or has a reference site.
 bool has_other_actuators(const mjModel& m) {
   for (int i = 0; i < m.nu; ++i) {
     const int type = m.actuator_trntype[i];
@@ -34,15 +31,6 @@ bool has_other_actuators(const mjModel& m) {
       return true;
   }
   return false;
-}
-
-// The Jacobian of the tendons along joints, as mj_tendon computes it.
-std::vector<double> tendon_jacobian(const mjModel& m) {
-  std::vector<double> jacobian(static_cast<std::size_t>(m.ntendon) * static_cast<std::size_t>(m.nv));
-  for (int i = 0; i < m.ntendon; ++i)
-    for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j)
-      if (m.wrap_type[j] == mjWRAP_JOINT) jacobian[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = m.wrap_prm[j];
-  return jacobian;
 }
 
 // The dofs that move a body, as in mj_jac.
@@ -78,42 +66,16 @@ bool acts_on_dof(const mjModel& m, int actuator) {
   return joint == mjJNT_SLIDE || joint == mjJNT_HINGE;
 }
 
-// The moments that do not depend on the state, as mj_transmission computes them.
-std::vector<double> moments(const mjModel& m, const std::vector<double>& ten_J) {
-  std::vector<double> moment(static_cast<std::size_t>(m.nu) * static_cast<std::size_t>(m.nv));
-  for (int i = 0; i < m.nu; ++i) {
-    const int object = m.actuator_trnid[2 * i], type = m.actuator_trntype[i];
-    const double gear = m.actuator_gear[6 * i];
-    if (type == mjTRN_TENDON)
-      for (int k = 0; k < m.nv; ++k) moment[i * m.nv + k] = ten_J[object * m.nv + k] * gear;
-    else if (acts_on_dof(m, i))
-      moment[i * m.nv + m.jnt_dofadr[object]] = gear;
-  }
-  return moment;
+bool compares_plane(const mjModel& m, int geom1, int geom2) {
+  return m.geom_type[geom1] == mjGEOM_PLANE && !(m.geom_rbound[geom1] > 0) && m.geom_rbound[geom2] > 0;
 }
 
-// The bodies on which a fluid acts, as mj_passive selects them.
-std::vector<int> bodies_in_fluid(const mjModel& m) {
-  std::vector<int> bodies;
-  if (!(m.opt.viscosity > 0 || m.opt.density > 0)) return bodies;
-  for (int i = 1; i < m.nbody; ++i)
-    if (!(m.body_mass[i] < mjMINVAL)) bodies.push_back(i);
-  return bodies;
-}
-
-// The pairs, each with the limit beyond which the test of bounding spheres in mj_collideGeoms excludes it.
 std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
   std::vector<GeomPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
     int first = listed.geom1[i], second = listed.geom2[i];
     if (m.geom_type[first] > m.geom_type[second]) std::swap(first, second);
-    const double radius1 = m.geom_rbound[first], radius2 = m.geom_rbound[second], margin = listed.margin[i];
-    GeomPair pair{first, second, false, -1, kInfinite};
-    if (radius1 > 0 && radius2 > 0)
-      pair.limit = largest_square(radius1 + radius2 + margin);
-    else if (m.geom_type[first] == mjGEOM_PLANE && radius2 > 0)
-      pair = {first, second, true, -1, margin + radius2};
-    pairs.push_back(pair);
+    pairs.push_back({first, second, compares_plane(m, first, second), -1, pair_numbers(m, first, second)});
   }
   return pairs;
 }
@@ -175,16 +137,17 @@ GeomBox box_of(const mjModel& m, int geom) {
   }
 }
 
-// Returns the gap between the boxes beyond which MuJoCo's function is not called: the margin and the radii, plus a
-// hundred-thousandth of the geoms' sizes, which is far more than rounding errors.
-BoxPair limits_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
+// The limit of the gap between the boxes is the margin and the radii, plus a hundred-thousandth of the geoms' sizes,
+// which is far more than rounding errors.
+BoxPair box_pair_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
   constexpr double kShare = 1e-5, kGround = 2e-4;
   const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];
   double size = box1.round + box2.round;
   for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
   const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
-  // MuJoCo makes the prisms of a height field higher by the margin. Also, their centres can be nearer to the geom than
-  // the field's centre is. So the limit for height fields is greater.
+  // The limit for height fields is greater, because MuJoCo makes the prisms of a field higher by the margin, and
+  // because their centres can be nearer to the geom than the field's centre, by whose distance boxes_apart divides
+  // kCollinear.
   const double most = is_ground ? 2 * margin + kGround : margin;
   return {most + box1.round + box2.round + kShare * size, is_ground};
 }
@@ -228,13 +191,12 @@ BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& colum
   return pair;
 }
 
-// The model's equality constraints, without those for which MuJoCo never makes a constraint, because no dof moves what
-// they constrain.
-std::vector<Equality> active_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
-                                        std::vector<int>& columns) {
+// The model's equality constraints, active or not, without those for which MuJoCo never makes a constraint, because no
+// dof moves what they constrain.
+std::vector<Equality> possible_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
+                                          std::vector<int>& columns) {
   std::vector<Equality> equalities;
   for (int i = 0; i < m.neq && constrains(m, mjDSBL_EQUALITY); ++i) {
-    if (!m.eq_active[i]) continue;
     Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], {}};
     if (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD) {
       equality.size = equality.type == mjEQ_WELD ? 6 : 3;
@@ -304,11 +266,8 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
     pair.dim = listed.dim[i];
     pair.shapes = shapes_of(m, first, second);
     pair.is_between_bodies = body1 != 0 && body2 != 0;
-    pair.reach = m.geom_rbound[first] + m.geom_rbound[second] + listed.margin[i];
     pair.root1 = m.body_rootid[body1];
     pair.root2 = m.body_rootid[body2];
-    pair.margin = listed.margin[i];
-    pair.includemargin = listed.margin[i] - listed.gap[i];
     const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
     pair.first_column = static_cast<int>(columns.size());
     pair.count1 = append_difference(columns, dofs1, dofs2);
@@ -318,10 +277,6 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
   return pairs;
 }
 
-bool any_positive(const mjtNum* numbers, int count) {
-  return std::any_of(numbers, numbers + count, [](double x) { return x > 0; });
-}
-
 }  // namespace
 
 bool has_moments(const mjModel& m) {
@@ -329,6 +284,22 @@ bool has_moments(const mjModel& m) {
   for (int i = 0; i < m.nu; ++i)
     if (!acts_on_dof(m, i)) return true;
   return false;
+}
+
+PairNumbers pair_numbers(const mjModel& m, int geom1, int geom2) {
+  const double radius1 = m.geom_rbound[geom1], radius2 = m.geom_rbound[geom2];
+  const double margin = mixed_margin(m.geom_margin[geom1], m.geom_margin[geom2]),
+               gap = mixed_margin(m.geom_gap[geom1], m.geom_gap[geom2]), reach = radius1 + radius2 + margin;
+  double limit = kInfinite;
+  if (radius1 > 0 && radius2 > 0)
+    limit = largest_square(reach);
+  else if (compares_plane(m, geom1, geom2))
+    limit = margin + radius2;
+  return {limit, margin, margin - gap, reach};
+}
+
+bool has_negative_zero(const double* numbers, int count) {
+  return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
 }
 
 bool constrains(const mjModel& m, int flag) { return (m.opt.disableflags & (flag | mjDSBL_CONSTRAINT)) == 0; }
@@ -366,11 +337,6 @@ SingleStages::SingleStages(const mjModel& m) {
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {
   const mjModel& m = *model.get();
   const SingleStages single(m);
-  if (!single.actuation) {
-    ten_J = tendon_jacobian(m);
-    actuator_moment = moments(m, ten_J);
-  }
-  if (!single.passive) fluid_bodies = bodies_in_fluid(m);
   const bool finds_contacts = constrains(m, mjDSBL_CONTACT) && m.nconmax > 0;
   if (finds_contacts && !model.pairs()) searched = searched_pairs(m);
   lists_pairs = !finds_contacts || model.pairs() || searched;
@@ -379,6 +345,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     pairs = tested_pairs(m, listed);
     contact_pairs = pairs_in_contact(m, listed, columns);
     compare_boxes(m);
+    kept_apart = pairs_kept_apart(m);
   }
   for (int i = 0; i < m.ntendon; ++i) {
     const std::vector<int> dofs = dofs_of_tendon(m, i);
@@ -387,7 +354,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     is_still_tendon.push_back(is_still(m, i, dofs));
   }
   tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
-  equalities = active_equalities(m, is_still_tendon, columns);
+  equalities = possible_equalities(m, is_still_tendon, columns);
   for (int i = 0; i < m.nu && !single.actuation; ++i) actuators.push_back(actuator_of(m, i, *this, columns));
   for (int i = 0; i < m.ntendon && !single.actuation; ++i) {
     segment_adr.push_back(static_cast<int>(segments.size()));
@@ -396,11 +363,9 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   segment_adr.push_back(static_cast<int>(segments.size()));
   const bool has_limits = constrains(m, mjDSBL_LIMIT);
   for (int j = 0; j < m.njnt && has_limits; ++j)
-    if (m.jnt_limited[j] && m.jnt_type[j] != mjJNT_FREE) limited_joints.push_back(j);
+    if (m.jnt_type[j] != mjJNT_FREE) joints.push_back(j);
   for (int i = 0; i < m.ntendon && has_limits; ++i)
-    if (m.tendon_limited[i] && !is_still_tendon[i]) limited_tendons.push_back(i);
-  has_negative_zeros = has_negative_zero(m.jnt_axis, 3 * m.njnt) || has_negative_zero(m.jnt_pos, 3 * m.njnt);
-  has_damping = any_positive(m.dof_damping, m.nv);
+    if (!is_still_tendon[i]) tendons.push_back(i);
 }
 
 // Chooses the pairs whose bounding boxes are compared: those whose contacts MuJoCo's functions compute.
@@ -409,8 +374,8 @@ void ModelTables::compare_boxes(const mjModel& m) {
     if (contact_pairs[i].shapes != Shapes::others) continue;
     if (boxes.empty())
       for (int geom = 0; geom < m.ngeom; ++geom) boxes.push_back(box_of(m, geom));
-    pairs[i].boxes = static_cast<int>(box_pairs.size());
-    box_pairs.push_back(limits_of(m, pairs[i], boxes, contact_pairs[i].margin));
+    pairs[i].box_pair = static_cast<int>(box_pairs.size());
+    box_pairs.push_back(box_pair_of(m, pairs[i], boxes, pairs[i].numbers.margin));
   }
 }
 

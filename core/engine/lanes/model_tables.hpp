@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/lanes/lanes.hpp"
@@ -28,32 +29,35 @@ std::string integration_obstacle(const mjModel_& m);
 struct ModelTables {
   explicit ModelTables(const Model& model);
 
-  std::vector<double> ten_J;            // mjData's ten_J, of tendons along joints
-  std::vector<double> actuator_moment;  // mjData's, of the actuators whose moments do not depend on the state
   const bool has_moments;
   std::vector<Actuator> actuators;
   std::vector<Segment> segments;
   std::vector<int> segment_adr;
-  std::vector<int> fluid_bodies;
-  std::vector<GeomPair> pairs;  // the pairs that can collide; empty if there is no list of them
+  bool lists_pairs;             // whether the pairs that can collide are known; if not, MuJoCo must search for them
+  std::vector<GeomPair> pairs;  // these pairs
   std::vector<BoxPair> box_pairs;
-  std::vector<GeomBox> boxes;  // for each geom, if there are box_pairs
-  bool lists_pairs;
-  std::optional<Pairs> searched;           // the list of pairs, if Model has none
+  std::vector<GeomBox> boxes;     // for each geom, if there are box_pairs
+  std::optional<Pairs> searched;  // the parameters of the pairs, if Model has no list of pairs
+  // The geoms that are not in the list only because of their contype and conaffinity; no value if there are too many.
+  std::optional<std::vector<std::pair<int, int>>> kept_apart{std::in_place};
   std::vector<ContactPair> contact_pairs;  // for each of `pairs`
   std::vector<Equality> equalities;
-  std::vector<int> columns;  // Lanes::columns
-  std::vector<int> limited_joints, limited_tendons;
+  std::vector<int> columns;          // Lanes::columns
+  std::vector<int> joints, tendons;  // those that can have limits
   std::vector<int> tendon_dof_adr, tendon_dofs;
   std::vector<unsigned char> is_still_tendon;  // for each tendon: its Jacobian is always 0
-  bool has_negative_zeros, has_damping;
-
  private:
   void compare_boxes(const mjModel_& m);
 };
 
 // Whether lanes need an array of moments, because an actuator acts on something other than a slide or a hinge.
 bool has_moments(const mjModel_& m);
+
+// Computes the numbers of a pair of geoms in this model. The type of the first must not be above that of the second.
+PairNumbers pair_numbers(const mjModel& m, int geom1, int geom2);
+
+// Whether one of the numbers is -0.
+bool has_negative_zero(const double* numbers, int count);
 
 // Whether the model makes the constraints that this flag (mjtDisableBit) could disable.
 bool constrains(const mjModel_& m, int flag);

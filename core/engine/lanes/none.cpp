@@ -12,8 +12,6 @@ std::string obstacle(const Model& /*model*/) { return absence(); }
 
 std::string stage_lines(const Model& /*model*/) { return ""; }
 
-bool computes_own(const std::string& /*array*/) { return false; }
-
 int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }
 
 const Code* code_of(int /*width*/) { return nullptr; }

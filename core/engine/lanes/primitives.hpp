@@ -9,7 +9,7 @@ namespace {
 
 // ---- engine_collision_primitive.c ----
 
-constexpr int kMostFound = 4;  // contacts of a pair
+constexpr int kMostFound = 4;  // the most contacts of a pair
 
 // A contact in the lanes of a mask.
 struct Contact {
@@ -28,7 +28,7 @@ struct Geom {
 };
 
 // _PlaneSphere. pos, radius: the sphere's.
-inline void PlaneSphere(Contact& con, double margin, const Geom& plane, const V* pos, V radius) {
+inline void PlaneSphere(Contact& con, V margin, const Geom& plane, const V* pos, V radius) {
   V tmp[3];
   plane.axis(con.frame, 1);
   for (int k = 0; k < 3; ++k) tmp[k] = pos[k] - plane.pos[k];
@@ -41,7 +41,7 @@ inline void PlaneSphere(Contact& con, double margin, const Geom& plane, const V*
 }
 
 // mjc_PlaneCapsule
-inline void PlaneCapsule(Contact* con, double margin, const Geom& plane, const Geom& capsule) {
+inline void PlaneCapsule(Contact* con, V margin, const Geom& plane, const Geom& capsule) {
   V pos[3], axis[3];
   capsule.axis(axis, 1);
   for (int end = 0; end < 2; ++end) {
@@ -55,7 +55,7 @@ inline void PlaneCapsule(Contact* con, double margin, const Geom& plane, const G
 }
 
 // _SphereSphere. pos1, pos2: the spheres' positions.
-inline void SphereSphere(Contact& con, double margin, const Geom& g1, const V* pos1, const Geom& g2, const V* pos2) {
+inline void SphereSphere(Contact& con, V margin, const Geom& g1, const V* pos1, const Geom& g2, const V* pos2) {
   V dif[3];
   for (int k = 0; k < 3; ++k) dif[k] = pos1[k] - pos2[k];
   const V cdist = sqrt(dot3(dif, dif));
@@ -79,7 +79,7 @@ inline void SphereSphere(Contact& con, double margin, const Geom& g1, const V* p
 inline V clip_to_segment(V x) { return x > splat(1) ? splat(1) : (x < splat(-1) ? splat(-1) : x); }
 
 // mjc_SphereCapsule
-inline void SphereCapsule(Contact& con, double margin, const Geom& sphere, const Geom& capsule) {
+inline void SphereCapsule(Contact& con, V margin, const Geom& sphere, const Geom& capsule) {
   V axis[3], vec[3];
   capsule.axis(axis, capsule.size[1]);
   for (int k = 0; k < 3; ++k) vec[k] = sphere.pos[k] - capsule.pos[k];
@@ -89,7 +89,7 @@ inline void SphereCapsule(Contact& con, double margin, const Geom& sphere, const
 }
 
 // mjc_CapsuleCapsule for axes that are not parallel. Returns the lanes in which they are parallel.
-inline Mask CapsuleCapsule(Contact& con, double margin, const Geom& g1, const Geom& g2) {
+inline Mask CapsuleCapsule(Contact& con, V margin, const Geom& g1, const Geom& g2) {
   V axis1[3], axis2[3], dif[3], vec1[3], vec2[3];
   g1.axis(axis1, g1.size[1]);
   g2.axis(axis2, g2.size[1]);
@@ -114,7 +114,7 @@ inline Mask CapsuleCapsule(Contact& con, double margin, const Geom& g1, const Ge
 }
 
 // mjc_PlaneCylinder
-inline void PlaneCylinder(Contact* con, double margin, const Geom& plane, const Geom& cylinder) {
+inline void PlaneCylinder(Contact* con, V margin, const Geom& plane, const Geom& cylinder) {
   V normal[3], axis[3], vec[3], vec1[3];
   plane.axis(normal, 1);
   cylinder.axis(axis, 1);
@@ -143,9 +143,9 @@ inline void PlaneCylinder(Contact* con, double margin, const Geom& plane, const 
   con[0].dist = dist0 + prjaxis + prjvec;
   con[1].dist = dist0 - prjaxis + prjvec;
   con[2].dist = con[3].dist = dist0 + prjaxis + prjvec1;
-  const Mask is_near = con[0].dist <= splat(margin);
+  const Mask is_near = con[0].dist <= margin;
   for (int i = 0; i < 4; ++i) {
-    con[i].is_there = is_near & (con[i].dist <= splat(margin));
+    con[i].is_there = is_near & (con[i].dist <= margin);
     for (int k = 0; k < 3; ++k) {
       const V* const from = cylinder.pos;
       V at = i < 2 ? from[k] + vec[k] : (i == 2 ? from[k] + vec1[k] : from[k] - vec1[k]);
@@ -159,7 +159,7 @@ inline void PlaneCylinder(Contact* con, double margin, const Geom& plane, const 
 }
 
 // mjc_PlaneConvex for an ellipsoid
-inline void PlaneEllipsoid(Contact& con, double margin, const Geom& plane, const Geom& ellipsoid) {
+inline void PlaneEllipsoid(Contact& con, V margin, const Geom& plane, const Geom& ellipsoid) {
   V normal[3], away[3], dir[3], res[3], vec[3];
   plane.axis(normal, 1);
   for (int k = 0; k < 3; ++k) away[k] = -normal[k];
@@ -171,14 +171,14 @@ inline void PlaneEllipsoid(Contact& con, double margin, const Geom& plane, const
   add_to(vec, ellipsoid.pos, 3);
   for (int k = 0; k < 3; ++k) res[k] = vec[k] - plane.pos[k];
   con.dist = dot3(normal, res);
-  con.is_there = ~(con.dist > splat(margin));
+  con.is_there = ~(con.dist > margin);
   for (int k = 0; k < 3; ++k) con.pos[k] = vec[k] + normal[k] * (-0.5 * con.dist);
   copy(con.frame, normal, 3);
   zero(con.frame + 3, 3);
 }
 
 // mjc_PlaneBox. In each lane the contacts are those of the first four corners that touch, in the order of the corners.
-inline void PlaneBox(Contact* con, double margin, const Geom& plane, const Geom& box) {
+inline void PlaneBox(Contact* con, V margin, const Geom& plane, const Geom& box) {
   V norm[3], dif[3], corner[3];
   plane.axis(norm, 1);
   for (int k = 0; k < 3; ++k) dif[k] = box.pos[k] - plane.pos[k];
@@ -196,7 +196,7 @@ inline void PlaneBox(Contact* con, double margin, const Geom& plane, const Geom&
                       i & 4 ? box.size[2] : -box.size[2]};
     rotVecMat(corner, vec, box.mat);
     const V ldist = dot3(norm, corner), at = dist + ldist;
-    const Mask is_there = ~((at > splat(margin)) | (ldist > V{}));
+    const Mask is_there = ~((at > margin) | (ldist > V{}));
     if (!any(is_there)) continue;
     for (int slot = 0; slot < 4; ++slot) {
       const Mask is_next = is_there & (count == splat(slot));
@@ -212,7 +212,7 @@ inline void PlaneBox(Contact* con, double margin, const Geom& plane, const Geom&
 // ---- engine_collision_box.c ----
 
 // _SphereBox
-inline void SphereBox(Contact& con, double margin, const Geom& sphere, const Geom& box) {
+inline void SphereBox(Contact& con, V margin, const Geom& sphere, const Geom& box) {
   V tmp[3], center[3], clamped[3], pos[3];
   for (int k = 0; k < 3; ++k) tmp[k] = sphere.pos[k] - box.pos[k];
   rotVecMatT(center, tmp, box.mat);
@@ -223,7 +223,7 @@ inline void SphereBox(Contact& con, double margin, const Geom& sphere, const Geo
   }
   const V dist = normalize3(tmp);
   con.dist = dist - sphere.size[0];
-  con.is_there = ~(con.dist > splat(margin));
+  con.is_there = ~(con.dist > margin);
   for (int k = 0; k < 3; ++k) {
     const V deepest = center[k] + tmp[k] * sphere.size[0];
     pos[k] = V{} + clamped[k] * 0.5 + deepest * 0.5;

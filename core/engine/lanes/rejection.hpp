@@ -22,8 +22,8 @@ struct PlacedBox {
 
 V greatest(V a, V b) { return a > b ? a : b; }
 
-// Half the length of a box's projection on an axis. share: the absolute cosine between that axis and each axis of the
-// box.
+// Half the length of a box's projection on an axis. share: the absolute cosines of the angles between this axis and the
+// axes of the box, each `stride` elements after the one before.
 V half_width(const GeomBox& box, const V* share, int stride) {
   return box.half[0] * share[0] + box.half[1] * share[stride] + box.half[2] * share[2 * stride];
 }
@@ -59,14 +59,15 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether the box is higher than all points of the height field in the cells that it covers, as seen from above. heights:
+// Whether the box from low to high is higher than all points of the height field in the cells below it. heights:
 // hfield_data.
 bool is_above_ground(const mjModel& m, const float* heights, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
   const double* const size = m.hfield_size + 4 * id;
   const float* const data = heights + m.hfield_adr[id];
   const auto cell = [](double x, double extent, int count) { return (x + extent) / (2 * extent) * (count - 1); };
-  // Numbers that are not finite give a valid index, too, because lanes that are left to MuJoCo are still computed.
+  // Returns a valid index even for a number that is not finite, because lanes that are left to MuJoCo are still
+  // computed.
   const auto within = [](double at, int count) {
     return static_cast<int>(at > 0 ? (at < count - 1 ? at : count - 1) : 0);
   };
@@ -77,7 +78,7 @@ bool is_above_ground(const mjModel& m, const float* heights, int geom, const dou
   for (int row = first_row; row <= last_row; ++row)
     for (int column = first_column; column <= last_column; ++column)
       if (data[row * columns + column] * size[2] >= low[2]) return false;
-  return -size[3] < low[2];  // the ground's base, which a row's own heights can be below
+  return -size[3] < low[2];  // a row's own heights can be below the base, so the base must be below the box, too
 }
 
 // Returns those of the lanes `rows` (bits) in which a geom is above a height field by more than `limit`.
@@ -107,7 +108,7 @@ unsigned above_ground(const Lanes& d, const GeomPair& pair, const PlacedBox& box
 // Returns those of the lanes `rows` (bits) in which the bounding boxes of a pair are so far apart that MuJoCo's
 // function would find no contact.
 unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
-  const BoxPair& limits = d.box_pairs[pair.boxes];
+  const BoxPair& limits = d.box_pairs[pair.box_pair];
   const PlacedBox box2(d, pair.geom2);
   const V* const pos1 = vectors(d.geom_xpos) + 3 * pair.geom1;
   V dif[3], size = V{};
@@ -123,7 +124,7 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
     const V gap = dot3(dif, normal) - half_width(box2.box, share, 1);
     return bits(gap > limits.limit + BoxPair::kRounding * size) & rows;
   }
-  // The box of a height field has the model's heights.
+  // The field's bounding box is that of the shared model's heights, so it is not valid for a row's own heights.
   if (limits.is_ground && d.heights) return above_ground(d, pair, box2, limits.limit, rows);
   const PlacedBox box1(d, pair.geom1);
   for (int k = 0; k < 3; ++k) {
@@ -141,8 +142,9 @@ unsigned boxes_apart(const Lanes& d, const GeomPair& pair, unsigned rows) {
 // ---- engine_collision_driver.c ----
 
 // First repeats the test of bounding spheres with which mj_collideGeoms begins, but compares squares instead of
-// computing a root. Then compares the bounding boxes of pairs for which MuJoCo's function would take more time than
-// that. But if rows have their own sizes of geoms, the boxes are unknown, and this compares none.
+// computing a root. Then compares the bounding boxes of the pairs that have a BoxPair, because MuJoCo's function for
+// their contacts takes longer. Compares no boxes if rows have their own sizes or margins of geoms, for which no boxes
+// are known.
 void reject(Lanes& d) {
   const V *const geom_xpos = vectors(d.geom_xpos), *const geom_xmat = vectors(d.geom_xmat);
   const GeomPair* pair = d.pairs;
@@ -157,8 +159,9 @@ void reject(Lanes& d) {
       for (int k = 0; k < 3; ++k) dif[k] = a[k] - b[k];
       apart = dot3(dif, dif);
     }
-    unsigned near = bits(~(apart > splat(pair->limit)));
-    if (pair->boxes >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
+    unsigned near = bits(~(apart > pair_number(d, i, d.pair_limit, &PairNumbers::limit)));
+    if (d.pair_rows) near &= d.pair_rows[i];
+    if (pair->box_pair >= 0 && near != 0 && !d.has_own_sizes) near &= ~boxes_apart(d, *pair, near);
     d.may_touch[i] = static_cast<unsigned char>(near);
   }
 }

@@ -39,13 +39,13 @@ class Forces {
   Forces(Lanes& d, const Contacts& contacts, const Constraints& c)
       : d_(d), contacts_(contacts), c_(c), m_(*d.model), com_(vectors(d.subtree_com)) {}
 
-  // mj_rnePostConstraint. has_forces: whether somebody reads the forces; if not, only accelerations are computed. In a
-  // lane without a force on a body, zeros are added to +0, which changes nothing.
-  void rnePostConstraint(bool has_forces) {
+  // mj_rnePostConstraint. computes_forces: if false, only accelerations are computed. In a lane without a force on a
+  // body, zeros are added to +0, which changes nothing.
+  void rnePostConstraint(bool computes_forces) {
     V *const cacc = vectors(d_.cacc_ext), *const cfrc_int = vectors(d_.cfrc_int),
              *const cfrc_ext = vectors(d_.cfrc_ext);
     const V *const cinert = vectors(d_.cinert), *const cvel = vectors(d_.cvel);
-    if (has_forces) {
+    if (computes_forces) {
       zero(cfrc_ext, 6 * m_.nbody);
       if (d_.has_forces) add_applied();
       add_contacts();
@@ -63,13 +63,13 @@ class Forces {
       for (int k = 0; k < 6; ++k) acc[k] = cacc[6 * m_.body_parentid[i] + k] + tmp[k];
       if (count > 0) mulDofVec(tmp, vectors(d_.cdof) + 6 * first, vectors(d_.qacc) + first, count);
       add_to(acc, tmp, 6);
-      if (!has_forces) continue;
+      if (!computes_forces) continue;
       mulInertVec(tmp, cinert + 10 * i, acc);
       mulInertVec(momentum, cinert + 10 * i, cvel + 6 * i);
       crossForce(turned, cvel + 6 * i, momentum);
       for (int k = 0; k < 6; ++k) cfrc_int[6 * i + k] = tmp[k] + turned[k] - cfrc_ext[6 * i + k];
     }
-    for (int i = m_.nbody - 1; i > 0 && has_forces; --i)
+    for (int i = m_.nbody - 1; i > 0 && computes_forces; --i)
       add_to(cfrc_int + 6 * m_.body_parentid[i], cfrc_int + 6 * i, 6);
   }
 
@@ -152,7 +152,7 @@ class Forces {
   void add_equalities() {
     Places places(contacts_, c_);
     for (int i = 0; i < contacts_.equality_count; ++i) {
-      const Equality& equality = contacts_.equalities[i];
+      const Equality& equality = *contacts_.equals[i].equality;
       const unsigned rows = contacts_.equals[i].rows & contacts_.rows;
       places.next(contacts_.equals[i].rows, equality.size);
       if (equality.type != mjEQ_CONNECT && equality.type != mjEQ_WELD) continue;
@@ -192,7 +192,7 @@ class Sensors : Forces {
         has_velocities = true;
       }
       if (!has_accelerations && m_.sensor_needstage[i] == mjSTAGE_ACC && reads_accelerations(type)) {
-        rnePostConstraint(has_forces());
+        rnePostConstraint(has_force_sensors());
         has_accelerations = true;
       }
       V* const data = vectors(d_.sensordata) + m_.sensor_adr[i];
@@ -228,7 +228,8 @@ class Sensors : Forces {
     const V* const of_bodies = vectors(d_.xquat);
     switch (type) {
       case mjOBJ_XBODY: return copy(res, of_bodies + 4 * id, 4);
-      case mjOBJ_BODY: return mulQuat(res, of_bodies + 4 * id, m_.body_iquat + 4 * id);
+      case mjOBJ_BODY:
+        return world_quat(res, of_bodies + 4 * id, vectors(d_.body_iquat) + 4 * id, m_.body_iquat + 4 * id);
       case mjOBJ_GEOM:
         return world_quat(res, of_bodies + 4 * m_.geom_bodyid[id], vectors(d_.geom_quat) + 4 * id,
                           m_.geom_quat + 4 * id);
@@ -304,9 +305,7 @@ class Sensors : Forces {
   }
 
   void magnetometer(int site, V* data) const {
-    V field[3];
-    for (int k = 0; k < 3; ++k) field[k] = splat(m_.opt.magnetic[k]);
-    mulMatTVec3(data, vectors(d_.site_xmat) + 9 * site, field);
+    mulMatTVec3(data, vectors(d_.site_xmat) + 9 * site, vectors(d_.magnetic));
   }
 
   // mju_mulMatTVec for three rows. MuJoCo skips zeros; here they are added to a sum that begins at +0.
@@ -420,16 +419,17 @@ class Sensors : Forces {
 
   // Whether the ray from a contact along its force meets the sensor's site, in one lane, by MuJoCo's own functions.
   bool is_in_zone(int site, int contact, int lane, double force, bool is_flipped) const {
-    mjtNum pos[3], mat[9], point[3], ray[3];
+    mjtNum pos[3], mat[9], size[3], point[3], ray[3];
     for (int k = 0; k < 3; ++k) {
       pos[k] = d_.site_xpos[(3 * site + k) * kWidth + lane];
+      size[k] = d_.site_size[(3 * site + k) * kWidth + lane];
       point[k] = contacts_.pos[(3 * contact + k) * kWidth + lane];
       ray[k] = contacts_.frame[(9 * contact + k) * kWidth + lane] * force;
     }
     for (int k = 0; k < 9; ++k) mat[k] = d_.site_xmat[(9 * site + k) * kWidth + lane];
     mju_normalize3(ray);
     if (is_flipped) mju_scl3(ray, ray, -1);
-    return mju_rayGeom(pos, mat, m_.site_size + 3 * site, point, ray, m_.site_type[site]) >= 0;
+    return mju_rayGeom(pos, mat, size, point, ray, m_.site_type[site]) >= 0;
   }
 
   // apply_cutoff
@@ -493,7 +493,7 @@ class Sensors : Forces {
            type != mjSENS_TENDONLIMITFRC;
   }
 
-  bool has_forces() const {
+  bool has_force_sensors() const {
     for (int i = 0; i < m_.nsensor; ++i)
       if (m_.sensor_type[i] == mjSENS_FORCE || m_.sensor_type[i] == mjSENS_TORQUE) return true;
     return false;

@@ -91,7 +91,7 @@ bool Solver::can_solve(const mjData& d, int constraints) const {
 // With elliptic cones: how many places belong to equalities, friction and limits.
 int Solver::places_without_contacts(const Contacts& contacts) {
   int places = contacts.friction_count + contacts.limit_count;
-  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equalities[i].size;
+  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].equality->size;
   return places;
 }
 

@@ -27,7 +27,9 @@ class Solver {
   static std::size_t bytes(int width, const mjModel& m);
 
   // Whether lanes can solve the constraints of this row.
-  bool solves(const mjData& d) const { return d.nefc > 0 && !is_elliptic_ && can_solve(d, d.nefc); }
+  bool solves(const mjModel& m, const mjData& d) const {
+    return d.nefc > 0 && !is_elliptic_ && m.opt.noslip_iterations == 0 && can_solve(d, d.nefc);
+  }
   // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;
 

@@ -15,12 +15,12 @@ namespace mjenv::core::lanes {
 namespace {
 
 bool is_disabled(const mjModel& m, int flag) { return (m.opt.disableflags & flag) != 0; }
-std::string text_if(bool is, const char* text) { return is ? text : ""; }
+std::string text_if(bool condition, const char* text) { return condition ? text : ""; }
 
 // ---- Obstacles ----
 
-// Whether all numbers are at most mjMAXVAL, which MuJoCo allows in states. Such numbers do not make computations with
-// finite states overflow. If they did, the checks of the lanes' results would find it.
+// Whether all numbers are finite and at most mjMAXVAL, MuJoCo's limit for the numbers of a state. With such numbers,
+// computations do not overflow; if they did, the checks of the lanes' results would find it.
 bool is_moderate(const mjtNum* numbers, int count) {
   for (int i = 0; i < count; ++i)
     if (!(std::fabs(numbers[i]) <= mjMAXVAL)) return false;
@@ -151,7 +151,7 @@ bool has_constraints(const Model& model) {
 }
 
 std::string constraints(const Model& model) {
-  if (std::string why = solver(model); !why.empty()) return "the solver's stage is, too";
+  if (std::string why = solver(model); !why.empty()) return "the solver is computed row by row";
   return contacts(model);
 }
 
@@ -225,7 +225,7 @@ const std::vector<Stage>& stages() {
 
 std::string how(const Stage& stage, const Model& model) {
   if (!stage.is_there(model)) return "absent";
-  if (const std::string why = stage.alone(model); !why.empty()) return "row by row: " + why;
+  if (const std::string why = stage.obstacle(model); !why.empty()) return "row by row: " + why;
   const std::string what = stage.partly(model);
   return what.empty() ? "lanes" : "lanes; row by row: " + what;
 }

@@ -24,9 +24,9 @@ struct Stage {
   const char* row_by_row;  // what MuJoCo's functions compute row by row
   const char* functions;   // the functions of Code that belong to it
   bool (*is_there)(const Model& model);
-  // alone: the feature of the model that makes MuJoCo's functions compute the whole stage row by row; "" if there is
-  // none. partly: the part of the stage that they always compute row by row; "" if there is none.
-  std::string (*alone)(const Model& model);
+  // obstacle: the feature of the model because of which MuJoCo's functions compute the whole stage row by row; "" if
+  // there is none. partly: the part of the stage that they always compute row by row; "" if there is none.
+  std::string (*obstacle)(const Model& model);
   std::string (*partly)(const Model& model);
 };
 const std::vector<Stage>& stages();

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <exception>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "engine/lanes/constraint_maker.hpp"
@@ -24,19 +25,31 @@ namespace {
 // Eight lanes are only about a tenth faster than four, and each lane takes the memory of an mjData.
 constexpr int kBestWidth = 4;
 
-// An array of Lanes, and mjData's array of the same name.
+// An array of Lanes, and the array of mjData from and to which it is copied.
 struct LaneArray {
   double* Lanes::*numbers;
   mjtNum* mjData::*data;
   int count;
 };
 
-// An array of mjModel whose values may differ from row to row.
-struct OwnNumbers {
+// An array of mjModel, of numbers or flags, whose values may differ from row to row.
+template <typename Element>
+struct OwnArrayOf {
   double* Lanes::*numbers;
+  Element* mjModel::*array;
   int count;
+  bool are_shared = false;  // the lanes hold the values that all rows share
+  const Element* of(const mjModel& m) const { return m.*array; }
+};
+using OwnNumbers = OwnArrayOf<mjtNum>;
+using OwnFlags = OwnArrayOf<mjtByte>;
+
+// Numbers of mjOption that may differ from row to row.
+struct OwnOption {
+  double* Lanes::*numbers;
   const mjtNum* (*of)(const mjModel& model);
-  bool are_shared = false;  // the lanes hold the numbers that all rows share
+  int count;
+  bool are_shared = false;
 };
 
 // Makes a view of a row's model that lists only the pairs of geoms that are near each other.
@@ -49,10 +62,11 @@ class RowModel {
   RowModel(const RowModel&) = delete;
   RowModel& operator=(const RowModel&) = delete;
 
-  // Sets the row's model. can_change: its numbers may have changed since the last call with the same model.
-  void follow(const mjModel& model, bool can_change) {
-    if (!can_change && all_ == &model) return;
+  // Sets the row's model. version: differs from that of the last call if the model's numbers may have changed.
+  void follow(const mjModel& model, std::uint64_t version) {
+    if (all_ == &model && version_ == version) return;
     all_ = &model;
+    version_ = version;
     view_ = model;
     if (near_) set_pairs(view_, *near_);
   }
@@ -68,6 +82,7 @@ class RowModel {
 
  private:
   const mjModel* all_ = nullptr;
+  std::uint64_t version_ = 0;
   std::optional<Pairs> near_;
   mjModel view_{};
 
@@ -98,9 +113,11 @@ class LaneArrays {
       speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_,
       for_implicit_, integrated_;
   std::vector<OwnNumbers> own_;
+  std::vector<OwnOption> options_;
+  std::vector<OwnFlags> flags_;
   std::vector<OwnNumbers> frames_;  // those that the lanes hold only if rows have their own
   Counts<Lanes> counts_;
-  int longest_ = 1;  // the greatest count of these arrays
+  int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
 // The lists are in the order of mj_forward. shown_ lists what mjenv_sim shows to callbacks.
@@ -213,6 +230,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
+  // Arrays of Lanes that are not copied from or to mjData.
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
                                                             {&L::subtree_linvel, 3 * sensing},
                                                             {&L::subtree_angmom, 3 * sensing},
@@ -234,42 +252,60 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::viscous_force, nbody},
                                                             {&L::torque_drag, 3 * nbody},
                                                             {&L::force_drag, 3 * nbody}};
-  own_ = {
-      {&L::body_mass, nbody, [](const mjModel& m) -> const mjtNum* { return m.body_mass; }},
-      {&L::body_subtreemass, sensing, [](const mjModel& m) -> const mjtNum* { return m.body_subtreemass; }},
-      {&L::sensor_cutoff, m_.nsensor, [](const mjModel& m) -> const mjtNum* { return m.sensor_cutoff; }},
-      {&L::body_inertia, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_inertia; }},
-      {&L::body_ipos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_ipos; }},
-      {&L::jnt_stiffness, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_stiffness; }},
-      {&L::dof_armature, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_armature; }},
-      {&L::dof_damping, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_damping; }},
-      {&L::dof_M0, nv, [](const mjModel& m) -> const mjtNum* { return m.dof_M0; }},
-      {&L::tendon_lengthspring, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_lengthspring; }},
-      {&L::tendon_length0, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_length0; }},
-      {&L::tendon_range, 2 * m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_range; }},
-      {&L::tendon_margin, m_.ntendon, [](const mjModel& m) -> const mjtNum* { return m.tendon_margin; }},
-      {&L::eq_data, mjNEQDATA * m_.neq, [](const mjModel& m) -> const mjtNum* { return m.eq_data; }},
-      {&L::actuator_gainprm, mjNGAIN * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_gainprm; }},
-      {&L::actuator_biasprm, mjNBIAS * nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_biasprm; }},
-      {&L::actuator_acc0, nu, [](const mjModel& m) -> const mjtNum* { return m.actuator_acc0; }},
-      {&L::jnt_range, 2 * njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_range; }},
-      {&L::jnt_margin, njnt, [](const mjModel& m) -> const mjtNum* { return m.jnt_margin; }},
-      {&L::cam_quat, 4 * ncam, [](const mjModel& m) -> const mjtNum* { return m.cam_quat; }},
-      {&L::wrap_prm, m_.nwrap, [](const mjModel& m) -> const mjtNum* { return m.wrap_prm; }},
-      {&L::geom_size, 3 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_size; }},
-      {&L::gravity, 3, [](const mjModel& m) -> const mjtNum* { return m.opt.gravity; }}};
-  frames_ = {{&L::body_pos, 3 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_pos; }},
-             {&L::body_quat, 4 * nbody, [](const mjModel& m) -> const mjtNum* { return m.body_quat; }},
-             {&L::geom_pos, 3 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_pos; }},
-             {&L::geom_quat, 4 * m_.ngeom, [](const mjModel& m) -> const mjtNum* { return m.geom_quat; }},
-             {&L::site_pos, 3 * m_.nsite, [](const mjModel& m) -> const mjtNum* { return m.site_pos; }},
-             {&L::site_quat, 4 * m_.nsite, [](const mjModel& m) -> const mjtNum* { return m.site_quat; }}};
+  using M = mjModel;
+  own_ = {{&L::body_mass, &M::body_mass, nbody},
+          {&L::body_subtreemass, &M::body_subtreemass, sensing},
+          {&L::sensor_cutoff, &M::sensor_cutoff, m_.nsensor},
+          {&L::body_inertia, &M::body_inertia, 3 * nbody},
+          {&L::body_ipos, &M::body_ipos, 3 * nbody},
+          {&L::jnt_stiffness, &M::jnt_stiffness, njnt},
+          {&L::qpos_spring, &M::qpos_spring, nq},
+          {&L::dof_armature, &M::dof_armature, nv},
+          {&L::dof_damping, &M::dof_damping, nv},
+          {&L::dof_M0, &M::dof_M0, nv},
+          {&L::tendon_stiffness, &M::tendon_stiffness, m_.ntendon},
+          {&L::tendon_damping, &M::tendon_damping, m_.ntendon},
+          {&L::tendon_lengthspring, &M::tendon_lengthspring, m_.ntendon},
+          {&L::tendon_length0, &M::tendon_length0, m_.ntendon},
+          {&L::tendon_range, &M::tendon_range, 2 * m_.ntendon},
+          {&L::tendon_margin, &M::tendon_margin, m_.ntendon},
+          {&L::eq_data, &M::eq_data, mjNEQDATA * m_.neq},
+          {&L::actuator_gainprm, &M::actuator_gainprm, mjNGAIN * nu},
+          {&L::actuator_biasprm, &M::actuator_biasprm, mjNBIAS * nu},
+          {&L::actuator_dynprm, &M::actuator_dynprm, mjNDYN * nu},
+          {&L::actuator_gear, &M::actuator_gear, 6 * nu},
+          {&L::actuator_ctrlrange, &M::actuator_ctrlrange, 2 * nu},
+          {&L::actuator_forcerange, &M::actuator_forcerange, 2 * nu},
+          {&L::actuator_actrange, &M::actuator_actrange, 2 * nu},
+          {&L::actuator_lengthrange, &M::actuator_lengthrange, 2 * nu},
+          {&L::actuator_acc0, &M::actuator_acc0, nu},
+          {&L::jnt_range, &M::jnt_range, 2 * njnt},
+          {&L::jnt_margin, &M::jnt_margin, njnt},
+          {&L::cam_quat, &M::cam_quat, 4 * ncam},
+          {&L::wrap_prm, &M::wrap_prm, m_.nwrap},
+          {&L::geom_size, &M::geom_size, 3 * m_.ngeom},
+          {&L::site_size, &M::site_size, m_.nsensor > 0 ? 3 * m_.nsite : 0}};
+  options_ = {{&L::timestep, [](const M& m) { return &m.opt.timestep; }, 1},
+              {&L::gravity, [](const M& m) -> const mjtNum* { return m.opt.gravity; }, 3},
+              {&L::wind, [](const M& m) -> const mjtNum* { return m.opt.wind; }, 3},
+              {&L::magnetic, [](const M& m) -> const mjtNum* { return m.opt.magnetic; }, 3},
+              {&L::density, [](const M& m) { return &m.opt.density; }, 1},
+              {&L::viscosity, [](const M& m) { return &m.opt.viscosity; }, 1}};
+  flags_ = {{&L::actuator_ctrllimited, &M::actuator_ctrllimited, nu},
+            {&L::actuator_forcelimited, &M::actuator_forcelimited, nu}};
+  frames_ = {{&L::body_pos, &M::body_pos, 3 * nbody},     {&L::body_quat, &M::body_quat, 4 * nbody},
+             {&L::body_iquat, &M::body_iquat, 4 * nbody}, {&L::jnt_pos, &M::jnt_pos, 3 * njnt},
+             {&L::jnt_axis, &M::jnt_axis, 3 * njnt},      {&L::qpos0, &M::qpos0, nq},
+             {&L::geom_pos, &M::geom_pos, 3 * m_.ngeom},  {&L::geom_quat, &M::geom_quat, 4 * m_.ngeom},
+             {&L::site_pos, &M::site_pos, 3 * m_.nsite},  {&L::site_quat, &M::site_quat, 4 * m_.nsite}};
   const auto add = [&](double* Lanes::*array, int count) {
     counts_.emplace_back(array, static_cast<std::size_t>(count));
   };
   for (const auto& [array, count] : more) add(array, count);
   for (const auto* list : {&own_, &frames_})
     for (const OwnNumbers& own : *list) add(own.numbers, own.count);
+  for (const OwnOption& own : options_) add(own.numbers, own.count);
+  for (const OwnFlags& own : flags_) add(own.numbers, own.count);
   for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &moments_, &sensed_, &cameras_, &after_constraints_,
                            &others_, &from_solver_, &of_euler_})
     for (const LaneArray& array : *list) {
@@ -289,7 +325,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   ModelTables tables_;
   const SingleStages single_;
   Lanes lanes_{};
-  Memory<Lanes> memory_;
+  Memory<Lanes> memory_, pair_memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
   const bool searches_;                     // MuJoCo searches for pairs of geoms: the model has no list
   std::unique_ptr<Solver> solver_;          // null if MuJoCo solves the constraints row by row
@@ -299,22 +335,32 @@ class LaneStepper final : public Stepper, private LaneArrays {
   const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
-  std::vector<unsigned char> may_touch_;
+  std::vector<unsigned char> may_touch_, pair_rows_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<const float*, kMaxWidth> heights_{};  // the rows' hfield_data
   std::array<mjData*, kMaxWidth> data_{};
+  std::array<Work*, kMaxWidth> works_{};
   int count_ = 0;
-  std::uint32_t all_ = 0;  // the lanes that have a row, as bits
+  std::uint64_t step_ = 0;  // the number of the step
+  std::uint32_t all_ = 0;   // the lanes that have a row, as bits
 
   void set_world();
-  bool has_shared_ = false;   // no row has numbers of mjModel of its own
-  bool has_changed_ = false;  // a row's own numbers of mjModel differ from those of the last step
-  bool gather_own(OwnNumbers& own, bool must_hold);
+  bool has_shared_ = false;  // no row has numbers of mjModel of its own
+  template <typename Own>
+  bool gather_own(Own& own, bool must_hold = true);
   void gather_own();
+  template <typename Element>
+  bool has_own(Element* mjModel::*array) const;
+  void gather_pairs();
+  void gather_types();
+  void gather_heights();
+  void leave_unlike();
+  bool is_unlike(const mjModel& m) const;
+  bool has_other_types(const mjModel& m) const;
   void gather_forces(Work* const* works);
   void gather(const std::vector<LaneArray>& arrays);
-  void scatter(const std::vector<LaneArray>& arrays);
+  void scatter(const std::vector<LaneArray>& arrays, unsigned rows = ~0U);
   std::uint32_t live() const { return all_ & ~lanes_.left_to_mujoco; }
   template <typename Body>
   void for_live_rows(const Body& body);
@@ -355,6 +401,11 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       tables_(model),
       single_(m_),
       memory_(lanes_, code.width, counts_),
+      pair_memory_(lanes_, code.width,
+                   {{&Lanes::pair_limit, tables_.pairs.size()},
+                    {&Lanes::pair_margin, tables_.pairs.size()},
+                    {&Lanes::pair_includemargin, tables_.pairs.size()},
+                    {&Lanes::pair_reach, tables_.pairs.size()}}),
       searches_(!model.pairs()),
       solver_(Solver::make(code, m_)),
       maker_(solver_ ? ConstraintMaker::make(code, m_, tables_) : nullptr),
@@ -363,12 +414,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       has_rangefinders_(has_rangefinders(m_)),
       sees_from_cameras_(sees_from_cameras(m_)),
       may_touch_(tables_.pairs.size()),
+      pair_rows_(tables_.pairs.size()),
       spare_(static_cast<std::size_t>(longest_)) {
-  const auto fill = [&](double* array, const std::vector<double>& numbers) {
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      std::fill_n(array + i * static_cast<std::size_t>(code.width), code.width, numbers[i]);
-  };
-  if (tables_.has_moments) fill(lanes_.actuator_moment, tables_.actuator_moment);
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
@@ -378,13 +425,10 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.segments = tables_.segments.data();
   lanes_.segment_adr = tables_.segment_adr.data();
   lanes_.actuators = tables_.actuators.data();
-  lanes_.has_negative_zeros = tables_.has_negative_zeros;
-  lanes_.has_damping = tables_.has_damping;
+  lanes_.has_moments = tables_.has_moments;
   lanes_.has_single_passive = single_.passive;
   lanes_.has_single_actuation = single_.actuation;
   lanes_.is_still_tendon = tables_.is_still_tendon.data();
-  lanes_.fluid_bodies = tables_.fluid_bodies.data();
-  lanes_.fluid_body_count = static_cast<int>(tables_.fluid_bodies.size());
   lanes_.pairs = tables_.pairs.data();
   lanes_.pair_count = static_cast<int>(tables_.pairs.size());
   lanes_.box_pairs = tables_.box_pairs.data();
@@ -392,49 +436,129 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.may_touch = may_touch_.data();
 }
 
-// Returns whether all rows have the shared model's numbers. must_hold: the lanes must hold the rows' numbers
-// afterwards, so they are gathered, unless the lanes hold the shared ones already.
-bool LaneStepper::gather_own(OwnNumbers& own, bool must_hold) {
-  std::array<const double*, kMaxWidth> from{};
-  bool are_shared = true;
-  for (int lane = 0; lane < code_.width; ++lane) {
-    from[lane] = own.of(*row_models_[lane < count_ ? lane : 0]);
-    are_shared &= from[lane] == own.of(m_);
-  }
+// Returns whether the rows have the shared model's values. must_hold: the lanes must hold the rows' values afterwards,
+// so they are gathered, unless the lanes hold the shared ones already. All rows have their own values of the same
+// arrays, so the first row's pointers tell for all.
+template <typename Own>
+bool LaneStepper::gather_own(Own& own, bool must_hold) {
+  const bool are_shared = own.of(*row_models_[0]) == own.of(m_);
   if (!must_hold || (own.are_shared && are_shared)) return are_shared;
-  code_.gather(lanes_.*own.numbers, from.data(), own.count);
+  std::array<decltype(own.of(m_)), kMaxWidth> from{};
+  for (int lane = 0; lane < code_.width; ++lane) from[lane] = own.of(*row_models_[lane < count_ ? lane : 0]);
+  if constexpr (std::is_same_v<decltype(own.of(m_)), const mjtNum*>) {
+    code_.gather(lanes_.*own.numbers, from.data(), own.count);
+  } else {
+    for (int i = 0; i < own.count; ++i)
+      for (int lane = 0; lane < code_.width; ++lane) (lanes_.*own.numbers)[i * code_.width + lane] = from[lane][i];
+  }
   own.are_shared = are_shared;
-  has_changed_ = true;
   return are_shared;
 }
 
 // Gathers the rows' numbers of mjModel. Those that all rows share stay in the lanes from step to step.
 void LaneStepper::gather_own() {
-  for (int row = 0; row < count_; ++row) models_[row]->follow(*row_models_[row], row_models_[row] != &m_);
   const bool had_shared = has_shared_;
-  has_shared_ = std::all_of(row_models_.begin(), row_models_.begin() + count_,
-                            [&](const mjModel* model) { return model == &m_; });
+  has_shared_ = row_models_[0] == &m_;
   if (has_shared_ && had_shared) return;
-  const bool had_own_frames = lanes_.has_own_frames;
-  has_changed_ = lanes_.has_own_frames = false;
-  lanes_.has_own_sizes = false;
-  for (OwnNumbers& own : own_)
-    if (!gather_own(own, true) && own.numbers == &Lanes::geom_size) lanes_.has_own_sizes = true;
+  lanes_.has_own_frames = false;
+  lanes_.has_own_sizes =
+      has_own(&mjModel::geom_size) || has_own(&mjModel::geom_margin) || has_own(&mjModel::hfield_size);
+  for (OwnNumbers& own : own_) gather_own(own);
+  for (OwnOption& own : options_) gather_own(own);
+  for (OwnFlags& own : flags_) gather_own(own);
   for (OwnNumbers& own : frames_) lanes_.has_own_frames |= !gather_own(own, false);
   for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
-  if (has_changed_ || had_own_frames != lanes_.has_own_frames) {
-    code_.adopt(lanes_);
-    // As obstacle() does for the shared model, leaves rows with numbers that are not moderate to MuJoCo.
-    for (const OwnNumbers& own : own_)
+  lanes_.has_negative_zeros =
+      lanes_.has_own_frames ? has_negative_zero(lanes_.jnt_axis, 3 * m_.njnt * code_.width) ||
+                                  has_negative_zero(lanes_.jnt_pos, 3 * m_.njnt * code_.width)
+                            : has_negative_zero(m_.jnt_axis, 3 * m_.njnt) || has_negative_zero(m_.jnt_pos, 3 * m_.njnt);
+  gather_pairs();
+  gather_types();
+  gather_heights();
+  code_.adopt(lanes_);
+  leave_unlike();
+}
+
+// Whether the rows have their own values of this array.
+template <typename Element>
+bool LaneStepper::has_own(Element* mjModel::*array) const {
+  return row_models_[0]->*array != m_.*array;
+}
+
+void LaneStepper::gather_pairs() {
+  lanes_.has_own_pairs =
+      has_own(&mjModel::geom_margin) || has_own(&mjModel::geom_gap) || has_own(&mjModel::geom_rbound);
+  for (std::size_t i = 0; i < tables_.pairs.size() && lanes_.has_own_pairs; ++i)
+    for (int lane = 0; lane < code_.width; ++lane) {
+      const GeomPair& pair = tables_.pairs[i];
+      const PairNumbers numbers = pair_numbers(*row_models_[lane < count_ ? lane : 0], pair.geom1, pair.geom2);
+      const std::size_t at = i * static_cast<std::size_t>(code_.width) + static_cast<std::size_t>(lane);
+      lanes_.pair_limit[at] = numbers.limit;
+      lanes_.pair_margin[at] = numbers.margin;
+      lanes_.pair_includemargin[at] = numbers.includemargin;
+      lanes_.pair_reach[at] = numbers.reach;
+    }
+}
+
+// Finds out which of the listed pairs can touch in each row.
+void LaneStepper::gather_types() {
+  const bool are_other = has_own(&mjModel::geom_contype) || has_own(&mjModel::geom_conaffinity);
+  lanes_.pair_rows = are_other ? pair_rows_.data() : nullptr;
+  for (std::size_t i = 0; i < pair_rows_.size() && are_other; ++i) {
+    unsigned rows = 0;
+    for (int row = 0; row < count_; ++row)
+      if (are_types_compatible(*row_models_[row], tables_.pairs[i].geom1, tables_.pairs[i].geom2)) rows |= 1U << row;
+    pair_rows_[i] = static_cast<unsigned char>(rows);
+  }
+}
+
+void LaneStepper::gather_heights() {
+  lanes_.heights = has_own(&mjModel::hfield_data) ? heights_.data() : nullptr;
+  for (int lane = 0; lane < code_.width; ++lane) heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
+}
+
+// Leaves two kinds of rows to MuJoCo: those whose own numbers are not finite or too large, with which obstacle() would
+// refuse a model; and those for which the tables of the shared model are not valid.
+void LaneStepper::leave_unlike() {
+  const auto leave = [&](const auto& list) {
+    for (const auto& own : list)
       if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
-    for (const OwnNumbers& own : frames_)
-      if (lanes_.has_own_frames && !own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
-  }
-  lanes_.heights = nullptr;
-  for (int lane = 0; lane < code_.width; ++lane) {
-    heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
-    if (heights_[lane] != m_.hfield_data) lanes_.heights = heights_.data();
-  }
+  };
+  leave(own_);
+  leave(options_);
+  if (lanes_.has_own_frames) leave(frames_);
+  for (int row = 0; row < count_; ++row)
+    if (is_unlike(*row_models_[row])) lanes_.unlike |= 1U << row;
+}
+
+// Whether the tables of the shared model are not valid for a row's model, because
+// - the fluid model of ellipsoids applies to other geoms,
+// - other geoms have a bounding sphere,
+// - a margin is negative, with which MuJoCo's search can find other pairs, or
+// - contype and conaffinity let geoms touch that are not in the list of pairs.
+bool LaneStepper::is_unlike(const mjModel& m) const {
+  const auto differs = [&](const auto& kind) {
+    for (int geom = 0; geom < m.ngeom; ++geom)
+      if (kind(m, geom) != kind(m_, geom)) return true;
+    return false;
+  };
+  if (!single_.passive && m.geom_fluid != m_.geom_fluid &&
+      differs([](const mjModel& of, int geom) { return of.geom_fluid[mjNFLUID * geom] > 0; }))
+    return true;
+  if (!tables_.lists_pairs) return false;
+  if (m.geom_rbound != m_.geom_rbound && differs([](const mjModel& of, int geom) { return of.geom_rbound[geom] > 0; }))
+    return true;
+  if (m.geom_margin != m_.geom_margin &&
+      std::any_of(m.geom_margin, m.geom_margin + m.ngeom, [](mjtNum margin) { return margin < 0; }))
+    return true;
+  if (!has_other_types(m)) return false;
+  return !tables_.kept_apart ||
+         std::any_of(tables_.kept_apart->begin(), tables_.kept_apart->end(),
+                     [&](const auto& pair) { return are_types_compatible(m, pair.first, pair.second); });
+}
+
+bool LaneStepper::has_other_types(const mjModel& m) const {
+  return m.geom_contype != m_.geom_contype || m.geom_conaffinity != m_.geom_conaffinity;
 }
 
 // Copies the rows' arrays to lanes. Lanes without a row get a copy of the first row.
@@ -446,10 +570,11 @@ void LaneStepper::gather(const std::vector<LaneArray>& arrays) {
   }
 }
 
-void LaneStepper::scatter(const std::vector<LaneArray>& arrays) {
+void LaneStepper::scatter(const std::vector<LaneArray>& arrays, unsigned rows) {
   std::array<double*, kMaxWidth> to{};
   for (const LaneArray& array : arrays) {
-    for (int lane = 0; lane < code_.width; ++lane) to[lane] = lane < count_ ? data_[lane]->*array.data : spare_.data();
+    for (int lane = 0; lane < code_.width; ++lane)
+      to[lane] = lane < count_ && rows >> lane & 1 ? data_[lane]->*array.data : spare_.data();
     code_.scatter(to.data(), lanes_.*array.numbers, array.count);
   }
 }
@@ -481,9 +606,11 @@ void LaneStepper::for_live_rows(const Body& body) {
 std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before,
                                 const BeforeSubstep* before_substep) {
   count_ = count;
+  ++step_;
   all_ = (1u << count) - 1;
   for (int row = 0; row < count; ++row) {
-    row_models_[row] = &works[row]->stepped();
+    row_models_[row] = &works[row]->unmixed();
+    works_[row] = works[row];
     data_[row] = works[row]->data();
   }
   // With RK4, MuJoCo computes sensors before the other stages and the forces after them, in the same arrays. Lanes do
@@ -494,6 +621,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   gather_own();
   makes_ = maker_ && maker_->follow(row_models_, count);
   lanes_.left_to_mujoco = lanes_.unlike;
+  if (live() == 0) return 0;
   gather(input_);
   gather_forces(works);
   leave_bad(lanes_.act, m_.na);
@@ -501,28 +629,26 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.mocap_pos, 3 * m_.nmocap);
   leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
+    const bool is_last = frame == frames;
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
-    if (before_substep || frame == frames) scatter(state_);
+    if (before_substep || is_last) scatter(state_);
     if (before_substep) {
       for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { (*before_substep)(row, frame - 1); });
       gather(control_);
       gather_forces(works);
       leave_bad(lanes_.ctrl, m_.nu);
     }
-    if (frame == frames) {
-      for (int row = 0; row < count; ++row) works[row]->save(before[row]);
-    }
-    const bool is_last = frame == frames;
+    for (int row = 0; row < count && is_last; ++row) works[row]->save(before[row]);
     forward({is_last && m_.opt.integrator != mjINT_RK4, is_last && sensors_ != SensorNeeds::nothing});
     integrate(is_last);
     if (live() == 0) return 0;
-    for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += m_.opt.timestep;
+    for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += row_models_[row]->opt.timestep;
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
-  const bool has_forces = reads_forces_ && !is_whole_;
-  if (has_forces) {
+  const bool computes_forces = reads_forces_ && !is_whole_;
+  if (computes_forces) {
     code_.rnePostConstraint(lanes_, maker_->found(), solver_->constraints());
     scatter(after_constraints_);
   }
@@ -530,7 +656,10 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   if (is_whole_ && !single_.actuation) scatter_moments();
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
-  for (int row = 0; row < count; ++row) works[row]->note_step(is_whole_, is_shown, has_forces);
+  // Work::note_step may call mj_step1, which may fail.
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) {
+    works[row]->note_step(is_whole_, is_shown, computes_forces);
+  });
   return live();
 }
 
@@ -691,11 +820,11 @@ void LaneStepper::collide() {
   std::uint32_t near = 0;
   for (const unsigned char rows : may_touch_) near |= rows;
   if ((near & live()) != 0) scatter(for_geoms_);
-  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
-    if (near >> row & 1)
-      mj_collision(&models_[row]->with_near_pairs(row, may_touch_.data()), &d);
-    else
-      d.ncon = 0;
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    d.ncon = 0;
+    if (!(near >> row & 1)) return;
+    models_[row]->follow(works_[row]->stepped(), &m == &m_ ? 0 : step_);
+    mj_collision(&models_[row]->with_near_pairs(row, may_touch_.data()), &d);
   });
 }
 
@@ -721,7 +850,7 @@ void LaneStepper::constrain(bool is_held) {
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     mj_makeConstraint(&m, &d);
     if (d.nefc > 0) constrained |= 1u << row;
-    if (solver_ && solver_->solves(d)) solvable |= 1u << row;
+    if (solver_ && solver_->solves(m, d)) solvable |= 1u << row;
   });
   if ((solvable & (solvable - 1)) == 0) solvable = 0;  // for a single row, MuJoCo's solver is faster
   if ((constrained & ~solvable) != 0) scatter(for_solver_);
@@ -740,11 +869,16 @@ void LaneStepper::constrain(bool is_held) {
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
 }
 
-// Copies the moments of actuators to mjData. The lanes have no array of the moments that do not depend on the state.
+// Copies the moments of actuators to mjData. If all actuators act on slides and hinges, their moments are their gears,
+// and the lanes have no array of them.
 void LaneStepper::scatter_moments() {
   if (tables_.has_moments) return scatter(moments_);
-  for (int row = 0; row < count_; ++row)
-    std::copy(tables_.actuator_moment.begin(), tables_.actuator_moment.end(), data_[row]->actuator_moment);
+  for (int row = 0; row < count_; ++row) {
+    mjtNum* const moment = data_[row]->actuator_moment;
+    std::fill_n(moment, m_.nu * m_.nv, 0.0);
+    for (int i = 0; i < m_.nu; ++i)
+      moment[i * m_.nv + tables_.actuators[i].dof] = row_models_[row]->actuator_gear[6 * std::ptrdiff_t{i}];
+  }
 }
 
 // MuJoCo's function integrates row by row. It also advances the time.
@@ -765,7 +899,7 @@ void LaneStepper::integrate(bool is_last) {
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
     code_.advanceActivations(lanes_, 0);
-    if (is_last && is_whole_ && tables_.has_damping) scatter(of_euler_);
+    if (is_last && is_whole_ && lanes_.damped != 0) scatter(of_euler_, lanes_.damped);
     return;
   }
   for (int stage = 1; stage < 4; ++stage) {
@@ -774,9 +908,9 @@ void LaneStepper::integrate(bool is_last) {
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return;
-    // mj_RungeKutta keeps four X, four F and dX on mjData's stack, so less is left for constraints, and MuJoCo may
-    // fail. As much of the stack is marked as used here, so that the same happens. The stack has room for these arrays,
-    // because the environment's trial step has used them.
+    // mj_RungeKutta keeps four X, four F and dX on mjData's stack. This leaves less of it for constraints, so MuJoCo
+    // may fail. Marking as much of the stack as used makes the same happen here. The stack is large enough for these
+    // arrays, or the environment's trial step (registered_task.cpp) would have failed.
     const int taken = 4 * (m_.nq + 2 * (m_.nv + m_.na)) + 2 * m_.nv + m_.na;
     for (int row = 0; row < count_; ++row) data_[row]->pstack += taken;
     forward({is_last && stage == 3, false});
@@ -805,8 +939,7 @@ int best_width(const Model& model, std::int64_t rows) {
 
 std::size_t stepper_bytes(const Model& model, int width) {
   const mjModel& m = *model.stepped();
-  const auto tables = static_cast<std::size_t>(m.ntendon + m.nu) * static_cast<std::size_t>(m.nv);  // of ModelTables
-  return LaneArrays(m).bytes(width) + Solver::bytes(width, m) + tables * sizeof(double);
+  return LaneArrays(m).bytes(width) + Solver::bytes(width, m);
 }
 
 const Code* code_of(int width) {

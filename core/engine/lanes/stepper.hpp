@@ -26,9 +26,6 @@ std::string obstacle(const Model& model);
 // A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.
 std::string stage_lines(const Model& model);
 
-// Whether rows of a model without obstacles can have their own values of this array of mjModel, or input of mjData.
-bool computes_own(const std::string& array);
-
 // How many lanes a thread should use to step its rows; 0: it should step them one by one.
 int best_width(const Model& model, std::int64_t rows);
 
@@ -37,11 +34,11 @@ class Stepper {
   virtual ~Stepper() = default;
 
   // Advances `count` work spaces, at most as many as there are lanes, by `frames` calls of mj_step. Call Work::act for
-  // each of them first. Their own arrays must be among those for which computes_own is true. Writes the state of each
-  // before the last mj_step to `before`. before_substep: null, or a function that is called before each mj_step with
-  // the index of each work space and the number of the mj_step. It may write ctrl and forces. Returns, as bits, the
-  // work spaces that are now as Work::step leaves them. The others met numbers or cases that are left to MuJoCo's own
-  // code: load them again and step them one by one.
+  // each of them first, and Work::use with the same arrays for all or for none. Writes the state of each before the
+  // last mj_step to `before`. before_substep: null, or a function that is called before each mj_step with the index of
+  // each work space and the number of the mj_step. It may write ctrl and forces. Returns, as bits, the work spaces that
+  // are now as Work::step leaves them. The others met numbers or cases that are left to MuJoCo's own code: load them
+  // again and step them one by one.
   using BeforeSubstep = std::function<void(int, std::int64_t)>;
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before,
                              const BeforeSubstep* before_substep = nullptr) = 0;

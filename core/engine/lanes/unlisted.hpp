@@ -1,4 +1,4 @@
-// Functions of MuJoCo 2.2.2 that mujoco.h does not list. Lanes call them, because they are compiled together with MuJoCo.
+// Functions of MuJoCo 2.2.2 that mujoco.h does not list. Lanes can call them, because MuJoCo is compiled in.
 #pragma once
 
 #include <mujoco/mujoco.h>

@@ -23,7 +23,7 @@ void check_limit(const Limits& limits, const char* what, std::int64_t count, con
 }
 
 void check_coordinate(double x) {
-  if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex at " + number(x) + ", which is too far out");
+  if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex has the coordinate " + number(x) + ", which is too large");
 }
 
 // Returns the last four characters of a path in lower case: ".png", for instance.
@@ -116,7 +116,7 @@ class Obj {
       refuse("it has no faces, and " + std::to_string(positions_) + " vertices, " + std::to_string(normals_) +
              " normals and " + std::to_string(texcoords_) + " texture coordinates");
     // If there are normals, every corner of a face must have one; the same holds for texture coordinates.
-    if ((normals_ && bare_of_normals_) || (texcoords_ && bare_of_texcoords_))
+    if ((normals_ && lacks_normals_) || (texcoords_ && lacks_texcoords_))
       refuse("it has normals or texture coordinates, but not for all faces");
     return {positions_, triangles_};
   }
@@ -125,14 +125,15 @@ class Obj {
   // A positive index counts from 1, and a negative one back from the last element so far.
   static void check_index(std::int64_t index, std::int64_t count) {
     if (index == 0 || index > count || index < -count)
-      refuse("a face or a line has index " + std::to_string(index) + " into " + std::to_string(count));
+      refuse("a face or a line has index " + std::to_string(index) + ", but there are " + std::to_string(count) +
+             " elements so far");
   }
 
   std::string path_;
   const Limits& limits_;
   std::int64_t positions_ = 0, normals_ = 0, texcoords_ = 0;
   std::int64_t faces_ = 0, triangles_ = 0, lines_ = 0, line_ends_ = 0;
-  bool bare_of_normals_ = false, bare_of_texcoords_ = false, begins_with_lines_ = false;
+  bool lacks_normals_ = false, lacks_texcoords_ = false, begins_with_lines_ = false;
 
   static bool is_blank(char c) { return c == ' ' || c == '\t'; }
   static std::string_view trimmed(std::string_view text) {
@@ -178,7 +179,7 @@ class Obj {
     const std::size_t e = std::min(text.find_first_of("eE"), text.size());
     const std::string exponent(text.substr(std::min(e + 1, text.size())));
     if (!x || text.size() > 100 || std::strtol(exponent.c_str(), nullptr, 10) > 99)
-      refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" for a number");
+      refuse("a vertex has \"" + std::string(text.substr(0, 20)) + "\" in place of a number");
     check_coordinate(*x);
   }
 
@@ -187,7 +188,8 @@ class Obj {
     if (!text.empty() && text.front() == '+') text.remove_prefix(1);
     std::int64_t value = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (read.ec != std::errc()) refuse("a face or a line has \"" + std::string(text.substr(0, 20)) + "\" for an index");
+    if (read.ec != std::errc())
+      refuse("a face or a line has \"" + std::string(text.substr(0, 20)) + "\" in place of an index");
     text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
     return value;
   }
@@ -208,9 +210,9 @@ class Obj {
           check_index(index(corner), normals_);
         }
       }
-      if (!corner.empty()) refuse("a face has a corner \"" + whole.substr(0, 20) + "\"");
-      bare_of_normals_ = bare_of_normals_ || !normal;
-      bare_of_texcoords_ = bare_of_texcoords_ || !texcoord;
+      if (!corner.empty()) refuse("a face has an invalid corner: \"" + whole.substr(0, 20) + "\"");
+      lacks_normals_ = lacks_normals_ || !normal;
+      lacks_texcoords_ = lacks_texcoords_ || !texcoord;
     }
     check_limit(limits_, "corners of a face", corners, kFaceCorners);
     faces_ += corners == 3 || corners == 4;
@@ -230,7 +232,7 @@ class Obj {
         end.remove_prefix(1);
         check_index(index(end), texcoords_);
       }
-      if (!end.empty()) refuse("a line has an end \"" + std::string(end.substr(0, 20)) + "\"");
+      if (!end.empty()) refuse("a line has \"" + std::string(end.substr(0, 20)) + "\" after an index");
     }
     if (ends < 2) refuse("a line has " + std::to_string(ends) + " ends");
     line_ends_ += ends;
@@ -248,7 +250,8 @@ class Obj {
       const std::string file = folder + std::string(name);
       const platform::FileStatus status = platform::status_of(file);
       if (!status.exists) continue;  // tinyobjloader ignores missing files
-      if (!status.is_regular) refuse("its materials are in " + quoted(std::string(name)) + ", which is no file");
+      if (!status.is_regular)
+        refuse("its materials are in " + quoted(std::string(name)) + ", which is no regular file");
       check_limit(limits_, "bytes of materials", status.bytes, kMaterialBytes);
     }
   }

@@ -18,7 +18,8 @@ namespace mjenv::core {
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
                       mjenv_status unreadable = MJENV_E_MODEL);
 
-// These fail with MJENV_E_MODEL if MuJoCo would crash, hang or print on the content. The message names no file.
+// These fail with MJENV_E_MODEL if MuJoCo would crash, hang or print when it reads the content. Their messages do not
+// name the file.
 
 struct MeshSize {
   std::int64_t vertices, triangles;

@@ -21,7 +21,7 @@ class Folder {
   std::string read(const std::string& file, const std::string& name, const Limit& bytes) {
     constexpr std::size_t kMaxPath = 900;  // MuJoCo copies paths to buffers of 1000
     if (file.find('\0') != std::string::npos || file.size() > kMaxPath)
-      refuse("file " + quoted(name) + " cannot be read: it has no proper name");
+      refuse("file " + quoted(name) + " cannot be read: its path is too long or contains a NUL character");
     if (const auto why = limits_.excess("files", ++files_, kFiles); !why.empty()) refuse(why);
     if (!limits_.trusted()) check_inside(file, name);
     return read_file(file, limits_.of(bytes));
@@ -37,7 +37,7 @@ class Folder {
 
   void check_inside(const std::string& file, const std::string& name) const {
     if (!exists_)
-      refuse("the model refers to file " + quoted(name) + ", but as it comes from memory it has no folder" +
+      refuse("the model refers to file " + quoted(name) + ", but has no folder, because it comes from memory" +
              kUnlessTrusted);
     const std::string below = file.compare(0, path_.size(), path_) == 0 ? file.substr(path_.size()) : file;
     if (platform::names_no_file(below))
@@ -48,7 +48,7 @@ class Folder {
     if (real.compare(0, own.size(), own) != 0 || (own.back() != '/' && real[own.size()] != '/'))
       refuse("file " + quoted(file) + " is outside of the model's folder " + quoted(own) + kUnlessTrusted);
   }
-  // The path without links.
+  // The path with its symbolic links resolved.
   static std::string resolved(const std::string& path) {
     std::string real = platform::real_path(path);
     if (real.empty()) refuse("file " + quoted(path) + " cannot be read: " + std::strerror(errno));

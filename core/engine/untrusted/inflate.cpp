@@ -37,7 +37,7 @@ class Bits {
   std::size_t size_, at_ = 0;
 };
 
-// A canonical Huffman code. It is decoded bit by bit.
+// A canonical Huffman code (RFC 1951, section 3.2.2). It is decoded bit by bit.
 class Code {
  public:
   explicit Code(const std::vector<int>& lengths) {
@@ -107,7 +107,7 @@ Codes dynamic_codes(Bits& bits) {
   return {Code({all.begin(), middle}), Code({middle, all.begin() + static_cast<std::ptrdiff_t>(literals + distances)})};
 }
 
-// Returns the number of bytes that a length symbol (257 or more) stands for.
+// Returns the number of bytes that a length symbol (257 or more) stands for (RFC 1951, section 3.2.5).
 std::size_t length_of(int symbol, Bits& bits) {
   const int i = symbol - 257;
   if (i > 28) throw End();

@@ -86,7 +86,7 @@ struct Source {
   std::vector<std::unique_ptr<XMLDocument>> documents;  // of the included files and the children
   Settings settings;
   std::vector<File> files;
-  std::map<std::string, Node> named;             // the bodies and frames up to here
+  std::map<std::string, Node> named;             // the bodies and frames that have been read
   std::vector<Child> children;                   // models that can be attached
   std::map<std::string, std::int64_t> attached;  // how often each child is attached
 };
@@ -243,12 +243,12 @@ class Check {
 
   // Attaches a copy of another model, or of a body or a frame that came earlier in this model.
   void attach(const Element& element, std::int64_t level) {
+    check_limit("attachments", ++replicas_, kReplicas, &element.xml);
     if (const std::string model = element.text("model"); !model.empty()) {
       ++source_.attached[model];
-      return check_limit("attachments", ++replicas_, kReplicas, &element.xml);
+      return;
     }
     ++attachments_;
-    check_limit("attachments", ++replicas_, kReplicas, &element.xml);
     for (const char* kind : {"body", "frame"}) {
       const std::string name = element.text(kind);
       if (name.empty()) continue;
@@ -258,7 +258,7 @@ class Check {
         enter(*node.xml, level + 1, node.parent);
       } else if (!limits_.trusted()) {
         refuse("there is no " + std::string(kind) + " " + quoted(name) +
-                   " above it; one of a replica or of another attachment cannot be attached",
+                   " above it; a copy that a replica or another attachment makes cannot be attached",
                &element.xml);
       }
     }
@@ -369,7 +369,7 @@ class Check {
     surface(element, File::Kind::mesh);
   }
 
-  // Counts the vertices of a mesh that MuJoCo makes from parameters. The first parameters are whole numbers.
+  // Counts the vertices of a mesh that MuJoCo makes from parameters. Its first parameters set its resolution.
   void add_built_in(const Element& element) {
     const std::string type = element.text("builtin");
     std::vector<std::int64_t> counts;
@@ -480,13 +480,13 @@ class Check {
 
   void sensor(const Element& element) {
     reference(element);
-    constexpr std::int64_t kOfContact = 23;  // the most numbers of a sensor for each contact
+    constexpr std::int64_t kNumbersPerContact = 23;  // at most
     const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
     check_limit("nsample", samples, kNumericSize, &element.xml);
     if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
       wide_samples_ += samples;
     else
-      numbers_ += samples * kOfContact * std::max(element.integer("num"), std::int64_t{1});
+      numbers_ += samples * kNumbersPerContact * std::max(element.integer("num"), std::int64_t{1});
   }
 
   void joint(const Element& element) {
@@ -506,7 +506,7 @@ class Check {
   void surface(const Element& element, File::Kind kind) {
     const std::vector<float> coordinates = values_of<float>(element.text("vertex"));
     for (const float x : coordinates)
-      if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex is too far out", &element.xml);
+      if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex has a coordinate that is too large", &element.xml);
     const auto vertices = static_cast<std::int64_t>(coordinates.size()) / 3;
     check_limit("vertices", vertices, kVertices, &element.xml);
     for (const auto vertex : values_of<std::int64_t>(element.text("face")))
@@ -638,8 +638,8 @@ class Check {
     for (auto* referring : {&counts_.tendons, &counts_.actuators, &counts_.sensors, &counts_.equalities})
       *referring *= copies;
 
-    constexpr std::int64_t kOfPixel = 14, kOfVertex = 3;  // the most numbers of a sensor for each pixel or vertex
-    const std::int64_t wide = std::max(kOfPixel * max_camera_pixels_, kOfVertex * vertices_);
+    constexpr std::int64_t kNumbersPerPixel = 14, kNumbersPerVertex = 3;  // at most
+    const std::int64_t wide = std::max(kNumbersPerPixel * max_camera_pixels_, kNumbersPerVertex * vertices_);
     check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
     std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
     for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},

@@ -2,7 +2,7 @@
 #define WIN32_LEAN_AND_MEAN
 #define NOMINMAX 1  // as the C++ library defines it
 #include <windows.h>
-// After the header that it needs.
+// The headers below need windows.h.
 #include <bcrypt.h>
 #include <fcntl.h>
 #include <io.h>
@@ -420,7 +420,7 @@ void* loaded_library(const char* file) {
   return library;
 }
 
-// On Windows each library says which one its symbols come from.
+// On Windows a library names the library of each symbol that it imports, so none can be made visible to all.
 bool show_library(const char*) { return false; }
 
 void close_library(void* library) {

@@ -7,11 +7,11 @@ using namespace mjenv;
 MJENV_TASK("CartpoleSwingup-v0", r) {
   r.model("./cartpole.xml").frame_skip(2).time_limit(500);
 
-  // Options: what the caller of make may set, with their defaults.
+  // Options that the caller of make can set, with their defaults.
   const double w_ctrl = r.real("ctrl_cost_weight", 0.01, "weight of the squared action");
   const double noise = r.noise(0.05);
 
-  // Names of the model, looked up once.
+  // Objects of the model, looked up once.
   const int tip = r.site("tip");
   const Joint slide = r.joint("slide"), hinge = r.joint("hinge");
 

@@ -35,7 +35,7 @@ def actions(policy: Policy, observations: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True)
 class Result:
-    """What 20 episodes gave. The errors are means over rows and time of the distance from 0.5 m/s."""
+    """The results of 20 episodes. The errors are means over rows and time of the distance from 0.5 m/s."""
 
     falls: int
     error: float  # of whole episodes

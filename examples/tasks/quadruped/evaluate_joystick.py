@@ -22,7 +22,7 @@ EPISODES, STEPS, HARDEST = 20, 500, 5.0
 
 
 def actions(policy: Policy, observations: dict[str, NDArray[Any]]) -> NDArray[Any]:
-    """The actions of many rows. The policy's weights of what only the critic sees are 0."""
+    """The actions of many rows. The policy's weights of terms that only the critic sees are 0."""
     seen = np.concatenate([group.reshape(len(group), -1) for group in observations.values()], axis=1)
     values = ((seen - policy.mean) / policy.scale).clip(-policy.clip, policy.clip)
     for layer in policy.layers:
@@ -34,7 +34,7 @@ def actions(policy: Policy, observations: dict[str, NDArray[Any]]) -> NDArray[An
 
 @dataclass(frozen=True)
 class Result:
-    """What 20 episodes gave."""
+    """The results of 20 episodes."""
 
     falls: int
     error: float  # m/s, the mean over all steps of all episodes

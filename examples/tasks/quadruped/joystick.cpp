@@ -14,11 +14,11 @@ constexpr int kLevels = 6, kTypes = 3;
 constexpr double kPatch = 6, kEpisode = 500;
 
 Eigen::Quaterniond orientation(const Sim& s) { return {s.qpos()[3], s.qpos()[4], s.qpos()[5], s.qpos()[6]}; }
-// The trunk's velocity and the vertical direction, seen from the trunk.
+// The trunk's velocity and the vertical direction in the trunk's frame.
 Eigen::Vector3d velocity(const Sim& s) { return orientation(s).conjugate() * Eigen::Vector3d(s.qvel().head<3>()); }
 Eigen::Vector3d up(const Sim& s) { return orientation(s).conjugate() * Eigen::Vector3d::UnitZ(); }
 
-// The value of a term that is 1 if the error is 0.
+// The value of a term of the reward: 1 if the error is 0.
 double closeness(double squared_error, double width) { return 1 / (1 + squared_error / (width * width)); }
 // The sum of squares, added in NumPy's order.
 template <typename V>
@@ -62,7 +62,7 @@ MJENV_TASK("QuadrupedJoystick-v0", r) {
   const double w_torque = r.real("torque_cost", 0.0002, "weight of the squared torques of the joints");
 
   const Carry command = r.carry(3), air = r.carry(4), touched = r.carry(4), last = r.carry(12);
-  // What a row keeps over resets: its level, and the sum of the velocity's terms in its last episode.
+  // Kept over resets: the level of the row, and the sum of the velocity's terms in its last episode.
   const Carry level = r.keep(1, 0, kLevels - 1), score = r.keep(1);
 
   const int trunk = r.body("trunk"), floor = r.geom("floor"), ground = r.geom("ground");
@@ -122,7 +122,7 @@ MJENV_TASK("QuadrupedJoystick-v0", r) {
     const double next = start[level][0] + (well > 0.6 ? 1 : well < 0.4 ? -1 : 0);
     start[level][0] = std::max(easiest, std::min(next, hardest));
     start[score][0] = 0;
-    // In the middle of a patch of this level.
+    // The episode begins in the middle of a patch of this level.
     const double type = static_cast<double>(rng.integers(0, kTypes));
     start.qpos[0] = kPatch * (start[level][0] + 0.5 - 0.5 * kLevels) + rng.uniform(-1, 1);
     start.qpos[1] = kPatch * (type + 0.5 - 0.5 * kTypes) + rng.uniform(-1, 1);

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 def turned_back(qpos: Array, vectors: Array) -> Array:
-    """Vectors, seen from the trunk."""
+    """Vectors in the trunk's frame."""
     w, axis = qpos[:, 3:4], -qpos[:, 4:7]
     twice = np.cross(axis, vectors)
     twice += twice
@@ -28,7 +28,7 @@ def turned_back(qpos: Array, vectors: Array) -> Array:
 
 
 def closeness(squared_error: Array, width: float) -> Array:
-    """The value of a term that is 1 if the error is 0."""
+    """The value of a term of the reward: 1 if the error is 0."""
     return 1 / (1 + squared_error / (width * width))
 
 

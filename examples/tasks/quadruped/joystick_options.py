@@ -1,4 +1,4 @@
-"""What a training of QuadrupedJoystick-v0 adds to the task: robots that differ, noisy and late sensors, and kicks."""
+"""The options with which QuadrupedJoystick-v0 is trained: robots that differ, noisy and late sensors, and kicks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-// A robot with four legs has to trot with the velocity that it is told: forward, to the left, and turning left.
+// A robot with four legs has to trot at a commanded velocity: forward, to the left, and turning left.
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
@@ -12,14 +12,14 @@ using Joints = Eigen::Matrix<double, 12, 1>;
 
 constexpr double kPi = 3.14159265358979323846;
 
-// The trunk's orientation and its velocities, all seen from the trunk.
+// The trunk's orientation, and its velocities in the trunk's frame.
 Eigen::Quaterniond orientation(const Sim& s) { return {s.qpos()[3], s.qpos()[4], s.qpos()[5], s.qpos()[6]}; }
 Eigen::Vector3d velocity(const Sim& s) { return orientation(s).conjugate() * Eigen::Vector3d(s.qvel().head<3>()); }
 Eigen::Vector3d spin(const Sim& s) { return s.qvel().segment<3>(3); }
-// The vertical direction, seen from the trunk: 0, 0, 1 when it is level.
+// The vertical direction in the trunk's frame: 0, 0, 1 when the trunk is level.
 Eigen::Vector3d up(const Sim& s) { return orientation(s).conjugate() * Eigen::Vector3d::UnitZ(); }
 
-// The value of a term that is 1 if the error is 0.
+// The value of a term of the reward: 1 if the error is 0.
 double closeness(double squared_error, double width) { return std::exp(-squared_error / (width * width)); }
 
 }  // namespace
@@ -68,7 +68,7 @@ MJENV_TASK("QuadrupedVelocity-v0", r) {
     for (int i = 0; i < 18; ++i) start.qvel[i] = noise * rng.normal();
   });
 
-  // The action of the step before.
+  // The last action.
   r.carry([](const Sim& s) { return Joints(s.ctrl()); });
 
   r.step([=](const Sim& s, const Carried& before, Info& info) -> Outcome {

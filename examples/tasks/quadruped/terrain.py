@@ -37,14 +37,14 @@ def patch(kind: int, hardness: float, rng: np.random.Generator) -> NDArray[np.fl
 
 
 def heights() -> NDArray[np.float64]:
-    """Of the whole ground, in metres. The first row has the least y."""
+    """The heights of the whole ground in metres. The first row has the least y."""
     rng = np.random.default_rng(0)
     rows = [
         np.concatenate([patch(kind, level / (LEVELS - 1), rng) for level in range(LEVELS)], axis=1)
         for kind in range(TYPES)
     ]
     ground = np.concatenate(rows, axis=0)
-    ground[0, 0], ground[-1, -1] = 0, HEIGHT  # MuJoCo stretches the least and the greatest height to 0 and 1
+    ground[0, 0], ground[-1, -1] = 0, HEIGHT  # because MuJoCo scales heights to 0 to 1
     return ground
 
 

@@ -32,7 +32,7 @@ def test_gymnasium_accepts_it() -> None:
 
 
 def test_it_walks_as_commanded(policy: Policy) -> None:
-    """What docs/own-task.md states of the committed policy: 20 episodes, the mean over all of their steps."""
+    """What docs/own-task.md states about the committed policy: 20 episodes, the mean over all of their steps."""
     result = evaluate(policy)
     assert result.falls == 0
     assert result.error < 0.15
@@ -95,7 +95,7 @@ def test_observation_and_reward() -> None:
 
 
 def test_the_command_is_drawn_from_the_ranges() -> None:
-    """They are the curriculum."""
+    """The ranges are the curriculum."""
     envs = mjenv.make_vec(ID, 200, command_forward=(0.2, 0.4), command_left=(-0.1, 0), command_turn=(0.5, 0.5))
     command = envs.reset(seed=1)[0][:, 45:48]
     for column, (low, high) in enumerate([(0.2, 0.4), (-0.1, 0)]):

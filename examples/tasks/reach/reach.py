@@ -1,4 +1,4 @@
-"""An arm whose hand has to reach a place that each episode draws: a task in NumPy, over all rows at once."""
+"""An arm whose hand has to reach a goal, which each episode draws: a task in NumPy, over all rows at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SHOULDER = 0.5  # its height, m
 
 
 def hand_at(angles: NDArray[Any]) -> NDArray[Any]:
-    """Where the hand is, for the angles of the joints in each row."""
+    """The place of the hand for the angles of the joints in each row."""
     turn, shoulder, elbow = angles.T
     far = LENGTHS[0] * np.cos(shoulder) + LENGTHS[1] * np.cos(shoulder + elbow)
     high = LENGTHS[0] * np.sin(shoulder) + LENGTHS[1] * np.sin(shoulder + elbow)
@@ -40,7 +40,7 @@ class Reach(mjenv.Task):
 
     def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
         qpos = self.pose + rng.uniform(-0.1, 0.1, (rows, 3))
-        # The hand can reach where it is at other angles.
+        # The goal is the place of the hand at other angles, so the hand can reach it.
         angles = self.pose + self.spread * rng.uniform([-1.5, -0.8, -0.8], [1.5, 0.8, 0.8], (rows, 3))
         return qpos, np.zeros((rows, 3)), {"goal": hand_at(angles)}
 
@@ -48,7 +48,7 @@ class Reach(mjenv.Task):
         return sim.goal - sim.site_xpos[:, self.hand]
 
     def observe(self, sim: Sim) -> NDArray[Any]:
-        # Seen from the forearm, because there each joint moves the hand in almost the same direction in all poses.
+        # In the frame of the forearm, in which each joint moves the hand in almost the same direction in all poses.
         seen = np.einsum("rji,rj->ri", sim.site_xmat[:, self.hand].reshape(-1, 3, 3), self.error(sim))
         # The weight of the links pulls at the joints in proportion to these cosines.
         tilts = np.stack([sim.qpos[:, 1], sim.qpos[:, 1] + sim.qpos[:, 2]], axis=1)

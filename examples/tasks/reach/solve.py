@@ -32,17 +32,17 @@ def play(
 
 
 def solve(rounds: int = ROUNDS) -> NDArray[np.float64]:
-    """The policy, and prints how it gets better."""
+    """Returns the policy, and prints its progress."""
     envs, stream = mjenv.make_vec(ID, ROWS), np.random.default_rng(0)
     shape = (envs.single_action_space.shape[0], envs.single_observation_space.shape[0])
     mean, spread = np.zeros(shape), np.ones(shape)
     for number in range(rounds):
         policies = mean + spread * stream.normal(size=(ROWS, *shape))
-        # All rows have the same seed, and so the same goals: what differs is the policy.
+        # All rows have the same seed and so the same goals. They differ only in the policy.
         played = [play(envs, policies, [GOALS * number + goal] * ROWS) for goal in range(GOALS)]
         returns, distances = np.sum(played, axis=0)
         best = np.argsort(returns)[-KEPT:]
-        # The spread never becomes 0, so that the search goes on.
+        # Keeps the spread above 0, so that the search goes on.
         mean, spread = policies[best].mean(axis=0), policies[best].std(axis=0) + 0.02
         if number % 5 == 4:
             print(f"round {number + 1}: the best end {distances[best].mean() / GOALS:.3f} m from their goals")

@@ -68,7 +68,7 @@ def test_a_copy_has_the_goal() -> None:
 
 
 def test_the_policy_reaches() -> None:
-    """The committed policy, over goals that it was not made with."""
+    """The committed policy, with goals with which it was not made."""
     policy = Policy.load(HERE / "policy.txt")
     weights = np.array(policy.layers[0].weights)
     envs = mjenv.make_vec("Reach-v0", 100)

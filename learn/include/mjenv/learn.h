@@ -5,14 +5,19 @@
  *
  *     static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
  *     mjenv_learn_settings settings = MJENV_LEARN_SETTINGS_INIT;
+ *     mjenv_options *options;
+ *     mjenv_env *env;
  *     mjenv_learner *learner;
  *     mjenv_learn_defaults("Hopper-v5", &settings);
+ *     mjenv_options_create("Hopper-v5", &options);
  *     mjenv_options_set_string(options, "autoreset_mode", "same_step");
  *     mjenv_create(options, settings.rows, &env);
  *     mjenv_learner_create(&calls, env, &settings, &learner);
  *     mjenv_learner_train(learner, settings.steps);
  *     mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, "policy.txt");
  *     mjenv_learner_destroy(learner);
+ *     mjenv_destroy(env);
+ *     mjenv_options_destroy(options);
  *
  * Networks are float32. The same settings, seed and environment give the same bits for any number of threads and any
  * instruction set. docs/training.md has the algorithm in detail.
@@ -42,7 +47,7 @@ extern "C" {
 
 /* Handles */
 typedef struct mjenv_learner mjenv_learner; /* trains a policy in the rows of an environment */
-typedef struct mjenv_policy mjenv_policy;   /* a deterministic policy, as policy.txt contains it */
+typedef struct mjenv_policy mjenv_policy;   /* a deterministic policy, which can be saved as text */
 
 /* Pointers to the functions of libmjenv that this library calls. The members have the names of the functions. */
 typedef struct mjenv_learn_calls {
@@ -105,16 +110,16 @@ typedef struct mjenv_learn_settings {
   int64_t rollout_steps;  /* the steps of each row between two updates */
   int64_t epochs;         /* how often an update uses each step */
   int64_t minibatch_size; /* in steps; at most rows * rollout_steps */
-  int64_t decay_steps;    /* in how many steps the learning rate falls to final_learning_rate; 0: in all of them */
+  int64_t decay_steps;    /* in how many steps the learning rate falls to final_learning_rate; 0: in `steps` */
   double learning_rate;   /* of Adam, at the beginning */
   double final_learning_rate;
   double gamma;                /* the discount factor, 0 to 1 */
   double gae_lambda;           /* of the generalized advantage estimation, 0 to 1 */
   double clip;                 /* the ratio of probabilities is clipped to 1 - clip .. 1 + clip */
-  double value_clip;           /* the same for changes of the value; 0: they are not clipped */
+  double value_clip;           /* the value's change is clipped to -value_clip .. value_clip; 0: it is not */
   double value_coef;           /* the weight of the mean squared error of the value in the loss */
   double entropy_coef;         /* the weight of the entropy */
-  double max_grad_norm;        /* longer gradients are shortened to this norm; 0: none is */
+  double max_grad_norm;        /* gradients with a greater norm are scaled to this one; 0: none is */
   double target_kl;            /* no further epoch begins once approx_kl is greater than this; 0: no limit */
   double initial_std;          /* the standard deviation of the actions at the beginning */
   double obs_clip;             /* normalised observations are clipped to -obs_clip .. obs_clip */
@@ -122,16 +127,16 @@ typedef struct mjenv_learn_settings {
   int32_t normalize_obs;       /* 1: observations get mean 0 and variance 1 */
   int32_t normalize_reward;    /* 1: rewards are divided by the standard deviation of the discounted return */
   int32_t normalize_advantage; /* 1: advantages get mean 0 and variance 1 in each minibatch */
-  int32_t scale_actions;       /* 1: -1 .. 1 of the network's outputs are the bounds of the action; 0: as they are */
+  int32_t scale_actions;       /* 1: outputs -1 .. 1 are scaled to the bounds of the action; 0: outputs are actions */
   const int64_t *hidden;       /* [hidden_count] the widths of the hidden layers of both networks */
   int64_t hidden_count;        /* 0 to 8 */
   const uint8_t *actor_obs;    /* [obs_count] 1 for each element that the actor sees; NULL: it sees all */
   const uint8_t *critic_obs;   /* the same for the critic */
   int64_t obs_count;           /* of actor_obs and critic_obs; 0 if both are NULL */
-  uint64_t seed;               /* of the weights, of the exploration, and, increased by the row, of the rows */
-  int32_t threads;             /* 1 to 64, of the networks; those of the environment are its own option */
+  uint64_t seed;               /* of the weights and the exploration; row i gets the seed `seed` + i */
+  int32_t threads;             /* 1 to 64 threads compute the networks; the environment's are its own option */
   mjenv_instructions instructions;
-  int64_t window; /* how many of the last episodes the mean return is computed of */
+  int64_t window; /* over how many of the last episodes the mean return is computed */
 } mjenv_learn_settings;
 
 /* clang-format off */
@@ -220,8 +225,8 @@ MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner *learner, const
  * environment is seeded and reset. Errors: as mjenv_learner_create. */
 MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner *learner, mjenv_env *env);
 
-/* Replaces the settings from the next rollout on. rows, rollout_steps, the layers, activation, masks, seed, threads and
- * instructions must stay as they are. Errors: VALUE. */
+/* Replaces the settings from the next rollout on. These must stay as they are: id, rows, rollout_steps, activation,
+ * hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads, instructions, window. Errors: VALUE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const mjenv_learn_settings *settings);
 
 /* Describes the learner after its last update; before the first one, all means are NaN. */
@@ -232,7 +237,7 @@ MJENV_LEARN_API mjenv_status mjenv_learner_report_at(const mjenv_learner *learne
                                                      mjenv_learn_report *report);
 
 /* Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the
- * image of all rows (mjenv_snapshot). The file is replaced at once, when all of it is written. Errors: FILE. */
+ * image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete. Errors: FILE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, const char *path);
 
 /* Continues from a file of mjenv_learner_save, bit for bit. The learner must have been created for the same id, sizes
@@ -240,12 +245,12 @@ MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, co
 MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const char *path);
 
 /* Writes a policy as text (docs/training.md) into text[capacity], with a NUL.
- *   size      receives the bytes that all of it needs, also with text NULL and capacity 0
+ *   size      receives how many bytes the whole text needs, also with text NULL and capacity 0
  * Errors: SIZE (capacity), VALUE (which). */
 MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, mjenv_learned which, char *text,
                                                   int64_t capacity, int64_t *size);
 
-/* Writes a policy as text to a file, which is replaced at once when all of it is written. Errors: FILE, VALUE. */
+/* Writes a policy as text to a file. An older file is replaced once the new one is complete. Errors: FILE, VALUE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learned which,
                                                        const char *path);
 
@@ -262,7 +267,7 @@ MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
 /* Returns the id that a policy was trained for; NULL if it fails. */
 MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
 
-/* Tells how many elements an observation of the policy has, and how many actuators an action. */
+/* Reads how many numbers an observation of the policy has, and how many an action. */
 MJENV_LEARN_API mjenv_status mjenv_policy_sizes(const mjenv_policy *policy, int64_t *observations, int64_t *actuators);
 
 /* Computes the actions of rows.

@@ -74,6 +74,8 @@ def test_a_notebook_shows_environments_and_the_viewer(lab: str, browser: Browser
     image = outputs.locator("img").first
     assert image.evaluate("image => [image.naturalWidth, image.naturalHeight]") == [200, 200]
 
+    assert outputs.get_by_text("viser").count() == 0  # it would print where it listens
+
     viewer = page.frame_locator(".jp-OutputArea-output iframe")
     viewer.get_by_role("tab", name="Draw").wait_for()
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)

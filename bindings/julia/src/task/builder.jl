@@ -1,19 +1,20 @@
-# What a task's build reads and declares.
+# The functions with which a task's build reads and declares.
 
 """
     MJEnv.Builder
 
-What `MJEnv.build` prepares an environment with. `b.sim` is the model's initial state, a [`MJEnv.Sim`](@ref) that is
-valid until build returns. If a lookup fails, the build fails and says why, whatever it returns. Indices count from 1.
+The argument with which `MJEnv.build` prepares an environment. `b.sim` is the model's initial state, a
+[`MJEnv.Sim`](@ref) that is valid until build returns. If a lookup fails, the build fails with the reason, even if it
+returns a task. Indices count from 1.
 
 - [`object_index`](@ref)`(b, :body, "torso")`: the index of an object of the model
 - [`MJEnv.joint`](@ref), [`MJEnv.sensor`](@ref): where a joint and a sensor keep their numbers
 - [`MJEnv.array`](@ref), [`MJEnv.need!`](@ref): other arrays of mjData and mjModel
 - [`MJEnv.terrain`](@ref): a height field, whose heights the methods read
 - [`MJEnv.keep!`](@ref): numbers that a row remembers
-- [`MJEnv.current!`](@ref): the methods see what belongs to the new state
-- [`MJEnv.own!`](@ref), [`MJEnv.random_state!`](@ref): arrays and a `RandomState` of the row's own
-- [`MJEnv.action!`](@ref): an action space of the task's own
+- [`MJEnv.current!`](@ref): lets the methods see the new state
+- [`MJEnv.own!`](@ref), [`MJEnv.random_state!`](@ref): give each row its own arrays and `RandomState`
+- [`MJEnv.action!`](@ref): the task's own action space
 - [`MJEnv.is_integer`](@ref), [`MJEnv.norm`](@ref): how options were set
 - [`MJEnv.structure!`](@ref): Gymnasium's `observation_structure`
 """
@@ -96,10 +97,10 @@ need!(b::Builder, name::Union{AbstractString,Symbol}) = task_need(b.api, b.raw, 
 Declares one or `count` numbers that a row remembers from step to step, which are 0 at the start of an episode. Returns
 the index or the range of indices of `sim.carried`, `start.carried` and `row.carried`.
 
-`low` and `high` are closed bounds, which contain 0: a method that writes another number fails, and images with another
-number are refused. Bound what the task uses as an index or a size, because an image may come from a stranger.
+`low` and `high` are closed bounds, which must contain 0: a method that writes a number out of the bounds fails, and an
+image with one is refused. Bound numbers that the task uses as indices or sizes, because an image may come from a stranger.
 
-With `resets = true` the numbers stay after resets: a terrain's level, for instance. They are 0 until the row's first one.
+With `resets = true`, resets keep the numbers, for instance the level of a terrain. They are 0 until the first reset.
 """
 keep!(b::Builder; low::Real = -Inf, high::Real = Inf, resets::Bool = false) = first(keep!(b, 1; low, high, resets))
 
@@ -117,19 +118,19 @@ end
 """
     MJEnv.current!(b)
 
-Makes what the methods see belong to the new state. After the last mj_step of a step, the library computes the stages of
-mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new `qpos` and `qvel`;
-forces and accelerations belong to the state before.
+Lets the methods see the new state. After the last mj_step of a step, the library computes the stages of mj_step1, so
+positions, velocities, contacts and the sensors that depend on them belong to the new `qpos` and `qvel`. Forces and
+accelerations belong to the state before.
 """
 current!(b::Builder) = task_current(b.api, b.raw)
 
 """
     MJEnv.own!(b, name)
 
-Gives each row an own array of mjModel, which `reset!` writes as `start[own]` and `step!` as `row[own]`, where `own` is what
-this returns; it needs [`MJEnv.current!`](@ref). Or an own `:qfrc_applied` or `:xfrc_applied`, which `before_step!` and
-`before_substep!` write as `control[own]`, and `step!` as `row[own]`. What they have written stays; if a method fails, the
-row keeps its old values. Where MuJoCo has `Float32` (`:hfield_data`, `:geom_rgba`), what they write is rounded.
+Gives each row its own array, and returns the key `own` with which methods write it. An array of mjModel needs
+[`MJEnv.current!`](@ref); `reset!` writes it as `start[own]` and `step!` as `row[own]`. `before_step!` and
+`before_substep!` write `:qfrc_applied` or `:xfrc_applied` as `control[own]`, and `step!` as `row[own]`. If a method fails,
+the row keeps its old values. Numbers are rounded if MuJoCo's array is `Float32` (`:hfield_data`, `:geom_rgba`).
 """
 function own!(b::Builder, name::Union{AbstractString,Symbol})
     found = array(b, name)

@@ -1,6 +1,6 @@
 # The functions of a task that the library calls. No exception leaves them.
 
-# What a method writes: names, and how many numbers each has.
+# The fields that a method writes: their names, and how many numbers each has.
 struct Layout
     names::Any  # a tuple of Symbols
     counts::Vector{Int}
@@ -177,7 +177,7 @@ function text_of(reason)
     end
 end
 
-# Tells the library of which raw is a struct why a callback fails, and returns what the callback returns.
+# Tells the library, to which the struct `raw` belongs, why a callback fails. Returns the callback's result.
 @noinline failed(raw::Ptr, reason) = fail_with(member(raw, Val(:api)), reason)
 fail_with(api::Ptr{mjenv_task_api}, reason) = task_fail_with(api, replace(text_of(reason), '\0' => "\\0"))
 

@@ -1,4 +1,4 @@
-# What the methods of a task read and change.
+# The objects that the methods of a task read and change.
 
 """
     MJEnv.RowAction
@@ -179,14 +179,14 @@ call, `qvel`, `act` and `carried`, which are 0. `qpos0` is read-only. `start[own
 If the task called [`MJEnv.current!`](@ref), `start.sim` is the live simulation, of which `qpos`, `qvel` and `act` are the
 state, and these simulate:
 
-- `MJEnv.forward!(start)` calls mj_forward with actuation disabled, for what the reset has written.
-- `MJEnv.advance!(start, count)` simulates timesteps. With the integrator Euler, the first goes on from what was last computed,
-  even if `qpos` was written since.
-- `MJEnv.restart!(start)` begins again: mj_resetData, which own arrays survive, then `forward!`.
-- `MJEnv.contact_count(start)` counts the contacts that the last of these has found.
-- `MJEnv.set_time!(start, time)` sets the clock.
+- `MJEnv.forward!(start)` calls mj_forward with actuation disabled, on the state that the reset has written.
+- `MJEnv.advance!(start, count)` simulates timesteps. With the integrator Euler, the first timestep uses the arrays that were
+  computed last, even if `qpos` was written since.
+- `MJEnv.restart!(start)` begins again: calls mj_resetData, after which own arrays keep their values, and then `forward!`.
+- `MJEnv.contact_count(start)` returns the number of contacts that the last of these calls has found.
+- `MJEnv.set_time!(start, time)` sets the simulation's time.
 
-Bound loops that wait for something, and throw when they give up: the row then stays as it was.
+A loop that waits for something must be bounded, and throw when it gives up: the row then stays as it was.
 """
 struct Start
     raw::Ptr{mjenv_start}
@@ -317,10 +317,13 @@ end
 """
     MJEnv.Row
 
-What `step!` may change: `rng`, the row's random stream, `carried`, the numbers that the row remembers, and `row[own]`, an
-[`MJEnv.own!`](@ref), which holds from the next step on. In `step!` also `qvel`: what is written there, such as a kick, is
-seen by `carry!`, `observe` and the next step, while what MuJoCo has computed still belongs to the old velocities. In
-`before_step!` and `before_substep!` it is empty.
+The parts of its row that `step!` may change:
+
+- `rng`: the row's random stream
+- `carried`: the numbers that the row remembers
+- `row[own]`: an [`MJEnv.own!`](@ref), which the next step uses
+- `qvel`: the velocities, for a kick. `carry!`, `observe` and the next step see the new velocities; arrays that MuJoCo has
+  computed belong to the old ones. In `before_step!` and `before_substep!` it is empty.
 """
 struct Row
     rng::Rng
@@ -334,11 +337,11 @@ end
 """
     MJEnv.Control
 
-What drives the simulation in a step, which `before_step!` and `before_substep!` write:
+The controls and forces of a step, which `before_step!` and `before_substep!` write:
 
-- `ctrl` has a number for each actuator. In `before_step!` it is what the last step has left, 0 after a reset; in
-  `before_substep!` what `before_step!` or the last call has left, or without `before_step!` the action.
-- `substep`: which mj_step of the step comes next, from 1 on.
+- `ctrl` has a number for each actuator. In `before_step!` it is that of the last step, or 0 after a reset. In
+  `before_substep!` it is that of `before_step!` or the call before; without `before_step!` it is at first the action.
+- `substep`: the number of the next mj_step of the step, from 1 on.
 - `control[own]`: the row's `qfrc_applied` or `xfrc_applied` ([`MJEnv.own!`](@ref)), which act until they are written again.
 """
 struct Control

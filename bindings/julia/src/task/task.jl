@@ -1,4 +1,4 @@
-# Robots and tasks of one's own.
+# Users' own robots and tasks.
 
 """
     MJEnv.Task
@@ -9,35 +9,35 @@ A robot and what it has to do. Derive a type from it, define these methods for i
 - `MJEnv.build(::Type{T}, b; options...)` returns a `T`. It reads the options and looks up names in the model of the
   [`MJEnv.Builder`](@ref) `b`. Without this method, `T(; options...)` is called.
 - `MJEnv.reset!(task::T, start, rng)` draws the initial state of an episode: it changes the [`MJEnv.Start`](@ref).
-- `MJEnv.observe(task::T, sim)` returns the parts of the observation, a NamedTuple. It must depend on nothing but `sim`.
+- `MJEnv.observe(task::T, sim)` returns the parts of the observation, a NamedTuple. It must depend only on `sim`.
 - `MJEnv.step!(task::T, sim, row)` returns `(reward = ..., terminated = ..., info = ...)`. `info` is a NamedTuple, and
   may be left out. It is called once in each step, after the simulation has advanced by `frame_skip` timesteps.
-- `MJEnv.before_step!(task::T, sim, row, control)`, if wanted, turns the action into `control.ctrl`, once in each step, before
-  its first timestep; otherwise `ctrl` is the action. `MJEnv.before_substep!(task::T, sim, row, control)`, if wanted, changes
-  `ctrl` or forces before each timestep. Both take an [`MJEnv.Control`](@ref). Of `sim`, only the time, the action, the carried
-  numbers, live parameters, the state and the arrays of mjModel are valid in them.
-- `MJEnv.compute_reward(task::T, achieved, desired)`, if wanted, returns the reward of one pair of goals, for hindsight
+- `MJEnv.before_step!(task::T, sim, row, control)` (optional) turns the action into `control.ctrl`, once in each step, before
+  its first timestep; without it `ctrl` is the action. `MJEnv.before_substep!(task::T, sim, row, control)` (optional) changes
+  `ctrl` or forces before each timestep. Both take an [`MJEnv.Control`](@ref). In their `sim`, only the time, the action, the
+  carried numbers, live parameters, the state and the arrays of mjModel are valid.
+- `MJEnv.compute_reward(task::T, achieved, desired)` (optional) returns the reward of one pair of goals, for hindsight
   experience replay ([`MJEnv.compute_reward`](@ref)). The observation has the groups or parts `achieved_goal` and
   `desired_goal`.
-- `MJEnv.reset_info(task::T, sim)`, if wanted, returns the info of a reset, a NamedTuple.
-- `MJEnv.carry!(task::T, sim, carried)`, if wanted, writes into `carried` what the next step needs to know of the
+- `MJEnv.reset_info(task::T, sim)` (optional) returns the info of a reset, a NamedTuple.
+- `MJEnv.carry!(task::T, sim, carried)` (optional) writes into `carried` what the next step needs to know about the
   present state. It is called at the end of each reset and step, and after `set_state!` and `simulate!`.
 
 `sim` is a [`MJEnv.Sim`](@ref), `rng` a [`MJEnv.Rng`](@ref) and `row` a [`MJEnv.Row`](@ref). The values of a NamedTuple
 are numbers, arrays, tuples or generators; a generator such as `(clamp(v, -10, 10) for v in sim.qvel)` allocates no
-memory. Each call must return the same names and lengths. One call of each method when an environment is built finds
-them out. A number is a `Float64` in Python; a `Bool` or an `Integer` is an int; [`MJEnv.Scalar`](@ref) and
-[`MJEnv.typed`](@ref) have other types.
+memory. Each call must return the same names and lengths as the trial call when the environment is built. A number is a
+`Float64` in Python; a `Bool` or an `Integer` is an int; [`MJEnv.Scalar`](@ref) and [`MJEnv.typed`](@ref) have other
+types.
 
-One value serves all rows of an environment. So it must not change from step to step: what a row remembers is declared
-by [`MJEnv.keep!`](@ref). Snapshots and `copy_row!` contain it.
+One value of `T` serves all rows of an environment. So it must not change from step to step. Declare the numbers that a row
+remembers by [`MJEnv.keep!`](@ref); snapshots and `copy_row!` contain them.
 
 An exception makes the call of the row fail: an [`MJEnvError`](@ref) of status `MJENV_E_TASK` quotes its text. The row
 keeps its state, and the other rows are stepped. A method cannot step or change the environment that it runs for: such
 calls throw an `MJEnvError` of status `MJENV_E_BUSY`. It must not wait for another Julia task.
 
-The methods run on the thread that calls `reset!`, `step!` and so on, because Julia's runtime does not let foreign
-threads in. So `num_threads` must be 1, which is the default, and `recv!` steps the rows that `send!` has queued. To use
+The methods run on the thread that calls `reset!`, `step!` and so on, because Julia code cannot run on the library's
+threads. So `num_threads` must be 1, which is the default, and `recv!` steps the rows that `send!` has queued. To use
 several cores, step one environment on each of Julia's threads.
 """
 abstract type Task end
@@ -51,7 +51,7 @@ function compute_reward end
 """
     MJEnv.Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false)
 
-An option of a task. `default` decides what it holds: a `Bool`, an integer, a real number, a tuple of numbers, or a
+An option of a task. Its type is that of `default`: a `Bool`, an integer, a real number, a tuple of numbers, or a
 text. `low` and `high` are the closed bounds of each number, and `choices` the valid texts. With `object = :body` (or
 another type, see [`object_index`](@ref)) it names an object of the model, or gives its index as in Gymnasium, from 0;
 `build` gets the index from 1. With `live = true` a real number, or a tuple of them, is a live parameter: `build` gets a

@@ -1,15 +1,15 @@
 """Gymnasium's MuJoCo environments, bit for bit, from a native library.
 
 make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id), options(id)
-and model_xml(id) tell what there is. load_tasks("libmy_robots.so") adds your own robots and tasks. Importing registers
-all ids with Gymnasium, as mjenv/Ant-v5 and so on.
+and model_xml(id) describe the environments. load_tasks("libmy_robots.so") adds your own robots and tasks. Importing
+mjenv registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
 
-make("Ant-v5", engine="4.0") computes with MuJoCo 4.0 instead of 2.2.2. engines() tells which engines there are.
+make("Ant-v5", engine="4.0") computes with MuJoCo 4.0 instead of 2.2.2. engines() lists the engines.
 """
 
 from typing import TYPE_CHECKING
 
-from mjenv import _requirements as _requirements  # first, because the other modules need what it checks
+from mjenv import _requirements as _requirements  # first: with too old a Gymnasium, other modules fail
 from mjenv._abi import Kind, Status
 from mjenv._arguments import AutoresetMode
 from mjenv._schema import EngineInfo, Option

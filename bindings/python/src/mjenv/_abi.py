@@ -396,15 +396,6 @@ class Library(CDLL):
         self.mjenv_field_at.restype = c_int32
         self.mjenv_seed.argtypes = (c_void_p, POINTER(c_uint8), POINTER(c_uint64), c_int64)
         self.mjenv_seed.restype = c_int32
-        self.mjenv_compute_reward.argtypes = (
-            c_void_p,
-            POINTER(c_double),
-            POINTER(c_double),
-            c_int64,
-            POINTER(c_double),
-            c_int64,
-        )
-        self.mjenv_compute_reward.restype = c_int32
         self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
         self.mjenv_get_stream.restype = c_int32
         self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
@@ -433,6 +424,15 @@ class Library(CDLL):
         self.mjenv_rollout.restype = c_int32
         self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
         self.mjenv_observe.restype = c_int32
+        self.mjenv_compute_reward.argtypes = (
+            c_void_p,
+            POINTER(c_double),
+            POINTER(c_double),
+            c_int64,
+            POINTER(c_double),
+            c_int64,
+        )
+        self.mjenv_compute_reward.restype = c_int32
         self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_int64, POINTER(c_int64))
         self.mjenv_read.restype = c_int32
         self.mjenv_object_count.argtypes = (c_void_p, c_char_p, POINTER(c_int64))

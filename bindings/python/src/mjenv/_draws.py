@@ -1,4 +1,4 @@
-"""How what resets and steps draw (randomization.py) becomes the library's structs."""
+"""Converts draws, noise, delays and pushes (randomization.py) into the library's structs."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Made = TypeVar("Made")
 
 
 class Rows(Protocol):
-    """The rows whose objects and elements are named: those of _handle.py."""
+    """The rows whose draws are set, and whose model names objects and elements: _handle.Rows."""
 
     @property
     def options(self) -> Mapping[str, Any]: ...
@@ -50,7 +50,7 @@ class Rows(Protocol):
 
 
 def _made(kind: type[Made], value: Any, keyword: str) -> Made:
-    """The value, or what the JSON of a spec has made of it."""
+    """The value as a `kind`, also if it is the mapping that the JSON of a spec has made of one."""
     if isinstance(value, kind):
         return value
     if not isinstance(value, Mapping):
@@ -144,7 +144,7 @@ class Lists:
         for name, role in (("action", Role.ACTION), ("observation", Role.OBSERVATION)):
             deviations = _numbers(getattr(noise, name), f"noise: {name}")
             count = sum(field.count for field in rows.fields(role))
-            # With the time or a history in the observation, only the library knows the count of the task's own.
+            # The time and the history have no noise, and only the library knows the count without them.
             is_known = name == "action" or not (rows.options.get("time_aware") or rows.options.get("history"))
             if is_known and deviations.size not in (1, count):
                 raise InvalidValueError(f"noise: {name} has {deviations.size} numbers, not 1 or {count}", Status.E_SIZE)
@@ -240,7 +240,7 @@ def _object(rows: Rows, kind: str, name: Any) -> int:
 
 
 def _elements(rows: Rows, array: str, draw: Value | Same) -> NDArray[np.int64] | None:
-    """The numbers of the elements that are drawn, in their order; None for all."""
+    """The indices of the elements that are drawn, in the order of the draws; None for all elements."""
     where = f"randomize[{array!r}]"
     kinds = ("body", "geom", "joint", "actuator", "site", "tendon")
     chosen = [kind for kind in kinds if getattr(draw, kind) is not None]
@@ -268,7 +268,7 @@ def _elements(rows: Rows, array: str, draw: Value | Same) -> NDArray[np.int64] |
 
 
 def _objects(rows: Rows, array: str, kind: str, names: Any, shape: tuple[int, ...]) -> NDArray[np.intp]:
-    """The first indices of the elements that belong to the objects."""
+    """The rows of the array that belong to the objects."""
     where = f"randomize[{array!r}]"
     owners = {found: owner for (prefix, found), owner in _OWNERS.items() if array.startswith(prefix)}
     if kind not in owners:

@@ -22,16 +22,16 @@ from mjenv._owned import Owned
 from mjenv._turns import Lock
 from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
 
-# The library of each engine, the usual one first. Windows and macOS have but one engine.
+# The library of each engine, the default engine first. Windows and macOS have only one engine.
 _ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}, "darwin": {"2.2.2": "libmjenv.dylib"}}
 FILES = _ELSEWHERE.get(sys.platform, {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"})
-# The names of MuJoCo's library, for engines that open it at run time.
+# The names of MuJoCo's library, for engines that open it when they are used.
 _MUJOCO = {"4.0": ("libmujoco.so.4.0.1", "libmujoco.so.4.0.0")}
-_VARIABLE = "MJENV_MUJOCO"  # by which they are told the path of that library
+_VARIABLE = "MJENV_MUJOCO"  # the environment variable with the path of that library
 
 
 def name_of(mujoco: str) -> str:
-    """The name of the engine with a version of MuJoCo: 4.0 with 4.0.1. The version itself if there is none."""
+    """The name of the engine for a version of MuJoCo, "4.0" for "4.0.1"; the version itself if no engine has it."""
     return next((name for name in FILES if f"{mujoco}.".startswith(f"{name}.")), mujoco)
 
 
@@ -54,14 +54,14 @@ class Engine(_abi.Library):
         # As in CMake's MJENV_MATH and MJENV_ARCH.
         self.math: str = "portable" if "portable math" in details else "system"
         self.arch: str = next((detail for detail in details if detail != "portable math"), "")
-        self.registrations: list[Callable[[Engine], None]] = []  # those of Engines.register that it has
+        self.registrations: list[Callable[[Engine], None]] = []  # those of Engines.register that succeeded
 
     def version(self) -> str:
         """The library's version and that of its MuJoCo."""
         return str(self.mjenv_version().decode())
 
     def check(self, status: int, unknown_name: type[Error] = UnknownNameError) -> None:
-        """Raises unless the status is MJENV_OK. unknown_name: the class for MJENV_E_NAME."""
+        """Raises an exception unless the status is MJENV_OK, of the class unknown_name for MJENV_E_NAME."""
         if status:
             raise self.last_error(status, unknown_name)
 
@@ -70,9 +70,10 @@ class Engine(_abi.Library):
         return error_of(status, self.mjenv_last_error().decode("utf-8", "replace"), unknown_name)
 
     def open_mujoco(self, installed: Path | None) -> None:
-        """Opens MuJoCo's library: `installed`, or else the one that the engine finds. Raises EngineError if that fails.
+        """Opens MuJoCo's library: `installed`, or if it is None the one that the engine finds.
 
-        The engine opens it, and not ctypes, because it refuses a file that is cut off, which would end the process.
+        Raises EngineError if that fails. The engine opens it, and not ctypes, because the engine refuses a truncated
+        file, which would crash the process.
         """
         if installed is None:
             return self._check_mujoco()
@@ -102,12 +103,12 @@ class Engine(_abi.Library):
 
 
 class Engines:
-    """The engines of this process. Each is loaded when it is first asked for, and never unloaded."""
+    """The engines of this process. An engine is loaded when `get` first returns it, and never unloaded."""
 
     def __init__(self) -> None:
         self._lock = Lock()
         self._ready: dict[str, Engine] = {}
-        self._opened: dict[str, Engine] = {}  # also those that lack MuJoCo's library or a registration
+        self._opened: dict[str, Engine] = {}  # also those without MuJoCo's library or a registration
         self._registrations: list[Callable[[Engine], None]] = []
         self._folders = [Path(__file__).parent]
         self.default = next(iter(FILES))
@@ -121,7 +122,7 @@ class Engines:
         self.default = os.environ.get("MJENV_ENGINE") or self.default
 
     def get(self, name: str | None = None) -> Engine:
-        """The engine of that name, the default one for None. Raises EngineError if it cannot be used."""
+        """The engine with this name; None: the default engine. Raises EngineError if it cannot be used."""
         if name is None:
             name = self.default
         if not isinstance(name, str):
@@ -130,12 +131,15 @@ class Engines:
         return engine or self._load(name)
 
     def names(self) -> tuple[str, ...]:
-        """The names that get may know, of engines that can be used and others."""
+        """The names of all engines, also of those that cannot be used."""
         return tuple(dict.fromkeys((*FILES, *self._opened)))
 
     def register(self, registration: Callable[[Engine], None]) -> None:
-        """Calls a function for every engine, now or when it is loaded. If it fails now, it is not called again. If an
-        interrupt comes, the next `get` goes on, and may call it once more for an engine that it has succeeded for."""
+        """Calls a function for every engine: now, or when the engine is loaded.
+
+        If the function fails now, it is not called again. After an interrupt the next `get` goes on, and may call the
+        function again for an engine for which it has succeeded.
+        """
         turn = self._lock.take()
         try:
             names = [*self._ready]
@@ -159,7 +163,7 @@ class Engines:
             if name not in self._ready:
                 if name in _MUJOCO:
                     engine.open_mujoco(_installed_mujoco(_MUJOCO[name]))
-                # In C, because a comprehension would run Python's instructions for each old registration.
+                # filterfalse runs in C; a comprehension would run Python code for each old registration.
                 for registration in tuple(filterfalse(engine.registrations.__contains__, self._registrations)):
                     self._register(registration, engine)
                 self._ready[name] = engine
@@ -199,8 +203,11 @@ class Engines:
 
 
 def _installed_mujoco(names: tuple[str, ...]) -> Path | None:
-    """MuJoCo's library in the installed package. None if MJENV_MUJOCO names one, if the process has one, or if no
-    package is installed: the engine then takes those, or asks the system, or says what to install."""
+    """The path of MuJoCo's library in the installed package.
+
+    None if MJENV_MUJOCO names a library, if the process has loaded one, or if no package is installed: the engine then
+    finds the library itself, or its error says what to install.
+    """
     if os.environ.get(_VARIABLE):
         return None
     for name in names:
@@ -209,7 +216,7 @@ def _installed_mujoco(names: tuple[str, ...]) -> Path | None:
             return None
     try:
         package = importlib.util.find_spec("mujoco")
-    except ValueError:  # a module without a spec took its name
+    except ValueError:  # another module has this name, and no spec
         package = None
     folders = (package.submodule_search_locations or ()) if package else ()
     return next((file for folder in folders for name in names if (file := Path(folder, name)).exists()), None)

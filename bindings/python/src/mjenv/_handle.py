@@ -57,7 +57,7 @@ _BYTES |= {"body_sameframe", "geom_sameframe", "site_sameframe"}
 
 
 def _struct(kind: type[Any]) -> Any:
-    """A struct that says how large it is, as the library asks."""
+    """A struct of this kind, with its struct_size."""
     value = kind()
     value.struct_size = ctypes.sizeof(kind)
     return value
@@ -82,7 +82,7 @@ def pointer_to(array: NDArray[Any], kind: type[Any]) -> Any:
 
 
 def _int64(number: int) -> int:
-    """The nearest that the library takes, where ctypes would take the lowest 64 bits."""
+    """The nearest int64. ctypes would take the lowest 64 bits of a larger number."""
     return max(-(2**63), min(number, 2**63 - 1))
 
 
@@ -112,7 +112,7 @@ def camera_config(engine: Engine, id: str) -> dict[str, Any] | None:
 
 
 class Options:
-    """The options of one id, at their defaults until set."""
+    """The options of one id, which have their defaults until they are set."""
 
     def __init__(self, engine: Engine, id: str) -> None:
         handle = c_void_p()
@@ -171,7 +171,7 @@ class Options:
             try:
                 integer = operator.index(value)
             except TypeError:
-                # A NumPy bool is a flag, though not an index.
+                # operator.index refuses NumPy's bools, which are valid flags.
                 if not isinstance(value, np.bool_):
                     raise self._refused(option, value) from None
                 integer = int(value)
@@ -210,7 +210,7 @@ def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> OptionEr
 
 
 def _is_integer(value: Any) -> bool:
-    """Whether a number was given as an int, which Gymnasium's infos then show; one too large is a float."""
+    """Whether a number is an int, which Gymnasium's infos keep. An int too large for the library becomes a float."""
     return isinstance(value, (int, np.integer)) and -(2**63) <= int(value) < 2**63
 
 
@@ -266,7 +266,7 @@ class Rows:
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._frame_skip: int = self._info().frame_skip
-        # The model's qpos0 before anybody writes it, as Gymnasium keeps it; read-only.
+        # The model's qpos0 before any write, as in Gymnasium; read-only.
         self.init_qpos: Float64Array = self._read(0, "qpos0", int(self._read(0, "nq", 1)[0]))
         self.init_qpos.flags.writeable = False
         if options.get("randomize") is not None:
@@ -280,8 +280,10 @@ class Rows:
     # ---- calls ----
 
     def enter(self) -> Turn:
-        """The turn to call the library, for a try statement that ends in `finally: rows.leave(turn)`. Raises BusyError
-        if another call has it."""
+        """Takes the turn to call the library. A try statement with `finally: rows.leave(turn)` has to follow.
+
+        Raises BusyError if another call has the turn.
+        """
         try:
             return self.turns.take()
         except IndexError:
@@ -289,7 +291,7 @@ class Rows:
 
     @property
     def pointer(self) -> int:
-        """The handle, for a call by who has the turn. Raises ClosedError after close."""
+        """The handle, for a caller that has the turn. Raises ClosedError after close."""
         if self._pointer is None:
             raise self.gone()
         return self._pointer
@@ -303,7 +305,7 @@ class Rows:
             self.leave(turn)
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
-        """The same call with arguments that are converted once, to be called by who has the turn."""
+        """The same call as a function, with arguments that are converted once. Its caller must have the turn."""
         types = getattr(self.engine, function).argtypes
         converted = (kind.from_param(value) for kind, value in zip(types, (self.pointer, *arguments), strict=True))
         return partial(self.engine[function], *converted)
@@ -322,7 +324,7 @@ class Rows:
         finally:
             self.leave(turn)
 
-    # ---- outputs of all rows; for who has the turn ----
+    # ---- outputs of all rows; the caller must have the turn ----
 
     def reset(self, mask: NDArray[np.bool_] | None, out: Any) -> None:
         """Begins new episodes of the masked rows, of all without a mask."""
@@ -338,7 +340,7 @@ class Rows:
         self.check(self.engine.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
-        """The rewards of goals, of tasks that compute them. info is for NumPy tasks."""
+        """The rewards that the task computes for goals. Only NumPy tasks use info."""
         achieved, desired = (np.ascontiguousarray(goals, np.float64) for goals in (achieved_goal, desired_goal))
         check_goals(self.id, achieved, desired)
         rewards = np.empty(achieved.shape[:-1])
@@ -348,7 +350,7 @@ class Rows:
         return rewards
 
     def check_sendable(self) -> None:
-        """Raises if rows cannot be stepped one by one, which send does."""
+        """Raises if rows cannot be stepped one by one, as send steps them."""
 
     # ---- what the environment consists of ----
 
@@ -356,11 +358,11 @@ class Rows:
         return self._frame_skip
 
     def lanes(self) -> tuple[int, str]:
-        """How many rows a thread steps together, and why rows are stepped alone."""
+        """How many rows a thread steps together, and why rows are stepped one by one."""
         turn = self.enter()
         try:
             info = self._info()
-            return info.lanes, _text(info.lanes_reason)  # another thread's call would replace the text
+            return info.lanes, _text(info.lanes_reason)
         finally:
             self.leave(turn)
 
@@ -376,13 +378,13 @@ class Rows:
             self.leave(turn)
 
     def _info(self) -> Any:
-        """The mjenv_info; for who has the turn."""
+        """The mjenv_info. The caller must have the turn."""
         info = _struct(_abi.mjenv_info)
         self.check(self.engine.mjenv_info_of(self.pointer, byref(info)))
         return info
 
     def fields(self, role: Role) -> tuple[Field, ...]:
-        """The fields of a role. They are kept, because DATA and MODEL have hundreds."""
+        """The fields of a role. They are read once, because DATA and MODEL have hundreds."""
         if role not in self._fields:
             turn = self.enter()
             try:
@@ -452,7 +454,7 @@ class Rows:
         self.call(self.engine.mjenv_seed, self._only(row), seeds, count)
 
     def _only(self, row: int) -> Any:
-        """The mask of one row; None, which means all rows, for -1."""
+        """The mask that selects one row; None, which selects all rows, for -1."""
         if row == _abi.ALL_ROWS:
             return None
         return (c_uint8 * self.count)(*(i == row for i in range(self.count)))
@@ -479,7 +481,7 @@ class Rows:
         self.call(self.engine.mjenv_set_stream, row, words, 6)
 
     def random_state(self, row: int) -> tuple[tuple[Any, ...], bool]:
-        """A row's stream of RandomState, as its get_state returns it, and whether it is as it was seeded."""
+        """A row's stream, as RandomState.get_state returns it, and whether nothing was drawn since it was seeded."""
         words = np.empty(_RANDOM_STATE_WORDS, np.uint64)
         self.call(self.engine.mjenv_get_stream, row, pointer_to(words, c_uint64), words.size)
         position, flags = int(words[624]), int(words[625])
@@ -487,7 +489,7 @@ class Rows:
         return ("MT19937", words[:624].astype(np.uint32), position, flags & 1, gauss), bool(flags & 2)
 
     def set_random_state(self, row: int, state: Any, is_new: bool) -> None:
-        """Sets a row's stream of RandomState. is_new: as random_state returned it."""
+        """Sets a row's stream of RandomState. is_new: whether nothing was drawn since it was seeded."""
         _, key, position, has_gauss, gauss = state
         words = np.empty(_RANDOM_STATE_WORDS, np.uint64)
         words[:624], words[624], words[625] = key, position, has_gauss + 2 * is_new
@@ -536,15 +538,17 @@ class Rows:
         return encoded(name, "the array")
 
     def randomize(self, draws: Any) -> None:
-        """Replaces what resets draw."""
+        """Replaces the draws of resets."""
         lists, found = _draws.Lists(), _draws.draws_of(draws)
         items = lists.items(self, found)
         self.call(self.engine.mjenv_randomize, items, len(found))
         self.options["randomize"] = draws
 
     def _draw_of(self, array: str, number: int) -> tuple[str, int]:
-        """The library's name of what resets draw for an array, and how many parameters it has. number: which of the
-        array's items in randomize."""
+        """The name of the array with the parameters of a draw, such as draws[0], and their number.
+
+        array, number: the draw is item `number` of this array in randomize.
+        """
         draws = _draws.draws_of(self.options.get("randomize"))
         found = [index for index, (name, _) in enumerate(draws) if name == array]
         if not 0 <= number < len(found):
@@ -572,7 +576,7 @@ class Rows:
 
     @property
     def draws_in_steps(self) -> bool:
-        """Whether noise, pushes or delays move the random streams in steps."""
+        """Whether noise, pushes or delays may draw from the random streams in steps."""
         return any(self.options.get(name) is not None for name in ("noise", "push", "delay"))
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
@@ -604,7 +608,7 @@ class Rows:
         self.call(self.engine.mjenv_restore, row, image, len(image))
 
 
-# What opens the rows of tasks that were registered in Python.
+# The functions that build environments of tasks that were registered in Python, by id.
 OPENERS: dict[str, Callable[[Engine, str, Mapping[str, Any], int], Rows]] = {}
 
 

@@ -9,7 +9,7 @@ from mjenv.randomization import Delay, Draws, Noise, Push
 
 RenderMode = Literal["human", "rgb_array", "depth_array", "rgbd_tuple"]
 RenderList = Literal["rgb_array_list", "depth_array_list", "rgbd_tuple_list"]
-# Which groups are drawn: those that a mapping names, or all six.
+# Whether groups are drawn: {group: bool} for some, or a bool for each of the six.
 Groups = Mapping[int, bool] | Sequence[bool]
 
 
@@ -28,7 +28,7 @@ class Rendering(TypedDict, total=False):
     tendongroup: Groups | None
     actuatorgroup: Groups | None
     skingroup: Groups | None
-    default_camera_config: Mapping[str, Any] | None  # of v5 and Swimmer-v4
+    default_camera_config: Mapping[str, Any] | None  # only the v5 ids and Swimmer-v4 take it
 
 
 class Randomizing(TypedDict, total=False):

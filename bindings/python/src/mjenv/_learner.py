@@ -55,7 +55,7 @@ def library() -> Library:
 
 
 def sized(kind: type[Any]) -> Any:
-    """A struct that says how large it is, as the library asks."""
+    """A struct of this kind, with its struct_size."""
     value = kind()
     value.struct_size = ctypes.sizeof(kind)
     return value
@@ -80,8 +80,7 @@ class Learner:
     """An owned learner. It steps the rows of an environment itself, or leaves that to the caller (act, feed)."""
 
     def __init__(self, rows: Rows, settings: Any, first: Float64Array | None = None) -> None:
-        """rows: of an environment. settings: an mjenv_learn_settings. first: the first observations, if the caller
-        steps the rows."""
+        """settings: an mjenv_learn_settings. first: the first observations if the caller steps the rows, else None."""
         self._library = library()
         handle = c_void_p()
         self._owned: Owned | None = Owned(self._library.mjenv_learner_destroy, handle)
@@ -144,7 +143,7 @@ class Learner:
         self._library.check(self._library.mjenv_learner_feed(self._pointer, byref(batch)))
 
     def restart(self, first: Float64Array) -> None:
-        """Gives up the rollout under way, and continues from the first observations of new episodes."""
+        """Drops the unfinished rollout, and continues from the first observations of new episodes."""
         self._library.check(self._library.mjenv_learner_restart(self._pointer, pointer_to(first, c_double), first.size))
 
     def set_rows(self, rows: Rows) -> None:
@@ -228,7 +227,7 @@ class PolicyHandle:
     def evaluate(
         self, rows: Rows, precision: Precision, seed: int, episodes: int
     ) -> tuple[Float64Array, NDArray[np.int64]]:
-        """The returns and lengths of episodes in the rows of an environment that nothing resets."""
+        """Plays episodes in an environment with autoreset_mode "disabled". Returns their returns and lengths."""
         returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
         rows.call(self._evaluate, calls_of(rows.engine), (precision, seed, episodes), (returns, lengths))
         return returns, lengths

@@ -58,7 +58,7 @@ def make_vec(
     own = spec_of(asked.id, chosen.get("engine"))
     kind = VectorEnv if chosen.get("pixels") is None else PixelVectorEnv
     made = kind(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen})
-    # By this spec gymnasium.make_vec builds the same.
+    # gymnasium.make_vec(made.spec) builds the same environments.
     own.max_episode_steps = asked.max_episode_steps
     own.kwargs = {**chosen, "vectorization_mode": "vector_entry_point"}
     if num_envs != 1:

@@ -1,6 +1,6 @@
 """env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names.
 
-Each access reads a fresh copy. Assigning to what can be written writes it through to the simulation.
+Each access returns a new copy. An assignment to a writable array, or to its elements, changes the simulation.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mjenv._schema import Field
 from mjenv._written import WrittenArray, written_array
 from mjenv.errors import UnknownNameError
 
-# Which part of an array belongs to one object: its row, or the range that starts at its address.
+# Which part of an array belongs to an object: a row, or a range of elements that begins at the object's address.
 _ROW, _QPOS, _DOF, _SENSOR, _MOMENT = "row", "qpos", "dof", "sensor", "moment"
 
 _BODY = (
@@ -30,7 +30,7 @@ _DOFS = (
     "qfrc_constraint qfrc_inverse cdof cdof_dot"
 )
 
-# Arrays of mjData by kind of object: attribute -> (array, part). Some of them only MuJoCo 4.0 has.
+# Arrays of mjData by kind of object: attribute -> (array, part). Some exist only in MuJoCo 4.0.
 _DATA: dict[str, dict[str, tuple[str, str]]] = {
     "body": {name: (name, _ROW) for name in _BODY.split()},
     "joint": {name: (name, _DOF) for name in _DOFS.split()}
@@ -45,7 +45,7 @@ _DATA: dict[str, dict[str, tuple[str, str]]] = {
     "sensor": {"data": ("sensordata", _SENSOR)},
 }
 
-# The prefixes of mjModel's arrays by kind of object. If several of them have an array of a name, the first one counts.
+# The prefixes of mjModel's arrays by kind of object. An attribute belongs to the first prefix that has an array for it.
 _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
     "body": (("body_", _ROW),),
     "joint": (("dof_", _DOF), ("jnt_", _ROW)),
@@ -59,11 +59,11 @@ _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
 }
 _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
 
-# What can be written of mjData. All else MuJoCo computes from it.
+# The writable arrays of mjData. MuJoCo computes all others from them.
 _INPUTS = frozenset(
     "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata eq_active".split()
 )
-# In MuJoCo 4.0 these are of the joint, and not of its degrees of freedom.
+# In MuJoCo 4.0, these attributes belong to the joint and not to its degrees of freedom.
 _OF_JOINTS = ("solref", "solimp")
 
 
@@ -80,7 +80,7 @@ class _Attributes:
 
 
 class Arrays(_Attributes):
-    """Arrays by name, each access a fresh copy."""
+    """Arrays by name. Each access returns a new copy."""
 
     __slots__ = ("_changed", "_prefix", "_role", "_row", "_rows")
 
@@ -115,7 +115,7 @@ class Arrays(_Attributes):
             self._write(field, value)
 
     def _is_written(self, array: str) -> bool:
-        """Whether the library may accept values: of mjModel it says itself what it refuses, and why."""
+        """Whether an assignment is passed to the library, which itself refuses some arrays of mjModel and says why."""
         return self._role in (Role.MODEL, Role.PARAMETERS) or array in _INPUTS
 
     def _read(self, field: Field) -> NDArray[Any]:
@@ -135,7 +135,7 @@ class Arrays(_Attributes):
 
 
 class Contacts(Arrays):
-    """data.contact: what all contacts have, contact.dist[ncon] for example, and each contact by its number."""
+    """data.contact: arrays of all contacts, such as contact.dist[ncon], and single contacts: data.contact[0]."""
 
     __slots__ = ()
 
@@ -218,7 +218,7 @@ class View(_Attributes):
         return f"<{self._kind} {self.id} {self.name!r}>"
 
     def _moment(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """An actuator's row of actuator_moment, of which MuJoCo 4.0 stores only some elements."""
+        """An actuator's row of actuator_moment, which is a sparse matrix in MuJoCo 4.0."""
         first, count = (int(getattr(self._arrays, name)[self.id]) for name in ("moment_rowadr", "moment_rownnz"))
         row = np.zeros(int(self._arrays._rows.value(Role.MODEL, "nv")))
         row[self._arrays.moment_colind[first : first + count]] = values[first : first + count]
@@ -232,7 +232,7 @@ class View(_Attributes):
 
 
 class _Named(Arrays):
-    """Arrays that also answer by object, as in data.body("torso").xpos."""
+    """Arrays that can also be accessed by object: data.body("torso").xpos."""
 
     __slots__ = ()
 
@@ -267,7 +267,7 @@ class _Named(Arrays):
     jnt, cam, ten = joint, camera, tendon
 
     def _part(self, kind: str, name: str) -> tuple[str, str] | None:
-        """The array that holds an object's attribute, and which part of it."""
+        """The array that holds an object's attribute, and which part of the array belongs to the object."""
         raise NotImplementedError
 
     def _names(self, kind: str) -> list[str]:
@@ -297,7 +297,7 @@ class Data(_Named):
 
 
 class Visual(_Attributes):
-    """model.vis, as far as pictures need it: vis.global_.azimuth, vis.map.znear and so on. Read-only."""
+    """The part of model.vis that pictures need: vis.global_.azimuth, vis.map.znear and so on. Read-only."""
 
     __slots__ = ("global_", "map")
 
@@ -370,12 +370,12 @@ class RowArrays(Arrays):
 
 
 class Parameters(MutableMapping[str, Any]):
-    """The live parameters of a task by name. An assignment, also to elements of an array, writes the rows' numbers."""
+    """The live parameters of a task by name. Assign to an array or its elements to change the rows' numbers."""
 
     __slots__ = ("_arrays",)
 
     def __init__(self, arrays: Callable[[Role, str], Arrays]) -> None:
-        """arrays: makes the arrays of a role whose names have a prefix."""
+        """arrays: returns the arrays of a role whose names have a prefix."""
         self._arrays = arrays(Role.PARAMETERS, "parameters.")
 
     def __getitem__(self, name: str) -> Any:

@@ -1,10 +1,10 @@
 """The rows of a NumPy task: the library simulates them, and the task computes over all of them at once.
 
-After each step and reset, the task's methods compute what the library computes for other tasks, and it is written into
-the same mjenv_batch. So whatever uses Rows works with NumPy tasks, too.
+After each step and reset, the task's methods compute the outputs that the library computes for other tasks, and these
+outputs are written into the same mjenv_batch. So all code that uses Rows works with NumPy tasks, too.
 
-The library's row holds the simulation, the random stream and the number of steps. What the task declares as its state,
-and which episodes have ended, is held here, and is appended to the library's images.
+The library's row holds the simulation, the random stream and the number of steps. This module holds the task's state,
+and which episodes have ended, and appends them to the library's images.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from mjenv.task import Random, Sim, Task
 BoolArray = NDArray[np.bool_]
 
 
-# The options with which the library changes observations and actions, and their values if it does not.
+# The options with which the library changes observations and actions, and the values that switch them off.
 _OF_THE_LIBRARY = {"history": 0, "time_aware": False, "clip_actions": False, "rescale_actions": (0.0, 0.0)}
 
 
@@ -95,7 +95,7 @@ class NumpyRows(Rows):
         self._strict: bool = settings["strict"]
         self._task = registered.kind()
         self._maps = registered.maps
-        # The random streams that rows must still get: see _begin.
+        # Random streams that have not yet been written to their rows: see _begin.
         self._due: dict[int, Any] = {}
         given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
         given["max_contacts"] = settings["max_contacts"] or registered.kind.max_contacts
@@ -120,7 +120,7 @@ class NumpyRows(Rows):
         struct.arrays_count = sum(field.count for field in fields)
         struct.arrays = pointer_to(self._block, c_double)
 
-        # The state, behind it whether each row's episode has ended.
+        # An image ends with the state, and then with whether each row's episode has ended.
         self._ended: BoolArray = np.zeros(count, np.bool_)
         self._state = {name: np.zeros((count, *shape)) for name, shape in registered.kind.state.items()}
         live = {field.name.removeprefix(_PREFIX): field for field in self.fields(Role.PARAMETERS)}
@@ -137,7 +137,7 @@ class NumpyRows(Rows):
         self._streams: list[np.random.Generator] = []
         self._pristine = super().snapshot(0)  # of a row that was never reset
 
-    # ---- outputs of all rows; for who has the turn ----
+    # ---- outputs of all rows; the caller must have the turn ----
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         *given, out = arguments
@@ -197,7 +197,7 @@ class NumpyRows(Rows):
         return low, high
 
     def _ctrl(self, action: NDArray[Any], stepped: BoolArray) -> NDArray[Any]:
-        """What before_step makes of the action."""
+        """The ctrl that before_step returns for the action."""
         if self._strict and not np.isfinite(action[stepped]).all():
             row, index = np.argwhere(~np.isfinite(action) & stepped[:, None])[0]
             what = f"row {row}: action[{index}] is {action[row, index]}, but must be finite"
@@ -221,7 +221,7 @@ class NumpyRows(Rows):
         mask = None if stepped.all() else pointer_to(stepped, c_uint8)
         inner.ended[...] = False
         inner.status[...] = Status.OK
-        # The step does not count for rows that are about to be reset, so they keep what it would write.
+        # Rows that are about to be reset are not stepped, so what the task's step writes for them is undone below.
         kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
         ctrl = self._ctrl(action, stepped) if self._maps else action
         if stepped.any():
@@ -229,7 +229,7 @@ class NumpyRows(Rows):
             status = self.engine.mjenv_step(self.pointer, mask, ctrl.ctypes.data, ctrl.size, code, byref(inner.struct))
             ended[stepped] = (inner.ended[0] | inner.ended[1])[stepped]
             if status:
-                self._task.carry(self._sim)  # other rows were stepped
+                self._task.carry(self._sim)  # because the rows that did not fail were stepped
                 raise self.engine.last_error(status)
         self._sim.kick[...] = 0
         with self._drawing, self._shown_own as own:
@@ -293,7 +293,7 @@ class NumpyRows(Rows):
         return Status.OK
 
     def _begin(self, resets: BoolArray) -> dict[str, NDArray[Any]]:
-        """Begins new episodes of these rows, and returns the infos of the reset, which mean nothing for the others."""
+        """Begins new episodes in these rows. Returns the infos of the reset; those of other rows are undefined."""
         if self._resetting is not None:
             return self._begin_each(resets, self._resetting)
         chosen = np.flatnonzero(resets)
@@ -306,10 +306,11 @@ class NumpyRows(Rows):
         qpos, qvel = np.ascontiguousarray(qpos), np.ascontiguousarray(qvel)
         words = [_words(stream) for stream in streams]
         image, size, nq, nv = self._pristine, len(self._pristine), qpos.shape[1], qvel.shape[1]
-        self._ended[chosen] = True  # an interrupt leaves rows that must be reset again
+        self._ended[chosen] = True  # if an interrupt ends this call, the rows must be reset again
         for row, of_row, q, v in zip(rows, words, qpos, qvel, strict=True):
-            # A row that was never reset has the warm start of MuJoCo's solver that Gymnasium's reset_model finds. Its
-            # stream is none of the row's: if an interrupt comes before the row has its own, the next call gives it.
+            # As in Gymnasium's reset_model, a new episode begins with the warm start of MuJoCo's solver that a row has
+            # which was never reset. Its image replaces the row's stream, which is written back, by the next call if an
+            # interrupt comes first.
             self._due[row] = of_row
             self.check(self.engine.mjenv_restore(self.pointer, row, image, size))
             self._give_due_streams()
@@ -319,7 +320,7 @@ class NumpyRows(Rows):
             self.check(status)
             self._read_row(row)
         mask = pointer_to(resets, c_uint8)
-        for name, live in self._parameters.items():  # which the image has replaced
+        for name, live in self._parameters.items():  # the image has replaced them
             array, numbers = f"{_PREFIX}{name}".encode(), pointer_to(live, c_double)
             self.check(self.engine.mjenv_write(self.pointer, mask, array, numbers, live.size))
         for name, values in state.items():
@@ -329,7 +330,7 @@ class NumpyRows(Rows):
         return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
 
     def _begin_each(self, resets: BoolArray, resetting: Resetting) -> dict[str, NDArray[Any]]:
-        """The same for a task that resets row by row. A row that fails stays as it was."""
+        """The same for a task with reset_row. A row that fails stays as it was."""
         for row in np.flatnonzero(resets).tolist():
             one = np.arange(self.count) == row
             resetting.error = None
@@ -346,7 +347,7 @@ class NumpyRows(Rows):
         return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
 
     def _read_own(self, row: int, *names: str) -> None:
-        """Reads these arrays of a row, or all of its own."""
+        """Reads these own arrays of a row, or all of them."""
         count = c_int64()
         for name in names or self._own:
             values = self._own[name][row : row + 1]
@@ -354,7 +355,7 @@ class NumpyRows(Rows):
             self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
 
     def _write_own(self, before: Mapping[str, Float64Array], rows: BoolArray) -> None:
-        """Gives the library what the task's step has written."""
+        """Passes what the task's step has written to the library."""
         written: list[tuple[str, BoolArray]] = []
         try:
             for name, old in before.items():
@@ -376,9 +377,9 @@ class NumpyRows(Rows):
         self.check(self.engine.mjenv_write(self.pointer, mask, name.encode(), numbers, values.size))
 
     def _apply_kicks(self, rows: BoolArray) -> None:
-        """Adds what the task's step has written into sim.kick to the velocities."""
+        """Adds sim.kick, which the task's step has written, to the velocities."""
         kick = self._sim.kick
-        kicked = rows & (kick != 0).any(axis=1)  # also if it is NaN, which the library refuses
+        kicked = rows & (kick != 0).any(axis=1)  # true for NaN, too, which the library then refuses
         if not kicked.any():
             return
         qvel, count = np.zeros_like(kick), c_int64()
@@ -392,7 +393,7 @@ class NumpyRows(Rows):
             self._views["qvel"][kicked] = qvel[kicked]
 
     def _carry(self, rows: BoolArray) -> None:
-        """Calls the task's carry. Only these rows' numbers are used."""
+        """Calls the task's carry, and checks the bounds of what it wrote for these rows."""
         self._task.carry(self._sim)
         self._checked.bounded("step or carry", {name: self._state[name][rows] for name in self._task.state_bounds})
 
@@ -437,7 +438,7 @@ class NumpyRows(Rows):
         count = c_int64()
         for name, array in self._views.items():
             values = array[row : row + 1].reshape(-1)
-            whole = self._whole.get(name, values)  # of contacts, the array has room for the first ones alone
+            whole = self._whole.get(name, values)  # an array of contacts may have room for the first ones only
             pointer = pointer_to(whole, c_double)
             self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, whole.size, byref(count)))
             if whole is not values:
@@ -455,7 +456,7 @@ class NumpyRows(Rows):
         return turn
 
     def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
-        """The rows' random streams as NumPy's."""
+        """The rows' random streams, as Generators of NumPy."""
         self._give_due_streams()
         while len(self._streams) < len(rows):
             self._streams.append(np.random.Generator(np.random.PCG64(0)))
@@ -557,8 +558,11 @@ class NumpyRows(Rows):
 
 
 class _OwnOfStep(Mapping[str, Float64Array]):
-    """The rows' own arrays, which step may write. Keeps the old values of those that a step looks up, because copying
-    all height fields would take longer than a step. If the step fails, the arrays get them back."""
+    """The rows' own arrays, which step may write.
+
+    Copies an array when the step looks it up, to restore it if the step fails. It does not copy all arrays, because
+    copying all height fields would take longer than a step.
+    """
 
     def __init__(self, arrays: Mapping[str, Float64Array]) -> None:
         self._arrays = arrays
@@ -595,7 +599,7 @@ class _OwnOfStep(Mapping[str, Float64Array]):
 
 
 class _StepDraws(Random):
-    """The streams of all rows, from which step draws. They are loaded when it draws first."""
+    """The streams of all rows, from which step draws. They are loaded when step first draws."""
 
     def __init__(self, rows: NumpyRows) -> None:
         super().__init__(())
@@ -608,7 +612,7 @@ class _StepDraws(Random):
         return self._streams
 
     def keep(self, rows: BoolArray) -> None:
-        """Gives these rows their streams as the step has left them."""
+        """Writes the streams that the step has used back to these rows."""
         if self._loaded:
             for row in np.flatnonzero(rows).tolist():
                 self._rows._due[row] = _words(self._streams[row])
@@ -629,7 +633,7 @@ def _words(stream: np.random.Generator) -> Any:
 
 
 def _restored(kind: type, engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
-    """kind is an argument because unpickling it imports the module that registers it."""
+    """kind is an argument so that unpickling imports its module, which registers the id."""
     rows = open_rows(ENGINES.get(engine), id, options, count)
     rows.restore(_abi.ALL_ROWS, image)
     return rows

@@ -1,4 +1,4 @@
-"""What an observation is in Gymnasium: an array, or a dict of its groups of terms (the option observation)."""
+"""Observations as Gymnasium has them: an array, or a dict of groups of terms (the option observation)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mjenv._handle import Rows
 
 
 class Observations:
-    """The space of one row's observation, and how observations are made of the library's arrays (..., n)."""
+    """The space of one row's observation. Makes observations from the library's arrays (..., n)."""
 
     def __init__(self, rows: Rows, dtype: np.dtype[Any]) -> None:
         low, high = (bound.astype(dtype) for bound in rows.bounds(Role.OBSERVATION))
@@ -28,7 +28,7 @@ class Observations:
                 (name, Box(low[part].reshape(shape), high[part].reshape(shape), dtype=dtype.type))
                 for name, part, shape in self._keys
             )
-            self.space = Dict(OrderedDict(boxes))  # which keeps the order, so that flatten gives the library's array
+            self.space = Dict(OrderedDict(boxes))  # Gymnasium would sort the keys of a dict
 
     def view(self, array: NDArray[Any]) -> Any:
         """The array, or a dict of views of it."""

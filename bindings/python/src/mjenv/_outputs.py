@@ -1,4 +1,4 @@
-"""What the calls of a vector environment write, and how it becomes Gymnasium's infos."""
+"""The arrays that the calls of a vector environment write, and Gymnasium's infos made from them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FLOAT64 = np.dtype(np.float64)
 
 
 class _Places:
-    """The rows that a mask over the reported rows chooses: their places in the infos and in the library's arrays."""
+    """Where the rows that a mask over the reported rows selects are in the infos and in the library's arrays."""
 
     __slots__ = ("mask", "source", "target")
 
@@ -33,7 +33,7 @@ class _Places:
 
 
 class _Layout:
-    """How one role's block of values becomes infos."""
+    """Makes infos from one role's block of values."""
 
     def __init__(self, fields: tuple[Field, ...], rows: int, action_dtype: np.dtype[Any]) -> None:
         # name, name of the mask, part of the block, its shape, dtype
@@ -88,7 +88,7 @@ class Outputs(Batch):
         self.nu = counts[Role.ACTION]
         self.terminated, self.truncated = self.ended
 
-        # A bytearray, as searching it is the quickest way to learn that no row was reset.
+        # A bytearray, because searching it is the fastest way to find out that no row was reset.
         self.resets = bytearray(count)
         self.was_reset: BoolArray = np.frombuffer(self.resets, np.bool_)
         self.reset_info = np.zeros(count * counts[Role.RESET_INFO])
@@ -118,7 +118,7 @@ class Outputs(Batch):
         return infos
 
     def step_infos(self, action_dtype: np.dtype[Any], rows: NDArray[np.int64] | None = None) -> Info:
-        """The infos of a step of these rows, of all if there are none given."""
+        """The infos of a step of these rows; None: of all rows."""
         layout = self._layouts[action_dtype]
         if rows is None and 1 not in self.resets:
             return layout.whole(self.info.copy())

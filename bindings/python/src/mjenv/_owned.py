@@ -1,10 +1,10 @@
-"""Owners of the library's handles, which KeyboardInterrupt cannot make them lose.
+"""Owners of the library's handles, which do not lose a handle when KeyboardInterrupt comes.
 
     handle = c_void_p()
     self._owned = Owned(engine.mjenv_destroy, handle)
     engine.check(engine.mjenv_create(..., byref(handle)))
 
-The owner is there before the handle is. So when KeyboardInterrupt comes as mjenv_create returns, dropping the owner
+The owner exists before the handle does. So if KeyboardInterrupt comes when mjenv_create returns, dropping the owner
 destroys the handle. To destroy it earlier, drop the owner: self._owned = None.
 """
 
@@ -15,9 +15,9 @@ from functools import partial
 
 
 class Owned(partial[None]):
-    """Destroys a handle when nobody has the owner any more: Owned(destroy, handle). Destroying NULL does nothing.
+    """Destroys a handle when the last reference to the owner is gone. Destroying NULL does nothing.
 
-    That is one call of a function in C, within which no interrupt comes.
+    The destruction is one call of a function in C, which no interrupt can divide.
     """
 
     __slots__ = ()

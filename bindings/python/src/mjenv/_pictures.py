@@ -27,11 +27,11 @@ SIZE = 480  # Gymnasium's default, pixels
 MAX_GEOM = 1000  # Gymnasium's default
 # default_camera_config is missing here, because only some ids take it: see camera_config_of.
 KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
-# The arrays of mjvOption that say which groups of objects are drawn, by their names there.
+# The keywords, and arrays of mjvOption, that choose the groups of objects that are drawn.
 GROUPS = ("geomgroup", "sitegroup", "jointgroup", "tendongroup", "actuatorgroup", "skingroup")
 _FREE, _NO_CAMERA = -1, -2
-# By engine: MuJoCo's mjtVisFlag as a flag of the library, where they differ. 4.0 has put islands (15) between the
-# others.
+# The library's flag for each value of mjtVisFlag, for engines whose values differ from the library's. MuJoCo 4.0 has
+# inserted islands (15).
 _FLAGS: dict[str, tuple[_abi.Visual | None, ...]] = {
     "4.0": (*tuple(_abi.Visual)[:15], None, *tuple(_abi.Visual)[15:]),
 }
@@ -40,14 +40,14 @@ _WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
 
 
 def visual_flags(engine: Engine) -> tuple[_abi.Visual | None, ...]:
-    """The flags of the library in the order of the engine's mjtVisFlag; None for those that it does not draw."""
+    """The library's flag for each value of the engine's mjtVisFlag; None for flags that the library does not draw."""
     return _FLAGS.get(engine.name, tuple(_abi.Visual))
 
 
 def label_of(engine: Engine, kind: int) -> _abi.Label:
     """The library's label for one of the engine's mjtLabel."""
     labels: list[_abi.Label | None] = list(_abi.Label)
-    if engine.name != "2.2.2":  # MuJoCo 4.0 has put flexes and contact points between the others
+    if engine.name != "2.2.2":  # MuJoCo 4.0 has inserted flexes and contact points
         labels.insert(_abi.Label.SKIN, None)
         labels.insert(len(labels) - 1, None)
     found = labels[kind] if 0 <= kind < len(labels) else None
@@ -73,7 +73,7 @@ class Pictures:
         default_camera_config: Mapping[str, Any] | None = None,
         **groups: Groups | None,
     ) -> None:
-        """Checks what Gymnasium checks at construction; OpenGL is loaded for the first picture."""
+        """Checks what Gymnasium checks at construction. The first picture loads OpenGL."""
         if render_mode is not None and not isinstance(render_mode, str):
             raise OptionError(f"render_mode is a str, not {render_mode!r}", Status.E_TYPE)
         if render_mode is not None and render_mode not in RENDER_MODES:
@@ -93,8 +93,10 @@ class Pictures:
         self._windows: dict[int, _Window] = {}
 
     def draw(self, row: int = 0) -> Picture | None:
-        """The picture of a row in new arrays: rgb[height, width, 3], depth[height, width], or both; or None, and the
-        row's window shows it."""
+        """The picture of a row in new arrays: rgb[height, width, 3], depth[height, width], or both.
+
+        In the mode "human", the row's window shows the picture, and the function returns None.
+        """
         if self.mode is None:
             known = ", ".join(RENDER_MODES)
             raise RenderSettingError(f"the environment was made with render_mode None; render() needs one of {known}")
@@ -116,8 +118,8 @@ class Pictures:
     def _picture(self, row: int) -> Picture:
         if self._camera is None:
             self._camera = self._find_camera()
-        # A free camera that looks at what it sees first does so in every row on its own. A renderer keeps the height
-        # fields of the row that it drew first.
+        # A row needs its own renderer if a free camera without "lookat" looks at what it sees first in that row, or if
+        # the model has height fields, because a renderer keeps those of the row that it drew first.
         looks_once = self._camera == _FREE and "lookat" not in (self.camera_config or {})
         place = row if looks_once or self._has_height_fields() else 0
         turn = self._rows.enter()
@@ -137,7 +139,7 @@ class Pictures:
         return rgb if depth is None else (rgb, depth)
 
     def close(self) -> None:
-        """Frees the renderers and windows, which the next picture makes anew."""
+        """Frees the renderers and windows. The next picture makes new ones."""
         for owned in (self._renderers, self._windows):
             owned.clear()
 
@@ -149,7 +151,7 @@ class Pictures:
         return field is not None and field.count > 0
 
     def _find_camera(self) -> int:
-        """The number of the camera: as in Gymnasium a name that the model lacks means the free one."""
+        """The index of the camera. As in Gymnasium, a name that the model lacks means the free camera."""
         if self.camera_id is not None:
             return self.camera_id
         try:
@@ -182,7 +184,7 @@ class Pictures:
         return settings
 
     def _place_camera(self, settings: Any) -> None:
-        """Sets the free camera by default_camera_config; what it leaves out is MuJoCo's, not the id's."""
+        """Sets the free camera by default_camera_config. Missing keys have MuJoCo's defaults, not those of the id."""
         config = dict(self.camera_config or {})
         lookat = config.pop("lookat", None)
         settings.lookat[:] = [np.nan] * 3 if lookat is None else _finite("lookat", lookat, 3)
@@ -231,7 +233,7 @@ class _Window:
 def camera_config_of(engine: Engine, id: str, options: dict[str, Any]) -> dict[str, Any] | None:
     """The environment's default_camera_config.
 
-    Takes the keyword out of the options of ids whose class in Gymnasium has it. It stays in the others', where it is an
+    Removes the keyword from the options if Gymnasium's class of the id has it. Otherwise it stays and is refused as an
     unknown option.
     """
     config = camera_config(engine, id)

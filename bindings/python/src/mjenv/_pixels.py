@@ -1,4 +1,4 @@
-"""make_vec(..., pixels=(height, width)): observations that are pictures, as agents that learn from pixels take them."""
+"""make_vec(..., pixels=(height, width)): observations that are pictures, for agents that learn from pixels."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ _COLOURS = 3
 
 
 class PixelVectorEnv(VectorEnv):
-    """A VectorEnv whose observations are the last pictures of each row, colours first: uint8[num_envs, frame_stack * 3,
-    height, width], the oldest picture first. After a reset all of them are the first one.
+    """A VectorEnv whose observations are the last frame_stack pictures of each row, the oldest first.
 
-    A step repeats its actions action_repeat times, in each row until its episode ends, and adds up the rewards.
+    They are uint8[num_envs, frame_stack * 3, height, width]. After a reset, all pictures of a row are the first one.
+
+    A step repeats the action of each row action_repeat times, or until the row's episode ends, and adds up the rewards.
     infos["state"] has what a VectorEnv of the same id observes. send, recv and rollout are those of VectorEnv and
     return no pictures. After them, and after restore or copy_row, call observe(): it replaces the rows' pictures by
     those of their present states.
@@ -42,14 +43,13 @@ class PixelVectorEnv(VectorEnv):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         **options: Any,
     ) -> None:
-        """pixels: height and width. camera: the index or the name of a camera of the model; None: as render_mode
-        "rgb_array" chooses it."""
+        """pixels: height and width. camera: the index or name of a camera of the model; None: that of "rgb_array"."""
         height, width = (operator.index(side) for side in pixels)
         self._repeat = _at_least_one("action_repeat", action_repeat)
         stack = _at_least_one("frame_stack", frame_stack)
         mode = autoreset_mode_of(autoreset_mode)
         named: dict[str, Any] = {"camera_name" if isinstance(camera, str) else "camera_id": camera}
-        # The rows are reset here, because an episode may end before all repetitions of an action.
+        # This class resets the rows, because an episode may end before all repetitions of an action.
         super().__init__(
             id,
             num_envs,
@@ -116,13 +116,13 @@ class PixelVectorEnv(VectorEnv):
         return self._pictures()
 
     def _push(self, row: int) -> None:
-        """Adds the picture of a row behind the others."""
+        """Appends the row's present picture, and drops the oldest."""
         self._frames[row, :-_COLOURS] = self._frames[row, _COLOURS:]
         picture: Any = self._pool.pictures.draw(row)
         self._frames[row, -_COLOURS:] = picture.transpose(2, 0, 1)
 
     def _fill(self, rows: NDArray[np.int64]) -> None:
-        """Makes all pictures of the rows the present one."""
+        """Replaces all pictures of the rows by the present one."""
         stack = self._frames.shape[1] // _COLOURS
         for row in rows:
             self._push(int(row))

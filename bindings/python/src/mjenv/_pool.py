@@ -29,7 +29,7 @@ from mjenv.errors import (
     OptionError,
 )
 
-UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
+UNKNOWN_SEED = -1  # as in Gymnasium, for a stream that does not come from a seed
 
 
 class Pool:
@@ -49,12 +49,12 @@ class Pool:
         final: bool,
         rendering: Mapping[str, Any],
     ) -> None:
-        """final: whether the rows' last observations are kept when they are reset. rendering: as Pictures takes it."""
+        """final: whether resets report the last observations of episodes. rendering: the arguments of Pictures."""
         self.rows = open_rows(engine, id, options, count)
         self.pictures = Pictures(self.rows, **rendering)
         self.count = count
         self.frame_skip = self.rows.frame_skip()
-        # Whether the array of observations may be older than the rows' states.
+        # Whether the rows' states may have changed since the observations were written.
         self.stale = False
         self._obs_dtype, self._final = obs_dtype, final
         # None for a row that was never seeded.
@@ -71,7 +71,7 @@ class Pool:
         self.pending = 0
         self._sent_float32: BoolArray = np.zeros(self.count, np.bool_)
         self._finalizer = weakref.finalize(self, _close, weakref.ref(rows))
-        # A daemon thread may step until the process ends. (typeshed does not know this property.)
+        # Not at exit, because a daemon thread may still be stepping. (typeshed does not know this property.)
         self._finalizer.atexit = False  # type: ignore[misc]
 
     def __getstate__(self) -> dict[str, Any]:
@@ -108,7 +108,7 @@ class Pool:
         return np.ascontiguousarray(array)
 
     def of_rows(self, name: str, values: ArrayLike, chosen: NDArray[np.intp]) -> Float64Array:
-        """The chosen rows of values (count, n), which an array of mjData is set to. They must be finite."""
+        """The chosen rows of new values (count, n) for an array of mjData, which must be finite."""
         field = self.rows.array(Role.DATA, name)
         assert field is not None
         array = np.asarray(values, np.float64)
@@ -145,7 +145,7 @@ class Pool:
         pointer = None if rows is None else pointer_to(rows, c_int64)
         part: Any = slice(None) if rows is None else rows
         address, size, code = action.ctypes.data, action.size, FLOATS[action.dtype]
-        # If an interrupt comes as the call returns, the rows are under way, and status keeps this value.
+        # If an interrupt comes when the call returns, the rows are under way, and status keeps this value.
         status: int = Status.OK
         turn = self.rows.enter()
         try:
@@ -161,10 +161,10 @@ class Pool:
             self.rows.leave(turn)
 
     def receive(self, least: int | None) -> tuple[NDArray[np.int64], Error | None]:
-        """Waits for `least` rows under way, None for all. Returns the rows that are done, ascending, and the error if
-        some of them failed.
+        """Waits for `least` rows under way; None: for all.
 
-        Only for who has the turn: another call would overwrite the outputs before they are copied.
+        Returns the rows that are done, ascending, and the error if some of them failed. The caller must have the turn,
+        because another call would overwrite the outputs before they are copied.
         """
         env = self.rows.pointer
         if not self.pending:
@@ -175,32 +175,32 @@ class Pool:
         pointer, size, received = pointer_to(buffer, c_int64), buffer.size, byref(count)
         try:
             status = self._recv(env, wanted, -1, pointer, size, received, self.out)
-        finally:  # also if an interrupt comes as the call returns: the rows are no longer under way
+        finally:  # even after an interrupt, because these rows are no longer under way
             self.pending -= count.value
         if not count.value:
             self.rows.check(status)
         return np.sort(buffer[: count.value]), self.rows.engine.last_error(status) if status else None
 
     def sent_dtype(self, rows: NDArray[np.int64]) -> np.dtype[Any]:
-        """The dtype of the actions of the first of these rows, which decides about the infos' dtypes."""
+        """The dtype of the actions of the first of these rows, on which the infos' dtypes depend."""
         float32 = len(rows) > 0 and self._sent_float32[rows[0]]
         return np.dtype(np.float32 if float32 else np.float64)
 
     # ---- seeds ----
 
     def all_seeds(self) -> tuple[int, ...]:
-        """Each row's last seed, UNKNOWN_SEED where its stream came from a snapshot.
+        """Each row's last seed; UNKNOWN_SEED if its stream came from a snapshot.
 
-        Seeds the rows that were never seeded.
+        First seeds the rows that were never seeded.
         """
         self.reseed(None, None)
         return tuple(self._seeds)
 
     def reseed(self, seed: int | Sequence[int | None] | None, mask: BoolArray | None) -> None:
-        """Gives the masked rows, all if mask is None, the streams of their seeds.
+        """Seeds the masked rows; None: all rows.
 
-        seed: an int gives row i seed + i; a sequence has a seed for each row, or None to leave its stream. Rows that
-        have no seed here and had none before get one from the operating system.
+        seed: an int seeds row i with seed + i; a sequence has a seed for each row, or None to keep the row's stream. A
+        row that would have no seed, and never had one, gets one from the operating system.
         """
         found = np.empty(self.count, dtype=object)
         found[:] = self._listed(seed)
@@ -215,7 +215,7 @@ class Pool:
         self._give(found)
 
     def copy_seed(self, source: int, mask: BoolArray) -> None:
-        """Notes that the masked rows have got the stream of the row `source`."""
+        """Notes that the masked rows now have the stream of the row `source`."""
         self._seeds[mask] = self._seeds[source]
 
     def forget_seed(self, row: int | None) -> None:
@@ -236,7 +236,7 @@ class Pool:
         return seeds
 
     def _give(self, seeds: NDArray[np.object_]) -> None:
-        """Gives the rows that have a seed here its stream."""
+        """Seeds the rows whose element is not None."""
         given = ~_missing(seeds)
         if not given.any():
             return
@@ -255,7 +255,7 @@ def _missing(seeds: NDArray[np.object_]) -> BoolArray:
 
 
 def _close(rows: weakref.ref[Rows]) -> None:
-    """Frees the rows, now or when the thread that is inside has dropped them."""
+    """Frees the rows now, or if a thread is using them, when it has dropped them."""
     found = rows()
     if found is not None:
         with contextlib.suppress(BusyError):

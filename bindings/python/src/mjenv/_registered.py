@@ -1,4 +1,4 @@
-"""How a class derived from mjenv.Task becomes a task of the library."""
+"""Registers a class derived from mjenv.Task as a task of the library."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mjenv._handle import Float64Array, Rows, encoded, pointer_to
 from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameError
 from mjenv.task import Field, Model, Random, Setting, Sim, Start, Task
 
-# mjenv_task_api.need knows these; the other arrays are always there.
+# The names that mjenv_task_api.need takes. The other arrays are always available.
 ON_DEMAND = (
     "contacts",
     "cfrc_ext",
@@ -37,7 +37,7 @@ ON_DEMAND = (
     "light_xpos",
     "light_xdir",
 )
-# The columns of what mjData lists of each contact.
+# The arrays contact.* and the shape of one contact's part.
 CONTACT = {
     "dist": (),
     "pos": (3,),
@@ -64,12 +64,12 @@ _FIELD_TYPES: dict[Any, Dtype] = {
     np.int64: Dtype.INT64,
 }
 
-# Engines call a task for the rest of the process.
+# Tasks are never freed, because engines may call them until the process ends.
 _KEPT: list[Registered] = []
 
 
 class Registered:
-    """A task that every engine knows."""
+    """A task that is registered with every engine."""
 
     def __init__(self, id: str, kind: type[Task]) -> None:
         self.id, self.kind = id, kind
@@ -119,8 +119,8 @@ class Registered:
     def create(self, make: Callable[[], None], task: Task | None = None, resetting: Resetting | None = None) -> None:
         """Calls make, which creates an environment of this task.
 
-        task: the NumPy task of the environment. Raises what its methods raise; for tasks in machine code that is the
-        text of a TaskError, except for KeyboardInterrupt and the like.
+        task: the NumPy task of the environment, whose exceptions this function raises. An exception in the `build` of a
+        task in machine code becomes the text of a TaskError, except for KeyboardInterrupt and the like.
         """
         now, outer = _Build(task, resetting), building.now
         try:
@@ -136,16 +136,16 @@ class Registered:
             raise
         finally:
             building.now = outer
-            del now  # its error has a traceback, which has this frame
+            del now  # breaks the cycle of its error, the traceback and this frame
 
     def register(self, engine: Engine) -> None:
-        """Makes an engine know the task. Calling it again, after an interrupt for example, does nothing."""
+        """Registers the task with an engine. A second call, after an interrupt for example, does nothing."""
         function = engine["mjenv_register_task"]
         function.argtypes, function.restype = (POINTER(_task_abi.mjenv_task),), c_int32
         statuses = self._statuses.setdefault(engine.path, [])
         if Status.OK not in statuses:
             _KEPT.append(self)
-            # One call of a function in C, within which no interrupt comes: it calls the engine and keeps the status.
+            # One call of a function in C, so that no interrupt comes between the registration and storing its status.
             statuses.extend(map(function, (byref(self.struct),)))
             if statuses[-1]:
                 _KEPT.remove(self)
@@ -324,7 +324,7 @@ class Registered:
         checked.before_step(sim, action)
         _, _, infos = checked.step(sim, action)
         for name, values in infos.items():
-            # Numbers that are float32 because the action is.
+            # The trial action is float32, so infos that are float32 have the action's dtype.
             kind = Dtype.ACTION if values.dtype == np.float32 else _type_of(values)
             model.describe(Role.INFO, name, values.shape[1:], kind)
 
@@ -344,7 +344,7 @@ def _describe_observation(model: Model, parts: Mapping[str, int | Mapping[str, i
 
 
 def _needs_of(kind: type[Task]) -> tuple[str, ...]:
-    """The arrays that a task needs. A NumPy task that names contacts has all that mjData lists of them."""
+    """The arrays that a task needs. "contacts" stands for all arrays contact.* in a NumPy task."""
     if isinstance(kind.needs, str):
         raise OptionError(f"{kind.__name__}: needs is a sequence of names, not {kind.needs!r}", Status.E_TYPE)
     names: list[str] = []
@@ -374,7 +374,7 @@ def _refuse_code_only(kind: type[Task]) -> None:
         raise OptionError(f"{kind.__name__}: action_bounds need the method before_step", Status.E_TYPE)
 
 
-# What the library passes to the methods of NumPy tasks.
+# The parameters of the methods of NumPy tasks.
 _PARAMETERS = {
     "build": ("model",),
     "reset": ("rng", "rows"),
@@ -392,7 +392,7 @@ def _check_parameters(kind: type[Task]) -> None:
     for name, parameters in _PARAMETERS.items():
         try:
             signature = inspect.signature(getattr(kind, name).__get__(object(), kind))
-        except (ValueError, AttributeError):  # a callable that does not tell its parameters
+        except (ValueError, AttributeError):  # a callable without a readable signature
             continue
         try:
             signature.bind(*parameters)
@@ -405,12 +405,12 @@ def _check_parameters(kind: type[Task]) -> None:
 
 
 def _initial(model: Model, name: str, contacts: int) -> Float64Array:
-    """An array in the model's initial state; without contacts, which tasks in Python see from the first reset on."""
+    """An array in the model's initial state. Arrays of contacts are zeros, because only a reset finds contacts."""
     columns = CONTACT.get(name.removeprefix("contact.")) if name.startswith("contact.") else None
     if columns is None:
         return np.asarray(model.array(name), np.float64)
     most = int(model.array("nconmax"))
-    most = 500 if most < 0 else most  # MuJoCo 4.0 sets none, and then the library lists 500
+    most = 500 if most < 0 else most  # -1 on MuJoCo 4.0, where the library then has room for 500
     return np.zeros((min(contacts or most, most), *columns))
 
 
@@ -449,7 +449,7 @@ class Checked:
     def __init__(self, id: str, task: Task, rows: int) -> None:
         self._id, self.task, self._rows = id, task, rows
         self.kind = type(task)
-        # The groups of the observation and their lengths, which the first call of observe finds out.
+        # The groups of the observation and their lengths, which the first call of observe sets.
         self.groups: dict[str, int] = {}
         self._observed = False
 
@@ -559,7 +559,7 @@ def out_of_bounds(task: Task, state: Mapping[str, Float64Array]) -> str:
 
 
 def _kind(value: Any) -> str:
-    """What a method has returned, for messages."""
+    """Describes a value that a method returned, for error messages."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} of the shape {value.shape}"
     return f"{len(value)} values" if isinstance(value, tuple) else type(value).__name__
@@ -570,7 +570,7 @@ def _type_of(values: NDArray[Any]) -> Dtype:
 
 
 def _address(function: Any) -> int:
-    """The address of machine code; 0 if it is a function of Python."""
+    """The address of machine code; 0 for a function of Python."""
     if isinstance(function, staticmethod):
         function = function.__func__
     if isinstance(function, int):
@@ -625,7 +625,7 @@ class _Build:
     finished: bool = False  # whether the callback has described the task
 
     def interrupt(self) -> BaseException:
-        """What ended the callback."""
+        """The exception that ended the callback."""
         return self.error or KeyboardInterrupt()
 
 
@@ -635,6 +635,6 @@ class _Building(threading.local):
 
 # On each thread: the environment that is being built.
 building = _Building()
-# In the library's error for a callback that ctypes has ended: _build_environment itself gives a message. If ctypes has
-# returned 0, the library misses what was not built.
+# Texts in the library's error if ctypes has ended the callback, because _build_environment always sets another message.
+# The second comes if ctypes returned 0, for which the library takes an unfinished build as finished.
 _INTERRUPTED = ("without a message", "there is no field of the observation")

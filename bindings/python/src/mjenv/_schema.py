@@ -1,4 +1,4 @@
-"""What the library tells about itself, and about an id: its options, and the fields of its arrays."""
+"""Descriptions that the library gives: of an engine, and of an id's options and the fields of its arrays."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ class EngineInfo:
     """An engine that can be used."""
 
     name: str  # its version of MuJoCo
-    version: str  # of the library, and of its MuJoCo
-    file: str  # the library
-    math: str  # "system" or "portable": where sines and the like come from
-    instructions: str  # the instruction set that the library was built for; "" for the usual one of the platform
+    version: str  # of the library and of its MuJoCo
+    file: str  # the path of the library
+    math: str  # the source of sin, exp and so on: "system" (the C library) or "portable"
+    instructions: str  # the instruction set for which the library was built; "" for the platform's default
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,12 @@ class Option:
 
     name: str
     kind: Kind
-    default: Any  # of make: a bool, int, float, a tuple of floats, or a str
-    low: float  # of each number, both ends included
+    default: Any  # in make: a bool, int, float, a tuple of floats, or a str
+    low: float  # the least and the greatest valid number
     high: float
-    choices: tuple[str, ...]  # the valid texts; empty when any text may be tried
+    choices: tuple[str, ...]  # the valid texts; empty if there is no list of them
     doc: str
-    vector_default: Any  # of make_vec
+    vector_default: Any  # in make_vec
 
 
 @dataclass(frozen=True)

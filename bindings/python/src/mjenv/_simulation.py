@@ -1,4 +1,4 @@
-"""What env.unwrapped of Gymnasium's MuJoCo environments offers, for a single environment and for a row of a vector."""
+"""The attributes of env.unwrapped of Gymnasium's MuJoCo environments, for one environment and for a row of a vector."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ class Simulation:
     frame_skip: int
 
     def _check_settled(self) -> None:
-        """Called before the state is read as a whole or changed. Raises if the row may not be touched now."""
+        """Called before the whole state is read or changed. Raises if that is not allowed now."""
 
     def _changed(self) -> None:
         """Called after the state was changed other than by a step or a reset."""
 
     @property
     def data(self) -> Data:
-        """The row's mjData. Every access of an array reads a fresh copy.
+        """The row's mjData. Each access to an array returns a new copy.
 
-        Assigning to qpos, qvel, act, ctrl, time, qacc_warmstart, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat or
-        userdata, or to elements of them, writes them. A reset clears the forces.
+        Assignments to qpos, qvel, act, ctrl, time, qacc_warmstart, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat or
+        userdata, or to their elements, change the simulation. A reset clears the forces.
         """
         return Data(self._rows, self._row, self._changed)
 
     @property
     def model(self) -> Model:
-        """The row's mjModel. Every access of an array reads a fresh copy.
+        """The row's mjModel. Each access to an array returns a new copy.
 
-        Assigning to arrays or options, or to elements of them, gives the row values of its own from the next simulation
-        on: ``env.unwrapped.model.geom_friction[:, 0] *= 0.5``, ``env.unwrapped.model.opt.timestep = 0.002``.
+        Assignments to arrays, their elements or options give the row its own values, which the next simulation uses:
+        ``env.unwrapped.model.geom_friction[:, 0] *= 0.5``, ``env.unwrapped.model.opt.timestep = 0.002``.
         """
         return Model(self._rows, self._row, self._changed)
 
@@ -76,13 +76,15 @@ class Simulation:
 
     @property
     def lanes_reason(self) -> str:
-        """Why all or some of the rows are stepped alone, not in lanes; "" if none is."""
+        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
         return self._rows.lanes()[1]
 
     @property
     def lane_stages(self) -> dict[str, str]:
-        """How lanes compute each stage of a step of the model: "lanes", "row by row: WHY", "lanes; row by row: WHAT" or
-        "absent". Empty if the engine has no lanes."""
+        """How lanes compute each stage of the model's step. Empty if the engine has no lanes.
+
+        The values are "lanes", "row by row: WHY", "lanes; row by row: WHAT" or "absent".
+        """
         return self._rows.lane_stages()
 
     @property
@@ -109,8 +111,11 @@ class Simulation:
         return structure
 
     def fields(self, kind: str) -> tuple[Field, ...]:
-        """The named parts of the "observation", "action", "info" or "reset_info", or the arrays of "data" or "model",
-        or the live "parameters": each with its name, shape, offset, count, type and doc."""
+        """The fields of a kind, each with its name, shape, offset, count, type and doc.
+
+        kind: "observation", "action", "info" or "reset_info" for the named parts, "data" or "model" for the arrays of
+        MuJoCo, "parameters" for the live parameters.
+        """
         roles = {"observation": Role.OBSERVATION, "action": Role.ACTION, "info": Role.INFO}
         roles |= {"reset_info": Role.RESET_INFO, "data": Role.DATA, "model": Role.MODEL, "parameters": Role.PARAMETERS}
         if kind not in roles:
@@ -120,14 +125,14 @@ class Simulation:
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
         """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.
 
-        The time and the number of steps stay. An episode that has ended goes on.
+        The time and the step count do not change. An episode that has ended goes on.
         """
         self._check_settled()
         self._rows.set_state(self._row, qpos, qvel)
         self._changed()
 
     def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
-        """Simulates n_frames steps of MuJoCo under ctrl[nu]. It counts no step and computes no reward."""
+        """Simulates n_frames mj_steps with ctrl[nu]. This is not a step of the episode and gives no reward."""
         self._check_settled()
         controls = np.ascontiguousarray(ctrl, np.float64)
         shape = (int(self._rows.value(Role.MODEL, "nu")),)

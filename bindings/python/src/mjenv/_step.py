@@ -1,4 +1,4 @@
-"""The hot path: what happens between a user's step and the library's, in as few operations of Python as possible.
+"""The hot path from a user's step to the library's, in as few operations of Python as possible.
 
 1. Step.step looks up the buffer and the prepared call for the dtype of the actions, and checks their shape.
 2. It takes the handle's turn (_turns.py), because a second thread could overwrite the buffers during the call, in which
@@ -28,7 +28,7 @@ Results = TypeVar("Results")
 Info = dict[str, Any]
 
 _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
-# What the library, which writes 0 or 1, never writes to was_reset.
+# A value that the library, which writes 0 or 1, never writes to was_reset.
 _UNTOUCHED = 2
 # The types that are Python's own. The others are NumPy's scalars.
 _PYTHON = (Dtype.NATIVE_FLOAT, Dtype.NATIVE_INT)
@@ -37,9 +37,9 @@ _PYTHON = (Dtype.NATIVE_FLOAT, Dtype.NATIVE_INT)
 class Step(Generic[Results]):
     """Steps all rows of a handle.
 
-    shape: of the actions. out: a pointer to the mjenv_batch that a step writes. results: gives for a dtype of the
-    actions the function that copies what a step has written. was_reset: the memory of the batch's array of this name,
-    for rows of which some may fail while others are stepped; the exception then has the results.
+    shape: of the actions. out: a pointer to the mjenv_batch that a step writes. results: returns, for a dtype of the
+    actions, the function that copies the outputs of a step. was_reset: the memory of the batch's array was_reset, if
+    rows may fail while others are stepped; the exception then has the results.
     """
 
     def __init__(
@@ -81,13 +81,13 @@ class Step(Generic[Results]):
             status = call()
             if status:
                 error = self._rows.engine.last_error(status)
-                # Otherwise the library has refused to step any row.
+                # If was_reset is untouched, no row was stepped.
                 if was_reset and was_reset[0] != _UNTOUCHED:
                     error.results = results()  # type: ignore[assignment]
                 try:
                     raise error
                 finally:
-                    del error  # its traceback has this frame
+                    del error  # breaks the cycle of error, traceback and frame
             return results()
         finally:
             self._give_back(turn)
@@ -114,13 +114,13 @@ def wrong_shape(actions: Any, shape: tuple[int, ...], rows: Rows) -> InvalidValu
 
 
 def dtype_of(kind: Dtype, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """The dtype of a value in Gymnasium; that of a Python number in an array."""
+    """The dtype that a value has in Gymnasium, or for a Python number would have in an array."""
     if kind == Dtype.ACTION:
         return action_dtype
     return np.dtype(CONVERTERS.get(kind, np.float64))
 
 
-# What turns an np.float64 into the type that Gymnasium, or a registered task, gives a value.
+# Converts an np.float64 to the type that the value has in Gymnasium or in a registered task.
 CONVERTERS: dict[Dtype, type[Any]] = {
     Dtype.NATIVE_FLOAT: float,
     Dtype.NATIVE_INT: int,
@@ -134,9 +134,9 @@ CONVERTERS: dict[Dtype, type[Any]] = {
 class Record:
     """How the fields of one row's record of float64 numbers become an info.
 
-    items: the name of each field, and an index into the record, which copies an array. conversions: the names of values
-    and arrays of another type than float64, each with what converts it. narrowed: the names of values that have the
-    type of float32 actions, each with a buffer, which converts in half the time of np.float32().
+    items: the name of each field, and an index into the record, which copies an array. conversions: the names of fields
+    whose type is not float64, each with its converter. narrowed: the names of numbers that are float32 because the
+    action is, each with a buffer, which converts them in half the time of np.float32().
     """
 
     __slots__ = ("conversions", "items", "narrowed")
@@ -161,7 +161,7 @@ class Record:
 
 
 def _converter(field: Field, action_dtype: np.dtype[Any]) -> Callable[[Any], Any] | None:
-    """What converts a field's float64 value or array; None where nothing does, or a buffer of Record.narrowed."""
+    """The converter of a field's float64 value or array; None if none is needed, or a buffer of Record.narrowed."""
     if not field.shape:
         return CONVERTERS.get(field.type)
     dtype = dtype_of(field.type, action_dtype)

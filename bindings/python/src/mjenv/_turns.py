@@ -1,6 +1,6 @@
-"""Lets one thread at a time call the library with a handle, whenever KeyboardInterrupt comes.
+"""Lets one thread at a time call the library with a handle, also if KeyboardInterrupt comes at any moment.
 
-Who has the handle's turn may call the library, and gives the turn back afterwards:
+A caller takes the handle's turn, calls the library, and gives the turn back:
 
     turn = turns.take()
     try:
@@ -8,13 +8,13 @@ Who has the handle's turn may call the library, and gives the turn back afterwar
     finally:
         turns.give_back(turn)
 
-KeyboardInterrupt can come as any function returns: also as `take` does, before its result is assigned and the try
-statement begins. A lock would then stay taken for ever. Not even `with lock:` prevents that: since Python 3.14, an
-interrupt can come between the moment in which it takes the lock and the first line of its body.
+KeyboardInterrupt can come when any function returns, also when `take` returns, before its result is assigned and the
+try statement begins. A lock would then stay locked for ever. Not even `with lock:` prevents this: since Python 3.14, an
+interrupt can come after `with` has taken the lock and before the first line of its body.
 
-A turn is an object instead. An interrupt that comes before the try statement drops it, as it drops every result that is
-not assigned, and from then on it can be taken again: Turn.__del__ appends to a list, from which the next turn is made.
-Taking, giving back, dropping and making a turn are one call of a function in C each, within which no interrupt comes.
+So a turn is an object. If an interrupt comes before the try statement, Python drops the object, as it drops every
+result that is not assigned, and Turn.__del__ appends to a list, from which the next turn is made. Taking, giving back,
+dropping and making a turn are one call of a function in C each, which no interrupt can divide.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from itertools import repeat
 
 
 class Turn(partial[None]):
-    """Calls the function that it was made with when nobody has it any more."""
+    """Calls its function when the last reference to the turn is gone."""
 
     __slots__ = ()
     __del__ = partial.__call__
@@ -44,7 +44,7 @@ class Turns:
         self._made = map(Turn, repeat(dropped.append), iter(dropped.pop, None))
 
     def take(self) -> Turn:
-        """The turn. Raises IndexError if somebody has it."""
+        """Returns the turn. Raises IndexError if another caller has it."""
         try:
             return self.take_free()
         except IndexError:

@@ -1,4 +1,4 @@
-"""Arrays that write their changes through to the simulation, as those of MuJoCo's Python package do."""
+"""Arrays whose changes are written to the simulation, like those of MuJoCo's Python package."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 @dataclass
 class Origin:
-    """Where a copy was read from."""
+    """The array of the simulation from which a copy was read."""
 
     copy: NDArray[Any]  # the whole array
     read: Callable[[], NDArray[Any]]
@@ -21,10 +21,10 @@ class Origin:
 
 
 class WrittenArray(np.ndarray[Any, Any]):
-    """A copy of an array of mjModel or mjData. Assigning to it, or to a view of it, writes the simulation's array.
+    """A copy of an array of mjModel or mjData. Assigning to its elements, or to a view, writes the simulation's array.
 
-    What is computed from it is an ordinary array, and a copy writes nothing. Other functions that change an array in
-    place (np.copyto, sort) raise, because their changes would not be written.
+    Results computed from it, and copies of it, are ordinary arrays. Other functions that change an array in place
+    (np.copyto, sort) raise, because their changes would not be written.
     """
 
     _origin: Origin | None = None
@@ -96,7 +96,7 @@ def _plain(array: Any) -> Any:
 def written_array(
     values: NDArray[Any], read: Callable[[], NDArray[Any]], write: Callable[[NDArray[Any]], None]
 ) -> WrittenArray:
-    """The values, which were read by `read`, as an array whose changes go to `write`."""
+    """The values, which `read` has returned, as an array whose changes are passed to `write`."""
     copy = np.array(values)
     copy.flags.writeable = False
     array = copy.view(WrittenArray)

@@ -1,4 +1,4 @@
-"""Two attributes an id, for EnvSpec: gymnasium.make looks "Ant-v5" up here, gymnasium.make_vec "Ant-v5/vector"."""
+"""The entry points of EnvSpecs, two for each id: "Ant-v5" for gymnasium.make, "Ant-v5/vector" for make_vec."""
 
 import functools
 from collections.abc import Callable

@@ -28,7 +28,7 @@ from mjenv.randomization import Delay, Draws, Noise, Push
 Results = tuple[Any, float, bool, bool, Info]
 
 _FLOAT64 = np.dtype(np.float64)
-_UNKNOWN_SEED = -1  # as in Gymnasium, where a stream did not come from a seed
+_UNKNOWN_SEED = -1  # as in Gymnasium, for a stream that does not come from a seed
 # What subclasses of Gymnasium's MujocoEnv define.
 _HOOKS = ("_get_obs", "_get_rew", "_get_reset_info", "reset_model", "_reset_simulation", "_initialize_simulation")
 
@@ -58,7 +58,7 @@ class _Exchange:
         self._reset_info = Record(rows.fields(Role.RESET_INFO), _FLOAT64)
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
-        """The function that copies what a step with an action of that dtype has written."""
+        """The function that copies the outputs of a step with an action of this dtype."""
         copy_obs = partial(self.observations.copy, self._batch.obs[0])
         if not self._rows.fields(Role.GROUPS):
             copy_obs = self._batch.obs[0].copy  # the same, without the time of a call in Python
@@ -102,8 +102,8 @@ class _Exchange:
 class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     """An environment of one of mjenv.ids(); mjenv.make builds it.
 
-    Observations are fresh float64 arrays, or dicts of them (the option observation). Pickling and copy.deepcopy keep
-    the episode and the random stream. One thread at a time may use it; a second one gets mjenv.BusyError.
+    Observations are new float64 arrays, or dicts of them (the option observation). Pickling and copy.deepcopy keep the
+    episode and the random stream. One thread at a time may use it; a second one gets mjenv.BusyError.
 
     arrays: the exported arrays of mjData by name, each a view of what the last call wrote.
     """
@@ -187,7 +187,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     def step(self, action: ArrayLike) -> Results:  # type: ignore[override, unused-ignore]
         """Takes a step.
 
-        action: (nu,). float32 and float64 actions take part in the arithmetic as they are; lists and integers count as
+        action: (nu,). The arithmetic uses float32 and float64 actions in their own precision, and lists and integers as
         float64. Returns the observation float64[n], the reward, whether the episode terminated, whether it was
         truncated, and the info. No later call changes them.
         """
@@ -207,8 +207,8 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Begins an episode. Returns the observation float64[n] and the info.
 
-        seed: an int >= 0 of any size; without one the random stream goes on. options: ignored, as Gymnasium's MuJoCo
-        environments do.
+        seed: an int >= 0 of any size; None: the random stream goes on. options: ignored, as in Gymnasium's MuJoCo
+        environments.
         """
         if seed is not None:
             self._reseed(seed)
@@ -232,7 +232,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         return self._pictures.draw()
 
     def close(self) -> None:
-        """Frees the environment and what drew it. Closing twice is fine."""
+        """Frees the environment, its renderers and its windows. Closing twice is fine."""
         self._rows.close()
         self._pictures.close()
 
@@ -245,11 +245,11 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     # ---- randomisation ----
 
     def randomize(self, draws: Draws | None) -> None:
-        """Replaces what resets draw. Takes the values of make's keyword randomize; None: resets draw nothing."""
+        """Replaces the draws of resets. Takes the values of make's keyword randomize; None: resets draw nothing."""
         self._rows.randomize(draws)
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
-        """The parameters from which resets draw an array: (n,), low and high of "uniform".
+        """The parameters of the distribution from which resets draw an array: (n,), for "uniform" low and high.
 
         number: the index of the item, if randomize has a list of items for the array.
         """
@@ -275,15 +275,18 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         return self._rows.snapshot(0)
 
     def restore(self, image: bytes) -> None:
-        """Continues from an image, bit for bit. The image must come from an environment with the same id and options,
-        also in another process. Raises SnapshotError if the image is damaged or another environment's."""
+        """Continues from an image, bit for bit.
+
+        The image may come from another process, but its environment must have had the same id and options. Raises
+        SnapshotError if they differ or the image is damaged.
+        """
         self._rows.restore(0, image_of(image))
         self._seed = _UNKNOWN_SEED
         self._take_stream()
 
     # ---- the random stream ----
-    # The library holds the stream. A Generator that np_random has returned is a second copy of it: its state goes to
-    # the library before a reset and comes back after it.
+    # The library holds the stream. A Generator that np_random has returned is a second copy of it: a reset first writes
+    # its state to the library, and afterwards reads it back.
 
     @property
     def np_random_seed(self) -> int:
@@ -295,7 +298,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
 
     @property
     def np_random(self) -> np.random.Generator:
-        """The stream that resets draw from; numbers drawn here move it, as in Gymnasium."""
+        """The stream from which resets draw. Draws from it advance the stream, as in Gymnasium."""
         if self._generator is None:
             if self._seed is None:
                 self._reseed(None)

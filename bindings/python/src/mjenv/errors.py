@@ -15,7 +15,7 @@ from mjenv._abi import Status
 class Error(gymnasium.error.Error):
     """Base class of all exceptions of mjenv.
 
-    results: what VectorEnv.step or recv would have returned, if some rows failed and others were stepped; else None.
+    results: if some rows failed and others were stepped, what VectorEnv.step or recv would have returned; else None.
     """
 
     results: tuple[Any, ...] | None = None
@@ -44,7 +44,7 @@ class UnknownIdError(Error, gymnasium.error.UnregisteredEnv):
 
 
 class OptionError(Error, TypeError):
-    """The id has no such option, or the option takes a value of another type."""
+    """The id has no such option, or the option takes values of another type."""
 
 
 class InvalidValueError(Error, ValueError):

@@ -10,10 +10,9 @@ into callbacks of mjenv/task.h:
             for i in range(sim.nq):
                 observation[i] = qpos[i]
 
-self[i] is number i of those that build returned. The other arguments are those that task.h describes: structs, whose
-pointers jit.array turns into arrays, or arrays, which take an index. jit.shared(sim, i, count) is the array of which
-model.array_index returned i (jit.shared_float32 if its numbers are float32), and jit.own(outcome, i, count) array i of
-the class's `own`.
+self[i] is number i of those that build returned. task.h describes the other arguments. They are structs, whose pointers
+jit.array turns into arrays, or arrays. jit.shared(sim, i, count) is the array for which model.array_index returned i
+(jit.shared_float32 if its numbers are float32), and jit.own(outcome, i, count) is array i of the class's `own`.
 
 random, uniform, normal, integers and choice draw from start.random, outcome.random or control.random, and state_rand,
 state_uniform, state_randn, state_randint, state_choice, state_permutation and state_shuffle from the row's RandomState.
@@ -198,7 +197,7 @@ def array(address: Any, count: Any) -> Any:
 
 @numba.njit  # type: ignore[misc]
 def shared(sim: Any, index: Any, count: Any) -> Any:
-    """The `count` float64 numbers of the array of which model.array_index returned the index."""
+    """The `count` float64 numbers of the array for which model.array_index returned the index."""
     addresses = numba.carray(_addresses(sim.arrays), (index + 1,))
     return numba.carray(_pointer(addresses[index]), (count,))
 

@@ -1,5 +1,7 @@
-"""For NumPy tasks of walking robots: which feet touch the ground, how long they are in the air, and the heights of a
-terrain. task.hpp has the same for C++, with equal bits."""
+"""Helpers for NumPy tasks of walking robots: contacts and air times of feet, and the heights of a terrain.
+
+task.hpp has the same helpers for C++, with equal bits.
+"""
 
 from __future__ import annotations
 
@@ -34,10 +36,10 @@ def touching(sim: Sim, geoms: Sequence[int], other: int) -> NDArray[np.bool_]:
 
 
 def air_time(time: NDArray[np.float64], touching: NDArray[np.bool_], dt: float) -> NDArray[np.float64]:
-    """Counts how long feet have been in the air, and returns how long the flights were that ended in this step, s.
+    """Counts the time that feet have been in the air, and returns the flight times of feet that land in this step, s.
 
-    time: (rows, feet), a part of the task's state, which is changed: 0 for a foot that touches the ground, and
-    otherwise the number of steps since then times dt. The flight of a foot that has not just landed is 0.
+    time: (rows, feet), a part of the task's state, which is updated: 0 for a foot that touches the ground, and
+    otherwise dt times the number of steps since it did. The result is 0 for a foot that does not land in this step.
     """
     flights = np.where(touching, time, 0)
     time[...] = np.where(touching, 0, time + dt)
@@ -45,7 +47,7 @@ def air_time(time: NDArray[np.float64], touching: NDArray[np.bool_], dt: float) 
 
 
 class Terrain:
-    """A height field whose geom is fixed to the world and not turned. A task makes it in build.
+    """A height field whose geom is fixed to the world and not rotated. A task makes it in build.
 
     The surface consists of the triangles with which other geoms collide. Beyond the edge, the heights are those of the
     edge. If the task writes its rows' "hfield_data" (`own`), pass sim.own["hfield_data"] as `data`; by default, the
@@ -92,10 +94,10 @@ class Terrain:
     def around(
         self, position: ArrayLike, mat: ArrayLike, points: ArrayLike, data: NDArray[Any] | None = None
     ) -> NDArray[np.float64]:
-        """The heights at points around a body, whose frame is turned by the body's yaw alone: (rows, points), m.
+        """The heights at points around a body: (rows, points), m.
 
-        position, mat: the body's xpos (rows, 3) and xmat (rows, 9). points: x and y in that frame (points, 2), m.
-        data: as in height.
+        position, mat: the body's xpos (rows, 3) and xmat (rows, 9). points: (points, 2), x and y in a frame at the body
+        that is rotated by the body's yaw alone, m. data: as in height.
         """
         at, axes, (x, y) = np.asarray(position), np.asarray(mat).reshape(-1, 9), np.transpose(points)
         ahead, left = axes[:, 0], axes[:, 3]

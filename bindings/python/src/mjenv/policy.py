@@ -96,7 +96,7 @@ class Policy:
 
     @classmethod
     def parse(cls, text: str, name: str = "the text") -> Policy:
-        """Reads a policy from text. name: of the text, in error messages."""
+        """Reads a policy from text. name: what error messages call the text."""
         try:
             policy = cls._parse(text.splitlines())
         except (KeyError, IndexError, TypeError, ValueError) as error:

@@ -1,8 +1,7 @@
-"""What resets draw for arrays of the model (Value, Scale, Offset, Same); and noise, delays and pushes (Noise, Delay,
-Push).
+"""Draws of resets for arrays of the model (Value, Scale, Offset, Same), and noise, delays and pushes.
 
-make, make_vec and gymnasium.make take them as the keywords randomize, noise, delay and push. All are plain values:
-they can be pickled, and the JSON that gymnasium.spec(...).to_json() makes of them is understood as well.
+make, make_vec and gymnasium.make take them as the keywords randomize, noise, delay and push. All are plain values: they
+can be pickled, and the keywords also take the JSON that gymnasium.spec(...).to_json() makes of them.
 """
 
 from __future__ import annotations
@@ -66,11 +65,11 @@ class Offset(Value):
 
 @dataclass(frozen=True)
 class Same:
-    """Gives another array the draws of the item before it in randomize.
+    """Uses the draws of the item before it in randomize for another array, too.
 
-    Element i takes draw i, or the shared draw, times factor. The draw is a value, a scale or an offset, as in the item
-    before. An actuator's kp is drawn for gainprm, and taken for biasprm: {"actuator_gainprm": Value(20, 40, columns=0),
-    "actuator_biasprm": Same(factor=-1, columns=1)}. body, geom, joint, actuator, site, tendon, elements, columns and
+    Element i takes draw i, or the shared draw, times factor, as a value, a scale or an offset like the item before. An
+    actuator's kp, for example, is in two arrays: {"actuator_gainprm": Value(20, 40, columns=0), "actuator_biasprm":
+    Same(factor=-1, columns=1)}. body, geom, joint, actuator, site, tendon, elements, columns and
     set_constants are those of Value.
     """
 
@@ -98,8 +97,10 @@ class Noise:
 
 @dataclass(frozen=True)
 class Delay:
-    """By how many steps actions and observations are late. Until the first one arrives, zeros take its place, or
-    first_action in place of actions: one number for all actuators, or one for each.
+    """The numbers of steps by which actions and observations are delayed.
+
+    Until the first one arrives, zeros take its place. For actions, first_action can replace the zeros: one number for
+    all actuators, or one for each.
 
     A pair such as (0, 2) is a range with both ends, from which the delay is drawn: at each reset, or with
     redraw="step" anew for each step.
@@ -113,11 +114,11 @@ class Delay:
 
 @dataclass(frozen=True)
 class Push:
-    """A push of a body now and then: a force (N) and a torque (N m), or a kick, which changes its velocity.
+    """Pushes of a body at random times: a force (N) and a torque (N m), or a kick, which changes the velocity.
 
     force, torque: the bounds (low, high) of each of the three components in the world's axes, which are written to
-    xfrc_applied. velocity, angular_velocity: instead of them, the bounds of what is added to qvel of the body's free
-    joint before a step: m/s in the world's axes, and rad/s in the body's own. every: the fewest and the most steps from
+    xfrc_applied. velocity, angular_velocity: the bounds of a kick, which is added to qvel of the body's free joint
+    before a step: m/s in the world's axes, and rad/s in the body's own. every: the fewest and the most steps from
     the reset, or the last step of a push, to the next push. duration: how many steps a force lasts, or the fewest and
     the most.
     """

@@ -1,4 +1,4 @@
-"""make, and what an id promises before anything is built."""
+"""make, and the functions that describe ids and engines."""
 
 from __future__ import annotations
 
@@ -32,9 +32,11 @@ VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_ste
 
 
 def engines(usable: bool = True) -> tuple[str, ...]:
-    """The names of the engines that can be used here, each the version of MuJoCo that it computes with: "2.2.2", and
-    "4.0" where MuJoCo 4.0 is installed. Loads them. usable=False: also those that cannot be used here, because a
-    library is missing for example."""
+    """The names of the engines that can be used here: "2.2.2", and "4.0" if MuJoCo 4.0 is installed.
+
+    An engine's name is the version of MuJoCo with which it computes. usable=False also returns engines that cannot be
+    used here, for example because a library is missing. This function loads the engines.
+    """
     return tuple(name for name in ENGINES.names() if not usable or _is_usable(name))
 
 
@@ -62,8 +64,10 @@ def version(engine: str | None = None) -> str:
 
 
 def ids(engine: str | None = None) -> tuple[str, ...]:
-    """The environment ids, sorted: the built-in robots and the loaded tasks. "Model-v0" is not listed. It steps the
-    model that the option xml_file or xml_string chooses, without a task; its observation is qpos and qvel."""
+    """The environment ids, sorted: those of the built-in robots and of the loaded tasks.
+
+    The list does not contain "Model-v0", which steps the model of the option xml_file or xml_string without a task.
+    """
     return _handle.ids(ENGINES.get(engine))
 
 
@@ -74,8 +78,10 @@ def options(id: str, engine: str | None = None) -> dict[str, Option]:
 
 
 def spec(id: str, engine: str | None = None) -> EnvSpec:
-    """The EnvSpec of gymnasium.spec(id), with this package's entry points. If an engine is given, environments made
-    from the spec use it."""
+    """The EnvSpec of gymnasium.spec(id), with this package's entry points.
+
+    Environments that are made from the spec use the engine, if one is given.
+    """
     id = _own(id)
     found = _handle.spec_of(ENGINES.get(engine), id)
     return EnvSpec(
@@ -89,7 +95,7 @@ def spec(id: str, engine: str | None = None) -> EnvSpec:
 
 
 def model_xml(id: str, engine: str | None = None) -> str:
-    """The text (MJCF) of an id's default model: the start of a model of your own."""
+    """The text (MJCF) of an id's default model, from which you can make your own."""
     id = _own(id)
     text = _handle.spec_of(ENGINES.get(engine), id).model_xml
     if text is not None:
@@ -121,12 +127,12 @@ def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
 
 
 def spec_asked(id: str | EnvSpec, engine: str | None) -> EnvSpec:
-    """The spec that make and make_vec are asked to build."""
+    """The spec for the arguments of make and make_vec."""
     return id if isinstance(id, EnvSpec) else spec(id, engine)
 
 
 def _own(id: Any) -> str:
-    """The library's name of an id. mjenv/Ant-v5, as Gymnasium knows it, is Ant-v5."""
+    """The library's name of an id: "Ant-v5" for Gymnasium's "mjenv/Ant-v5"."""
     if not isinstance(id, str):
         hint = "; make builds environments itself" if hasattr(id, "step") else ""
         raise OptionError(f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE)
@@ -134,8 +140,9 @@ def _own(id: Any) -> str:
 
 
 def register(id: str, task: type[Task]) -> None:
-    """Gives a task an id, "Reach-v0" for example. From then on until the process ends, mjenv's functions know the id on
-    every engine, and Gymnasium's functions know it as "mjenv/Reach-v0".
+    """Gives a task an id, "Reach-v0" for example, until the process ends.
+
+    mjenv's functions know the id on every engine, and Gymnasium's functions know it as "mjenv/Reach-v0".
 
     A child process that was not forked has to import the module that calls this function.
     """
@@ -179,10 +186,10 @@ def make(
     """Builds an environment as gymnasium.make does, with the same keywords.
 
     id: one of ids(), or an EnvSpec. max_episode_steps: None for the id's own limit, -1 for none. disable_env_checker:
-    accepted; there is no checking wrapper. options: see options(id), and Gymnasium's keywords for rendering; with
-    "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection. render_fast=True
-    draws without multisampling and shadows. engine="4.0" computes with MuJoCo 4.0; see engines(). randomize, noise,
-    delay and push: what is drawn at resets and in steps, {"body_mass": mjenv.Scale(0.5, 1.5)} for instance.
+    has no effect, because there is no checking wrapper. options: see options(id), and Gymnasium's keywords for
+    rendering; with "rgb_array_list" and the like the environment comes inside Gymnasium's wrapper RenderCollection.
+    render_fast=True draws without multisampling and shadows. engine="4.0" computes with MuJoCo 4.0; see engines().
+    randomize, noise, delay and push: draws at resets and in steps, for instance {"body_mass": mjenv.Scale(0.5, 1.5)}.
     """
     asked = spec_asked(id, options.get("engine"))
     chosen = {**copy.deepcopy(asked.kwargs), **options}

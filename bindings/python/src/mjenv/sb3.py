@@ -1,4 +1,4 @@
-"""Environments of one id as a Stable-Baselines3 VecEnv, which its algorithms train on. Needs stable-baselines3."""
+"""Environments of one id as a VecEnv of Stable-Baselines3. Needs the package stable-baselines3."""
 
 from __future__ import annotations
 
@@ -25,11 +25,13 @@ Results = tuple[Any, NDArray[np.float32], NDArray[np.bool_], list[Info]]
 
 
 class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
-    """Equal to Stable-Baselines3's DummyVecEnv over gymnasium.make(id): a row that ends is reset at once, its info
-    holds terminal_observation, and rewards are float32."""
+    """Equals Stable-Baselines3's DummyVecEnv over gymnasium.make(id).
+
+    The step that ends an episode resets the row, its info has terminal_observation, and rewards are float32.
+    """
 
     def __init__(self, id: str | EnvSpec, num_envs: int = 1, **options: Any) -> None:
-        """options: as in mjenv.make_vec, but for autoreset_mode."""
+        """options: those of mjenv.make_vec except autoreset_mode."""
         self.envs = make_vec(id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options)
         super().__init__(self.envs.num_envs, self.envs.single_observation_space, self.envs.single_action_space)
         self.metadata = self.envs.metadata
@@ -57,7 +59,7 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
         return results
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
-        """The function that copies what a step with actions of that dtype has written."""
+        """The function that copies the outputs of a step with actions of this dtype."""
         outputs = self.envs._pool.outputs
         fields = self.envs._pool.rows.fields(Role.INFO)
 

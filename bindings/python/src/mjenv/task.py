@@ -24,14 +24,14 @@ from mjenv.errors import InvalidValueError
 
 @dataclass(frozen=True)
 class Setting:
-    """A constructor option of a task. The default decides what it holds: a bool, an int, a float, floats or a text."""
+    """A constructor option of a task. Its type is that of the default: a bool, an int, a float, floats or a text."""
 
     default: Any
     doc: str = ""
     low: float = -math.inf  # the bounds of each number, both included
     high: float = math.inf
     choices: tuple[str, ...] = ()  # the valid texts; empty if any text is valid
-    live: bool = False  # of a float, or floats: a live parameter, which can be written while the task runs
+    live: bool = False  # for a float or floats: a live parameter, which can be written while the task runs
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,14 @@ class Task:
     There are two kinds of tasks. All methods of a class are of the same kind.
 
     NumPy: the methods compute with arrays whose first axis is the row, over all rows of an environment at once. The
-    library simulates the rows on its threads; the methods run on the calling thread. Each environment has an object of
-    the class of its own, with an attribute for each option, and nq, nv, na, nu, qpos0 (the model's initial positions)
-    and timestep and dt (s). Do not store in it what changes from step to step; that belongs into `state`.
+    library simulates the rows on its threads; the methods run on the calling thread. Each environment has its own
+    object of the class. Its attributes are the options, and nq, nv, na, nu, qpos0 (the model's initial positions),
+    timestep and dt (s). Numbers that change from step to step must not be attributes: they belong in `state`.
 
-    Machine code: reset, observe and step, and if wanted carry, reset_info, before_step, before_substep and
+    Machine code: reset, observe and step, and optionally carry, reset_info, before_step, before_substep and
     compute_reward, are functions that numba.cfunc has compiled, functions of a shared object (ctypes), or addresses.
     They have the types of mjenv/task.h, and run for one row on the library's threads, without Python. Their argument
-    `self` points to the float64 numbers that build returns. observation_fields, info_fields and reset_info_fields say
+    `self` points to the float64 numbers that build returns. observation_fields, info_fields and reset_info_fields list
     what they write.
     """
 
@@ -134,14 +134,19 @@ class Task:
         return None
 
     def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
-        """Draws initial states of `rows` rows. Returns qpos (rows, nq), qvel (rows, nv), and if the task has a state a
-        dict with an array (rows, *shape) for each of its names; those in `kept` may be left out. rng.kept and
-        rng.parameters are what these rows keep, and their live parameters."""
+        """Draws the initial states of `rows` rows.
+
+        Returns qpos (rows, nq) and qvel (rows, nv), and if the task has a state, a dict with an array (rows, *shape)
+        for each of its names, except that those in `kept` may be missing. rng.kept has the kept arrays of these rows,
+        and rng.parameters their live parameters.
+        """
         raise NotImplementedError
 
     def reset_row(self, start: Start) -> dict[str, Any]:
-        """NumPy, in place of reset, for a task that is `current`: draws the initial state of one row, whose simulation
-        it can read and advance. Returns the row's part of the task's state: a dict with an array of each name's shape.
+        """Replaces reset in a NumPy task with current = True: draws the initial state of one row.
+
+        It can read and advance the row's simulation. Returns the row's part of the task's state: a dict with an array
+        of each name's shape.
 
         A loop that waits for something must be bounded, and raise an exception when it gives up; the row then stays as
         it was.
@@ -149,13 +154,18 @@ class Task:
         raise NotImplementedError
 
     def observe(self, sim: Sim) -> NDArray[Any] | Mapping[str, NDArray[Any]]:
-        """Returns the observations (rows, n), or a dict of groups, each (rows, n of the group), which makes them a
-        Gymnasium Dict. They must depend on nothing but sim."""
+        """Returns the observations (rows, n), or for a Gymnasium Dict a dict of groups, each (rows, n of the group).
+
+        They must depend only on sim.
+        """
         raise NotImplementedError
 
     def before_step(self, sim: Sim, action: NDArray[Any]) -> Any:
-        """Returns ctrl (rows, nu), which the simulation applies in this step. action: (rows, n). sim is as the last
-        step has left it; before_step may write into the arrays of the state, a filter's memory for instance."""
+        """Returns ctrl (rows, nu), which the simulation applies in this step. action: (rows, n).
+
+        sim is as the last step has left it. before_step may write into the arrays of the state, for instance the
+        memory of a filter.
+        """
         return action
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Any, ...]:
@@ -168,13 +178,17 @@ class Task:
         raise NotImplementedError
 
     def carry(self, sim: Sim) -> None:
-        """Writes into the arrays of the state in sim what the next step needs to know of the present simulation.
-        Called after each reset and step, and after set_state. Must depend on nothing but sim."""
+        """Writes what the next step needs to know about the present simulation into the arrays of the state in sim.
+
+        Called after each reset and step, and after set_state. Must depend only on sim.
+        """
 
     def compute_reward(self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: Any) -> NDArray[Any]:
-        """Returns the rewards (...) of goals (..., n), for tasks whose observation has the groups observation,
-        achieved_goal and desired_goal. env.compute_reward returns them, as in gymnasium-robotics: hindsight experience
-        replay calls it. step may call it, too. Machine code has no info, and computes the reward of one pair of goals.
+        """Returns the rewards (...) of goals (..., n).
+
+        For tasks whose observation has the groups observation, achieved_goal and desired_goal. Hindsight experience
+        replay gets them by env.compute_reward, as in gymnasium-robotics. step may call it, too. Machine code gets no
+        info, and computes the reward of one pair of goals.
         """
         raise NotImplementedError
 
@@ -184,17 +198,20 @@ class Task:
 
 
 class Sim:
-    """All rows' simulations: an array (rows, *shape) for each name in needs, which are views and read-only, and for
-    each name in state, which step and carry may write into. parameters: the live parameters by name, (rows,) or
-    (rows, n), read-only. own: the rows' own arrays of the model by name, (rows, *shape). step may write into
-    `sim.own[name]`, which it looks up anew each time. What it writes holds from the next step on, and stays after
-    resets. rng: draws from all rows' own streams, in step. kick: (rows, nv), 0 at the beginning of step. What step
-    writes into it is added to qvel afterwards, so that carry, observe and the next step see it. What MuJoCo has
-    computed still belongs to the old velocities.
+    """All rows' simulations. Its attributes are
+
+    - an array (rows, *shape) for each name in needs: a read-only view;
+    - an array (rows, *shape) for each name in state, into which step and carry may write;
+    - parameters: the live parameters by name, (rows,) or (rows, n), read-only;
+    - own: the rows' own arrays of the model by name, (rows, *shape). step may write into `sim.own[name]`, which it must
+      look up in each step. The next step uses the new numbers, and resets keep them;
+    - rng: draws from all rows' own streams, in step;
+    - kick: (rows, nv), 0 at the beginning of step. What step writes into it is added to qvel after the step, so carry,
+      observe and the next step see it, but arrays that MuJoCo has computed belong to the old velocities.
 
     After a step, what MuJoCo computes from qpos and qvel (xpos, sensordata, ...) is one timestep older than these, as
-    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. If the
-    task is `current`, positions, velocities, contacts and their sensors belong to the new state.
+    in Gymnasium. With the integrator RK4, all but sensordata belongs to the last of its four stages instead. In a task
+    with current = True, positions, velocities, contacts and their sensors belong to the new state.
     """
 
     parameters: Mapping[str, Float64Array]
@@ -233,11 +250,11 @@ class Sim:
 class Start:
     """The initial state of one row, which reset_row changes. It is valid until reset_row returns.
 
-    At the beginning, qpos equals the model's qpos0, and qvel and act are 0. They are the state of the simulation. Its
-    other arrays are attributes of sim, with MuJoCo's names and shapes: `start.sim.site_xpos[3]`. They are up to date at
+    qpos, qvel and act are the state of the simulation, at first the model's qpos0 and zeros. The other arrays of the
+    simulation are attributes of sim, with MuJoCo's names and shapes: `start.sim.site_xpos[3]`. They are up to date at
     the beginning and after forward, advance and restart. own: the row's own arrays of the model, by the names in `own`,
-    which keep what older resets and steps have written. rng and random_state draw from the row's streams, one number at
-    a time.
+    with what earlier resets and steps have written. rng and random_state draw from the row's streams, one number at a
+    time.
     """
 
     qpos: Float64Array
@@ -252,7 +269,7 @@ class Start:
         arrays = ctypes.cast(struct.own, ctypes.POINTER(ctypes.c_void_p))
         memory = {name: _memory(arrays[i], shape) for i, (name, shape) in enumerate(own.items())}
         self.own = MappingProxyType({name: view.copy() for name, view in memory.items()})
-        # The library's arrays, and copies of them, which may outlive the reset.
+        # The library's arrays, and copies of them, because the caller may keep arrays after the reset.
         self._arrays = [(view, self.own[name]) for name, view in memory.items()]
         for name, size in (("qpos", struct.nq), ("qvel", struct.nv), ("act", struct.na)):
             view = _memory(getattr(struct, name), (size,))
@@ -262,12 +279,15 @@ class Start:
         self.sim = _RowSim(self)
 
     def forward(self) -> None:
-        """Calls mj_forward with actuation disabled, for what reset_row has written."""
+        """Calls mj_forward with actuation disabled, on the state that reset_row has written."""
         self._simulate(lambda: self._api.forward(self._raw))
 
     def advance(self, count: int) -> None:
-        """Simulates timesteps, and then computes the stages of mj_step1. With the integrator Euler, the first timestep
-        uses the arrays that were computed last (mj_step2), even if qpos was written since."""
+        """Simulates timesteps, and then computes the stages of mj_step1.
+
+        With the integrator Euler, the first timestep uses the arrays that were computed last (mj_step2), even if qpos
+        was written since.
+        """
         self._simulate(lambda: self._api.advance(self._raw, count))
 
     def restart(self) -> None:
@@ -281,7 +301,7 @@ class Start:
 
     @property
     def time(self) -> float:
-        """Of the simulation, s."""
+        """The simulation's time, s."""
         return float(_memory(self.opened()._struct.time, (1,))[0])
 
     @time.setter
@@ -294,7 +314,7 @@ class Start:
         return self
 
     def write(self) -> None:
-        """Gives the library what reset_row has written."""
+        """Passes what reset_row has written to the library."""
         for view, values in self.opened()._arrays:
             view[...] = values
 
@@ -429,8 +449,8 @@ class Random:
     """The random streams of the rows that are reset, with methods of numpy.random.Generator.
 
     The first element of size is the number of rows. Each row's numbers come from its own stream, so they do not depend
-    on which other rows are reset. streams: each row's Generator. kept: in reset, copies of what the rows keep, by the
-    names in `kept`. parameters: in reset, their live parameters by name.
+    on which other rows are reset. streams: each row's Generator. kept, parameters: in reset, copies of the rows' kept
+    arrays and live parameters, by name.
     """
 
     def __init__(
@@ -476,7 +496,7 @@ class Random:
 
 
 class Model:
-    """What a task's build reads of the model: its sizes nq, nv, nu, nbody and so on, and names and arrays.
+    """The model, for a task's build: its sizes nq, nv, nu, nbody and so on, names and arrays.
 
     timestep: of one mj_step, s. dt: of one step, s. qpos0: (nq,) the initial positions.
     """
@@ -500,7 +520,7 @@ class Model:
         self.qpos0: Float64Array = self.array("qpos0")
 
     def index(self, kind: str, name: str) -> int:
-        """The index of a named "body", "joint", "site" and so on. The task is refused if the model lacks it."""
+        """The index of a named "body", "joint", "site" and so on. If the model lacks it, building fails."""
         return int(self._api.index(self._builder, encoded(kind, "kind"), encoded(name, "the name")))
 
     def array_index(self, name: str) -> int:

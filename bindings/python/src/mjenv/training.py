@@ -39,15 +39,14 @@ _ACTIVATIONS = {"tanh": Activation.TANH, "relu": Activation.RELU, "elu": Activat
 
 @dataclass(frozen=True)
 class Settings:
-    """How a learner learns: PPO's settings, as learn.h describes them. Settings.of(id) returns those that an id has by
-    default."""
+    """The settings of PPO, which learn.h describes. Settings.of(id) returns the defaults of an id."""
 
     steps: int  # of all rows together
     rows: int
     rollout_steps: int  # the steps of each row between two updates
     epochs: int
     minibatch_size: int
-    decay_steps: int  # in how many steps the learning rate falls to final_learning_rate; 0: in all
+    decay_steps: int  # the learning rate falls to final_learning_rate in so many steps; 0: in all steps
     learning_rate: float
     final_learning_rate: float
     gamma: float
@@ -73,7 +72,7 @@ class Settings:
 
     @classmethod
     def of(cls, id: str) -> Settings:
-        """Tuned settings for the robots of Gymnasium's v5; for all other ids one set of defaults."""
+        """The tuned settings of a v5 id of Gymnasium; for all other ids one set of defaults."""
         struct = defaults_of(id)
         values: dict[str, Any] = {name: getattr(struct, name) for name in _NUMBERS}
         values.update((name, bool(getattr(struct, name))) for name in _FLAGS)
@@ -90,7 +89,7 @@ class Settings:
         return replace(self, **values)
 
     def struct(self, id: str, seed: int, threads: int) -> tuple[Any, list[Any]]:
-        """The mjenv_learn_settings, and what has to live as long."""
+        """The mjenv_learn_settings, and the objects to which it points, which must live as long."""
         struct = defaults_of(id)
         kept: list[Any] = [encoded(id, "the id")]
         struct.id = kept[0]
@@ -128,12 +127,12 @@ _NUMBERS = tuple(
 
 @dataclass(frozen=True)
 class Point:
-    """A point of the learning curve: what one update did, and the episodes before it."""
+    """A point of the learning curve: the results of one update, and of the episodes before it."""
 
     updates: int
     steps: int
     episodes: int
-    mean_return: float  # of the last episodes, which explored; nan if none has ended
+    mean_return: float  # of the last episodes of the exploring policy; nan if none has ended
     mean_length: float
     learning_rate: float
     policy_loss: float
@@ -190,7 +189,7 @@ class Training:
         """stepped_here: the environments are stepped by Python, as for mjenv.view, with the same bits."""
         self.envs, self.settings, self.seed, self.threads = envs, settings, seed, threads
         self.stopped = False
-        self.interrupted = False  # whether an error or Ctrl-C ended it
+        self.interrupted = False  # whether an error or Ctrl-C has ended the training
         self._struct, self._kept = settings.struct(_id_of(envs), seed, threads)
         rows = envs._pool.rows
         self._here = stepped_here or type(rows) is not Rows
@@ -283,7 +282,7 @@ class Training:
         )
 
     def _first(self, envs: VectorEnv) -> Float64Array:
-        """The first observations of new episodes, which begin as the library's."""
+        """Begins new episodes, with the seeds that the library's learner uses. Returns their first observations."""
         envs.reset(seed=self.seed)
         return np.array(envs._pool.outputs.obs)
 
@@ -359,7 +358,7 @@ def train(
 
 
 class _Run:
-    """What one call of train does."""
+    """The work of one call of train."""
 
     def __init__(
         self,
@@ -456,7 +455,7 @@ def _evaluate(
 def _evaluate_here(
     envs: VectorEnv, handle: PolicyHandle, precision: Precision, seed: int, episodes: int
 ) -> tuple[Float64Array, NDArray[np.int64]]:
-    """The same in Python, for tasks in NumPy: groups of episodes, one in each row."""
+    """The same for tasks in NumPy, whose rows Python steps: groups of episodes, one episode in each row."""
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
     actuators, obs = envs.single_action_space.shape[0], envs._pool.outputs.obs
     for first in range(0, episodes, envs.num_envs):
@@ -469,7 +468,7 @@ def _evaluate_here(
             lengths[first : first + count] += playing[:count]
             ended = terminated | truncated
             playing &= ~ended
-            if ended.any():  # rows that are done play on, so that all can be stepped
+            if ended.any():  # ended rows play another episode, because a step needs all rows
                 envs.reset(options={"reset_mask": ended})
     return returns, lengths
 
@@ -479,8 +478,10 @@ def _point(report: Any) -> Point:
 
 
 def _with_groups(settings: Settings, envs: VectorEnv) -> Settings:
-    """Where the observation has the groups policy (or actor) and critic, each network sees its own group, unless the
-    settings say what it sees."""
+    """Lets each network see its own group, if the observation has the groups policy (or actor) and critic.
+
+    Settings that say what a network sees are not changed.
+    """
     groups = {group.name: group for group in envs._pool.rows.fields(Role.GROUPS)}
     policy, critic = groups.get("policy", groups.get("actor")), groups.get("critic")
     if policy is None or critic is None:
@@ -525,7 +526,7 @@ def _shown(envs: VectorEnv, view: bool) -> Any:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Writes a file, which is replaced at once."""
+    """Replaces a file in one operation, so that no reader finds a part of it."""
     partial = path.with_name(f"{path.name}.partial")
     partial.write_text(text)
     os.replace(partial, path)
@@ -534,7 +535,7 @@ def _replace(path: Path, text: str) -> None:
 def _settings_of(
     id: str, given: Settings | Mapping[str, Any] | None, seed: int, resumed: Path | None
 ) -> tuple[Settings, int]:
-    """The settings and the seed of a training; resumed: the folder of one that continues, whose own they are."""
+    """The settings and the seed of a training. resumed: the folder of the training that continues, which has both."""
     if isinstance(given, Settings):
         return given, seed
     if resumed is None:

@@ -105,7 +105,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         self.arrays = pool.outputs.arrays
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
-        """The function that copies what a step with actions of that dtype has written."""
+        """The function that copies the outputs of a step with actions of this dtype."""
         outputs, observations = self._pool.outputs, self._observations
 
         def results() -> Results:
@@ -126,9 +126,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     ) -> tuple[Any, Info]:
         """Begins episodes. Returns the observations and the infos.
 
-        seed: an int gives row i seed + i; a list has a seed for each row, or None to go on with the row's stream.
-        options["reset_mask"]: bool[num_envs]; the rows that it leaves out go on with their episodes, and their
-        observations stay.
+        seed: an int seeds row i with seed + i; a list has a seed for each row, or None to continue the row's stream.
+        options["reset_mask"]: bool[num_envs]; rows that are False continue their episodes, with unchanged
+        observations.
         """
         pool = self._pool
         mask = reset_mask_of(options, self.num_envs)
@@ -150,13 +150,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def step(self, actions: ArrayLike) -> Results:
         """Takes a step in every row.
 
-        actions: (num_envs, nu). float32 and float64 actions take part in the arithmetic as they are; lists and integers
-        count as float64. Returns observations, rewards float64[num_envs], terminations and truncations
-        bool[num_envs], and the infos: copies, but for the observations of an environment made with copy=False.
+        actions: (num_envs, nu). The arithmetic uses float32 and float64 actions in their own precision, and lists and
+        integers as float64. Returns observations, rewards float64[num_envs], terminations and truncations
+        bool[num_envs], and the infos. All are new arrays, except observations with copy=False.
 
-        If some rows fail, the others are stepped all the same, and an exception is raised, whose attribute `results`
-        has what step would have returned. `statuses` tells which rows failed; their rewards are 0. `results` is None if
-        no row was stepped.
+        If some rows fail, the others are stepped, and an exception is raised whose attribute `results` has what step
+        would have returned. `statuses` tells which rows failed; their rewards are 0. `results` is None if no row was
+        stepped.
         """
         results = self._stepper.step(actions)
         if self._in_windows:
@@ -169,7 +169,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         return tuple(self._pool.pictures.draw(row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Frees the environments. Rows between send and recv are given up."""
+        """Frees the environments. The results of rows between send and recv are lost."""
         if hasattr(self, "_pool"):  # Gymnasium 1.0 also closes an environment whose __init__ failed
             self._pool.close()
 
@@ -189,9 +189,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         self._pool.send(actions, None if rows is None else row_numbers(rows))
 
     def recv(self, least: int | None = None) -> tuple[NDArray[np.int64], Any, Float64Array, BoolArray, BoolArray, Info]:
-        """Waits until at least `least` of the rows that were sent are done, None for all, and returns all that are.
+        """Waits until at least `least` of the sent rows are done (None: all), and returns all rows that are done.
 
-        Returns the numbers of these rows, ascending, and then copies of what step returns, for these rows alone. If
+        Returns the numbers of these rows, ascending, and then, for these rows, copies of what step returns. If
         some of them failed, raises an exception whose attribute `results` has what recv would have returned; `statuses`
         tells which rows failed.
         """
@@ -228,7 +228,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     # ---- planning ----
 
     def rollout(self, actions: ArrayLike, *, observations: bool = False) -> tuple[Any, ...]:
-        """Plays actions (num_envs, steps, nu) open-loop from the rows' states, and leaves the rows at their ends.
+        """Plays actions (num_envs, steps, nu) open-loop from the rows' states; the rows stay in their last states.
 
         Returns rewards (float64), terminations and truncations (bool), each (num_envs, steps), and with
         observations=True the observations (num_envs, steps, n). A row that ends stays where it ended: its flags repeat,
@@ -296,8 +296,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def restore(self, image: bytes, row: int | None = None) -> None:
         """Continues one row from an image of one row, or all rows from an image of all rows, bit for bit.
 
-        The image must come from an environment with the same id and options, also in another process or with another
-        number of threads. Raises SnapshotError if the image is damaged or another environment's.
+        The image may come from another process or another number of threads, but its environment must have had the same
+        id and options. Raises SnapshotError if they differ or the image is damaged.
         """
         number = ALL_ROWS if row is None else self._pool.row(row)
         self._pool.check_settled()
@@ -325,9 +325,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     @property
     def model(self) -> RowArrays:
-        """The rows' mjModels: ``envs.model.body_mass[rows, body] = masses`` gives rows values of their own.
+        """The rows' mjModels: ``envs.model.body_mass[rows, body] = masses`` gives rows their own values.
 
-        Each access of an array reads (num_envs, ...) of all rows. An array that was written takes memory in every row.
+        Each access to an array reads (num_envs, ...) of all rows. An array that was written takes memory in every row.
         """
         return RowArrays(self._pool.rows, Role.MODEL, self._changed)
 
@@ -335,8 +335,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def data(self) -> RowArrays:
         """The rows' mjData: ``envs.data.xfrc_applied[:, body, :3] = forces``. What MuJoCo computes is read-only.
 
-        Each access of an array reads (num_envs, ...) of all rows, for which the library may have to compute the array
-        again. To read arrays in every step, export them with the option arrays.
+        Each access to an array reads (num_envs, ...) of all rows, for which the library may have to compute the array
+        again. To read arrays in every step, name them in the option arrays.
         """
         return RowArrays(self._pool.rows, Role.DATA, self._changed)
 
@@ -363,12 +363,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         return self._pool.rows.compute_reward(achieved_goal, desired_goal, info)
 
     def randomize(self, draws: Draws | None) -> None:
-        """Replaces what resets draw. Takes the values of make_vec's keyword randomize; None: resets draw nothing."""
+        """Replaces the draws of resets. Takes the values of make_vec's keyword randomize; None: resets draw nothing."""
         self._pool.check_settled()
         self._pool.rows.randomize(draws)
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
-        """The parameters from which resets draw an array in each row: (num_envs, n), low and high of "uniform".
+        """The parameters of each row's distribution for an array: (num_envs, n), for "uniform" low and high.
 
         number: the index of the item, if randomize has a list of items for the array.
         """
@@ -397,11 +397,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     @property
     def envs(self) -> tuple[Row, ...]:
-        """The rows as objects. Each has what belongs to a single row: data, model, set_state and the like."""
+        """The rows as objects. Each has the attributes of a single row: data, model, set_state and the like."""
         return tuple(Row(self, self._pool, row) for row in range(self.num_envs))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Calls a method of every row, and returns the results. If the name is no method's, returns the attribute."""
+        """Calls a method of every row and returns the results. If `name` is not a method, returns the attribute."""
         found = (getattr(row, name) for row in self.envs)
         return tuple(value(*args, **kwargs) if callable(value) else value for value in found)
 
@@ -416,21 +416,23 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     @property
     def lanes(self) -> int:
-        """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone.
+        """How many rows each thread steps together in the lanes of the CPU's vector unit; 0: rows step one by one.
 
-        May change when rows get values of their own. ``lanes_reason`` says why rows are stepped alone.
+        ``lanes_reason`` says why rows are stepped one by one.
         """
         return self._pool.rows.lanes()[0]
 
     @property
     def lanes_reason(self) -> str:
-        """Why all or some of the rows are stepped alone, not in lanes; "" if none is."""
+        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
         return self._pool.rows.lanes()[1]
 
     @property
     def lane_stages(self) -> dict[str, str]:
-        """How lanes compute each stage of a step of the model: "lanes", "row by row: WHY", "lanes; row by row: WHAT" or
-        "absent". Empty if the engine has no lanes."""
+        """How lanes compute each stage of the model's step. Empty if the engine has no lanes.
+
+        The values are "lanes", "row by row: WHY", "lanes; row by row: WHAT" or "absent".
+        """
         return self._pool.rows.lane_stages()
 
     @property

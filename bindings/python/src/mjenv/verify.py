@@ -3,8 +3,8 @@
     python -m mjenv verify [ID ...]
 
 Needs gymnasium[mujoco], with MuJoCo 2.2.2 or 4.0, which is compared with the engine of its version. Options, seeds and
-actions are drawn from a seeded generator, so a difference can be repeated. Option values are plain Python numbers: a
-weight given as np.float64 widens float32 costs in Gymnasium, while mjenv takes it as a float.
+actions are drawn from a seeded generator, so a difference can be repeated. Option values are Python numbers, because a
+weight that is an np.float64 makes float32 costs float64 in Gymnasium but not in mjenv.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from mjenv._engine import FILES, name_of
 from mjenv._written import WrittenArray
 from mjenv.errors import EngineError
 
-# The ways to draw actions, each with the greatest multiple of the bounds that it reaches.
+# The ways to draw actions, each with the multiple of the action's bounds that it can reach.
 SCALES = {"inside": 1.0, "three times out of bounds": 3.0, "wild": 1e6}
 _WILD = (math.nan, math.inf, -math.inf)
 OUTPUTS = ("obs", "reward", "terminated", "truncated", "info")
@@ -120,7 +120,7 @@ def quiet() -> Iterator[None]:
 
 
 def common_options(id: str) -> dict[str, Option]:
-    """The options that both take, except xml_file, whose values cannot be drawn at random."""
+    """The options that both libraries have, except xml_file, whose values cannot be drawn at random."""
     entry_point = gymnasium.spec(id).entry_point
     assert isinstance(entry_point, str)
     theirs = inspect.signature(load_env_creator(entry_point)).parameters
@@ -211,8 +211,8 @@ def compare_data(ours: mjenv.MujocoEnv, theirs: gymnasium.Env[Any, Any]) -> int:
 
 
 def play(run: Run) -> int:
-    """Plays a run on both and returns the number of episodes. Raises DifferenceError."""
-    # Not strict, because Gymnasium takes actions that are not finite, and steps past the end.
+    """Plays a run on both libraries and returns the number of episodes. Raises DifferenceError."""
+    # Not strict, because Gymnasium accepts actions that are not finite, and steps after the end of an episode.
     ours = mjenv.make(run.id, disable_env_checker=True, strict=False, engine=run.engine, **run.options)
     theirs = gymnasium.make(run.id, disable_env_checker=True, **run.options)
     rng = np.random.default_rng([zlib.crc32(run.id.encode()), run.seed % 2**32])

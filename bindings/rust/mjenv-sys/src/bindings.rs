@@ -70,7 +70,7 @@ pub const MJENV_E_MEMORY: mjenv_status = -17;
 pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
-#[doc = " The types of numbers. Arrays that are passed as void * have FLOAT64 or FLOAT32. The dtype of a field is the one that"]
+#[doc = " The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that"]
 #[doc = " Gymnasium returns; the library returns all fields as doubles, which represent the values of all of these types"]
 #[doc = " exactly."]
 pub type mjenv_dtype = i32;
@@ -206,7 +206,7 @@ impl Default for mjenv_space {
         }
     }
 }
-#[doc = " Describes an environment as it is at the moment. mjenv_info_of fills it."]
+#[doc = " Describes an environment. mjenv_info_of fills it."]
 #[repr(C)]
 pub struct mjenv_info {
     pub struct_size: u32,
@@ -217,7 +217,7 @@ pub struct mjenv_info {
     pub frame_skip: i64,
     #[doc = " how many rows each thread steps together; 0: one by one. The results are the same"]
     pub lanes: i64,
-    #[doc = " why rows are stepped one by one; \"\" if none is. Valid until the next mjenv_info_of"]
+    #[doc = " why rows are stepped one by one; \"\" if none is. It belongs to the environment"]
     pub lanes_reason: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_info {
@@ -372,15 +372,16 @@ impl Default for mjenv_randomization {
         }
     }
 }
-#[doc = " A push of a body now and then (mjenv_perturb): a force that replaces the body's xfrc_applied while it lasts, and then"]
-#[doc = " sets it to 0; or a kick, which is added to the six numbers in qvel of the body's free joint before the step."]
+#[doc = " A push, which acts on a body now and then (mjenv_perturb). It is a force, which replaces the body's xfrc_applied"]
+#[doc = " while it lasts and then sets it to 0, or a kick, which is added to the six numbers in qvel of the body's free joint"]
+#[doc = " before the step."]
 #[repr(C)]
 pub struct mjenv_push {
     pub struct_size: u32,
     #[doc = " the index of a body; not 0, the world"]
     pub body: i32,
-    #[doc = " From a reset or the last step of a push to the next push: integers(min_steps, max_steps + 1) steps."]
-    #[doc = " 1 <= min_steps <= max_steps."]
+    #[doc = " How many steps after a reset, or after the last step of a push, the next push begins:"]
+    #[doc = " integers(min_steps, max_steps + 1), where 1 <= min_steps <= max_steps."]
     pub min_steps: i64,
     pub max_steps: i64,
     #[doc = " uniform(low, high): the force and torque (N, N m), or the change of qvel (m/s, rad/s)"]
@@ -453,7 +454,7 @@ pub type mjenv_gl = i32;
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
 #[doc = " without a display; MUJOCO_EGL_DEVICE_ID chooses a device. Debian: libegl1 libgl1-mesa-dri"]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
-#[doc = " without a display and a driver; excludes the others in a process. Debian: libosmesa6"]
+#[doc = " without a display or driver; a process uses either this or others. Debian: libosmesa6"]
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
 #[doc = " on a display, and the main thread. Debian: libglfw3"]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
@@ -713,7 +714,7 @@ extern "C" {
     pub fn mjenv_destroy(env: *mut mjenv_env);
 }
 extern "C" {
-    #[doc = " Describes an environment as it is at the moment: the lanes can change when rows get values of their own."]
+    #[doc = " Describes an environment."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
@@ -761,20 +762,6 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay."]
-    #[doc = "   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all"]
-    #[doc = "   rewards            [reward_count]"]
-    #[doc = " Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length)."]
-    pub fn mjenv_compute_reward(
-        env: *mut mjenv_env,
-        achieved: *const f64,
-        desired: *const f64,
-        count: i64,
-        rewards: *mut f64,
-        reward_count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
     #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,"]
     #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from"]
     #[doc = " RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
@@ -816,7 +803,7 @@ extern "C" {
 extern "C" {
     #[doc = " Steps rows. The option \"autoreset_mode\" says what resets a row whose episode has ended. If \"strict\" is 1, the"]
     #[doc = " default, actions must be finite and such rows must be reset first; otherwise the call fails and steps no row."]
-    #[doc = "   action    [rows][actuators] of dtype, which changes results as in NumPy; count = rows * actuators"]
+    #[doc = "   action    [rows][actuators] of dtype; count = rows * actuators. As in NumPy, results depend on the dtype"]
     #[doc = "   out       receives the outputs; may be NULL"]
     #[doc = " If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0."]
     #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; those of resets."]
@@ -834,7 +821,7 @@ extern "C" {
     #[doc = " Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one"]
     #[doc = " thread, mjenv_recv steps the rows."]
     #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows"]
-    #[doc = "   action    [row_count][actuators] of dtype: element i is rows[i]'s. count = row_count * actuators. Copied"]
+    #[doc = "   action    [row_count][actuators] of dtype, copied: element i is for rows[i]; count = row_count * actuators"]
     #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
@@ -850,7 +837,8 @@ extern "C" {
     #[doc = " finish."]
     #[doc = "   least     how many rows to wait for; 0: none"]
     #[doc = "   timeout   how many seconds to wait at most; negative: no limit"]
-    #[doc = "   rows      [capacity] receives the rows, count their number; capacity >= least and >= 1. More are reported later"]
+    #[doc = "   rows      [capacity] receives the rows; capacity >= least and >= 1. If more are done, a later call reports them"]
+    #[doc = "   count     receives how many rows are reported"]
     #[doc = "   out       as for mjenv_step: the outputs of row r are element r. May be NULL"]
     #[doc = " Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING, FORKED;"]
     #[doc = " and if rows failed, what mjenv_step returns, with everything written."]
@@ -884,6 +872,20 @@ extern "C" {
     #[doc = " Writes out->obs and out->arrays of all rows for their present states, without a step; for instance after"]
     #[doc = " mjenv_restore. Errors: SIZE, PHYSICS, TASK, FORKED."]
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay."]
+    #[doc = "   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all"]
+    #[doc = "   rewards            [reward_count]"]
+    #[doc = " Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length)."]
+    pub fn mjenv_compute_reward(
+        env: *mut mjenv_env,
+        achieved: *const f64,
+        desired: *const f64,
+        count: i64,
+        rewards: *mut f64,
+        reward_count: i64,
+    ) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Reads an array of a row's mjData, or of its mjModel, by its MuJoCo name: \"xpos\", \"body_mass\", \"nq\","]
@@ -928,7 +930,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. Afterwards the row can be"]
-    #[doc = " stepped, also if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK."]
+    #[doc = " stepped, even if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK."]
     pub fn mjenv_set_state(
         env: *mut mjenv_env,
         row: i64,
@@ -999,9 +1001,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces what resets draw for arrays of the mjModel, in the order of items[count]; count 0: nothing. The values"]
-    #[doc = " take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a value that can be"]
-    #[doc = " drawn), SIZE."]
+    #[doc = " Sets what resets draw for arrays of the mjModel: items[count], in this order, instead of earlier items; count 0:"]
+    #[doc = " nothing. The values take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a"]
+    #[doc = " value that can be drawn), SIZE."]
     pub fn mjenv_randomize(
         env: *mut mjenv_env,
         items: *const mjenv_randomization,
@@ -1009,8 +1011,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces noise, delays and pushes, for each row from its next reset on. NULL: there are none from then on. Errors:"]
-    #[doc = " VALUE, SIZE (a count)."]
+    #[doc = " Sets noise, delays and pushes, which act on each row from its next reset on, instead of earlier ones. NULL: none."]
+    #[doc = " Errors: VALUE, SIZE (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
@@ -1386,8 +1388,8 @@ pub struct mjenv_outcome {
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds from the"]
-    #[doc = "next step on; if the step fails, the row keeps its old values"]
+    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds"]
+    #[doc = "from the next step on; if the step fails, the row keeps its old values"]
     pub own: *const *mut f64,
     #[doc = " [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the"]
     #[doc = "next step see it. What MuJoCo has computed still belongs to the old velocities"]
@@ -1548,7 +1550,8 @@ pub struct mjenv_task {
         ) -> i32,
     >,
     #[doc = " Computes the reward of one pair of goals, for hindsight experience replay (mjenv_compute_reward). The observation"]
-    #[doc = " needs the groups or terms achieved_goal and desired_goal. It depends on the goals alone. NULL: the task has none."]
+    #[doc = " needs the groups or terms achieved_goal and desired_goal. The reward depends on the goals alone. NULL: there is"]
+    #[doc = " none."]
     #[doc = " achieved, desired  [size]"]
     pub compute_reward: ::std::option::Option<
         unsafe extern "C" fn(
@@ -1571,7 +1574,7 @@ impl Default for mjenv_task {
     }
 }
 extern "C" {
-    #[doc = " Registers a task for the rest of the process, on any thread at any time."]
+    #[doc = " Registers a task until the process ends. Any thread may call this at any time."]
     #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to"]
     #[doc = " Errors: ARGUMENT (something required is missing, or two members exclude each other), VALUE (an id or name is"]
     #[doc = " malformed or known already, a default is not among its choices, or a number is out of its bounds), TYPE (a task"]
@@ -1766,7 +1769,7 @@ pub struct mjenv_builder {
     pub api: *const mjenv_task_api,
     #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
-    #[doc = " a stream of no row, for trial calls of the task's own functions"]
+    #[doc = " belongs to no row: for trial calls of the task's own functions"]
     pub random: *mut mjenv_random,
 }
 impl Default for mjenv_builder {

@@ -126,7 +126,7 @@ pub struct mjenv_learn_settings {
     pub epochs: i64,
     #[doc = " in steps; at most rows * rollout_steps"]
     pub minibatch_size: i64,
-    #[doc = " in how many steps the learning rate falls to final_learning_rate; 0: in all of them"]
+    #[doc = " in how many steps the learning rate falls to final_learning_rate; 0: in `steps`"]
     pub decay_steps: i64,
     #[doc = " of Adam, at the beginning"]
     pub learning_rate: f64,
@@ -137,13 +137,13 @@ pub struct mjenv_learn_settings {
     pub gae_lambda: f64,
     #[doc = " the ratio of probabilities is clipped to 1 - clip .. 1 + clip"]
     pub clip: f64,
-    #[doc = " the same for changes of the value; 0: they are not clipped"]
+    #[doc = " the value's change is clipped to -value_clip .. value_clip; 0: it is not"]
     pub value_clip: f64,
     #[doc = " the weight of the mean squared error of the value in the loss"]
     pub value_coef: f64,
     #[doc = " the weight of the entropy"]
     pub entropy_coef: f64,
-    #[doc = " longer gradients are shortened to this norm; 0: none is"]
+    #[doc = " gradients with a greater norm are scaled to this one; 0: none is"]
     pub max_grad_norm: f64,
     #[doc = " no further epoch begins once approx_kl is greater than this; 0: no limit"]
     pub target_kl: f64,
@@ -159,7 +159,7 @@ pub struct mjenv_learn_settings {
     pub normalize_reward: i32,
     #[doc = " 1: advantages get mean 0 and variance 1 in each minibatch"]
     pub normalize_advantage: i32,
-    #[doc = " 1: -1 .. 1 of the network's outputs are the bounds of the action; 0: as they are"]
+    #[doc = " 1: outputs -1 .. 1 are scaled to the bounds of the action; 0: outputs are actions"]
     pub scale_actions: i32,
     #[doc = " [hidden_count] the widths of the hidden layers of both networks"]
     pub hidden: *const i64,
@@ -171,12 +171,12 @@ pub struct mjenv_learn_settings {
     pub critic_obs: *const u8,
     #[doc = " of actor_obs and critic_obs; 0 if both are NULL"]
     pub obs_count: i64,
-    #[doc = " of the weights, of the exploration, and, increased by the row, of the rows"]
+    #[doc = " of the weights and the exploration; row i gets the seed `seed` + i"]
     pub seed: u64,
-    #[doc = " 1 to 64, of the networks; those of the environment are its own option"]
+    #[doc = " 1 to 64 threads compute the networks; the environment's are its own option"]
     pub threads: i32,
     pub instructions: mjenv_instructions,
-    #[doc = " how many of the last episodes the mean return is computed of"]
+    #[doc = " over how many of the last episodes the mean return is computed"]
     pub window: i64,
 }
 impl Default for mjenv_learn_settings {
@@ -311,8 +311,8 @@ extern "C" {
     pub fn mjenv_learner_set_env(learner: *mut mjenv_learner, env: *mut mjenv_env) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces the settings from the next rollout on. rows, rollout_steps, the layers, activation, masks, seed, threads and"]
-    #[doc = " instructions must stay as they are. Errors: VALUE."]
+    #[doc = " Replaces the settings from the next rollout on. These must stay as they are: id, rows, rollout_steps, activation,"]
+    #[doc = " hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads, instructions, window. Errors: VALUE."]
     pub fn mjenv_learner_set(
         learner: *mut mjenv_learner,
         settings: *const mjenv_learn_settings,
@@ -335,7 +335,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the"]
-    #[doc = " image of all rows (mjenv_snapshot). The file is replaced at once, when all of it is written. Errors: FILE."]
+    #[doc = " image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete. Errors: FILE."]
     pub fn mjenv_learner_save(
         learner: *const mjenv_learner,
         path: *const ::std::os::raw::c_char,
@@ -351,7 +351,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Writes a policy as text (docs/training.md) into text[capacity], with a NUL."]
-    #[doc = "   size      receives the bytes that all of it needs, also with text NULL and capacity 0"]
+    #[doc = "   size      receives how many bytes the whole text needs, also with text NULL and capacity 0"]
     #[doc = " Errors: SIZE (capacity), VALUE (which)."]
     pub fn mjenv_learner_policy(
         learner: *const mjenv_learner,
@@ -362,7 +362,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes a policy as text to a file, which is replaced at once when all of it is written. Errors: FILE, VALUE."]
+    #[doc = " Writes a policy as text to a file. An older file is replaced once the new one is complete. Errors: FILE, VALUE."]
     pub fn mjenv_learner_save_policy(
         learner: *const mjenv_learner,
         which: mjenv_learned,
@@ -392,7 +392,7 @@ extern "C" {
     pub fn mjenv_policy_id(policy: *const mjenv_policy) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Tells how many elements an observation of the policy has, and how many actuators an action."]
+    #[doc = " Reads how many numbers an observation of the policy has, and how many an action."]
     pub fn mjenv_policy_sizes(
         policy: *const mjenv_policy,
         observations: *mut i64,

@@ -1,10 +1,11 @@
-//! Declarations of libmjenv's C interface, generated from its headers; with the feature `learn` also of libmjenv-learn's. The crate `mjenv` is a safe interface to them.
+//! Declarations of libmjenv's C interface, generated from its headers; with the feature `learn` also of libmjenv-learn's.
+//! The crate `mjenv` is a safe interface to them.
 //!
 //! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
 //! If both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is
-//! part of. With the feature `mujoco4` the library is `libmjenv-mujoco4`, the same on MuJoCo 4.0, and pkg-config is
-//! asked for `mjenv-mujoco4`. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`. Without the feature
-//! `library` it does nothing of this, for plug-ins, which do not link with the library.
+//! part of. It passes the library's folder to the build scripts of dependents as `DEP_MJENV_LIBDIR`. With the feature
+//! `mujoco4` the library is `libmjenv-mujoco4`, the same on MuJoCo 4.0, which pkg-config knows as `mjenv-mujoco4`. Without
+//! the feature `library` the build script does nothing, because plug-ins do not link with the library.
 
 #[rustfmt::skip]
 #[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]

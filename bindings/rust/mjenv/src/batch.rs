@@ -49,7 +49,7 @@ pub struct Batch<T: Real = f64> {
     last: Option<Last<T>>,
 }
 
-/// What the autoreset_mode "same_step" keeps of the episodes that have ended.
+/// The last observations and infos of episodes that a step with the autoreset_mode "same_step" has ended and reset.
 #[derive(Clone, Debug)]
 struct Last<T> {
     obs: Vec<T>,
@@ -261,7 +261,7 @@ fn slice<T>(all: &[T], row: usize, count: usize) -> &[T] {
     &all[row * count..][..count]
 }
 
-/// Multiplies and panics on overflow: a wrapped product would be too small an array.
+/// Multiplies and panics on overflow, because an array of the wrapped size would be too small.
 fn product(rows: usize, count: usize) -> usize {
     rows.checked_mul(count).expect("the batch fits into the address space")
 }

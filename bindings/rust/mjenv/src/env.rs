@@ -17,9 +17,9 @@ use crate::{Batch, Dtype, Field, Options, Real, Role, Rows, Space, Spec};
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct Lanes {
-    /// How many; 0: each row is stepped alone.
+    /// The number of rows; 0: rows are stepped one by one.
     pub count: usize,
-    /// Why all or some of the rows are stepped alone; empty if none is.
+    /// Why all or some rows are stepped one by one; empty if all are stepped together.
     pub reason: String,
 }
 
@@ -69,8 +69,8 @@ struct Room {
 }
 
 // SAFETY: any thread may use an environment, and different environments are independent. The library keeps only the
-// text of the last error by thread, and this crate copies it on the thread of the failing call. An Env is not Sync,
-// because the library refuses the later of two threads: here the compiler refuses it.
+// text of the last error for each thread, and this crate copies it on the thread of the failing call. An Env is not Sync,
+// so the compiler refuses two threads in one environment, which the library would refuse at run time.
 unsafe impl Send for Env {}
 
 impl Room {
@@ -206,7 +206,7 @@ impl Env {
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
-    /// alone. The answer may change when rows get values of their own.
+    /// one by one.
     ///
     /// # Errors
     /// [`ErrorKind::Pending`].
@@ -354,8 +354,8 @@ impl Env {
     }
 
     /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
-    /// high half of the increment, and `has_uint32` and `uinteger`, which keep the half of a 64-bit draw that is not
-    /// used yet.
+    /// high half of the increment, and `has_uint32` and `uinteger`, which hold the half of a 64-bit draw that is not yet
+    /// used.
     ///
     /// # Errors
     /// [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row was neither seeded nor reset).
@@ -479,7 +479,7 @@ impl Env {
         result
     }
 
-    /// Steps every row `steps` times, beginning at its present state. `actions` is
+    /// Steps every row `steps` times from its present state. `actions` is
     /// `[rows][steps][action_space().count()]`, and `out` comes from [`Env::rollout_batch`]. A row whose episode ends
     /// stays there: for the steps that remain, its flags and its observation repeat, and its rewards and infos are 0.
     /// No row is reset.
@@ -599,8 +599,8 @@ impl Env {
     }
 
     /// Sets the positions and velocities of a row, in MuJoCo's units, and computes what depends on them, as Gymnasium's
-    /// `set_state` does. `qpos` has nq elements and `qvel` has nv. The count of steps goes on. After it the row may be
-    /// stepped, even if it was never reset or its episode had ended.
+    /// `set_state` does. `qpos` has nq elements and `qvel` has nv. The step count does not change. Afterwards the row
+    /// can be stepped, even if it was never reset or its episode had ended.
     ///
     /// # Errors
     /// [`ErrorKind::Value`] (there is no such row, or a number is NaN or infinite), [`ErrorKind::Size`],
@@ -614,8 +614,8 @@ impl Env {
     /// Writes an array of the mjModel of the rows, or an input of their mjData, by its MuJoCo name: `"body_mass"`,
     /// `"geom_friction"`, `"opt.timestep"`, `"xfrc_applied"`. `values` has all elements of the array, as many as
     /// [`Env::read`] returns, and each of the rows gets these; or it has the elements of one row after the other. The
-    /// effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`): values of the
-    /// mjModel stay over resets, and a reset clears the inputs. mjenv.h lists what can be written.
+    /// effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`). Resets keep
+    /// values of the mjModel, and clear the inputs. docs/c.md lists what can be written.
     ///
     /// ```
     /// # fn main() -> Result<(), mjenv::Error> {
@@ -651,7 +651,7 @@ impl Env {
         check(unsafe { sys::mjenv_write(env, mask, name.as_ptr(), from, count) })
     }
 
-    /// Calls mj_setConst for the rows: MuJoCo computes anew what it computes from masses, sizes and `qpos0` when it
+    /// Calls mj_setConst for the rows: MuJoCo computes again what it computes from masses, sizes and `qpos0` when it
     /// compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The rows end in the position
     /// `qpos_spring`, for which mj_setConst computes last: reset them, or set their state.
     ///
@@ -664,7 +664,7 @@ impl Env {
     }
 
     /// Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a number for
-    /// each actuator, as Gymnasium's `do_simulation` does. It counts no step of the environment and gives no reward.
+    /// each actuator, as Gymnasium's `do_simulation` does. This is not a step of the episode and gives no reward.
     ///
     /// # Errors
     /// [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`], [`ErrorKind::Physics`].
@@ -702,8 +702,8 @@ impl Env {
 
     /// Sets one row or all rows to the state that [`Env::snapshot`] saved. They continue with the same bits, also in
     /// another process and with another number of threads. The environment must have the same id, model and options as
-    /// the one that was saved, except for `num_threads`, `lanes`, `cpu_affinity` and `arrays`, and the image must hold
-    /// as many rows.
+    /// the one that was saved, except for options such as `num_threads` and `arrays` (docs/rows.md lists them), and the
+    /// image must hold as many rows.
     ///
     /// # Errors
     /// [`ErrorKind::Argument`] (`rows` is a list or a mask), [`ErrorKind::Value`] (there is no such row),

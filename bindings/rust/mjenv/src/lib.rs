@@ -68,9 +68,9 @@
 //! Gymnasium on MuJoCo 4.0; for pkg-config it is `mjenv-mujoco4`. When the program first builds an environment, that
 //! library opens MuJoCo: the `libmujoco.so.4.0.x` that the environment variable `MJENV_MUJOCO` names, else one that the
 //! process has already loaded, else the one that the system's loader finds. If there is none, the call returns an
-//! [`ErrorKind::File`] whose message says what to install. Building that library needs `MJENV_MUJOCO`, too, because
-//! MuJoCo's headers are found beside its library. A program has either library, and its snapshots name the version of
-//! MuJoCo.
+//! [`ErrorKind::File`] whose message says what to install. To build that library, set `MJENV_MUJOCO`, too, because the
+//! build finds MuJoCo's headers beside its library. A program links one of both libraries, which refuses snapshots of
+//! the other.
 //!
 //! With the feature `learn`, the crate also has the module `learn`, which trains policies, and links `libmjenv-learn.so`,
 //! which is in the same folder.

@@ -7,7 +7,7 @@ use crate::error::{check, Result};
 use crate::text::c_string;
 use crate::Env;
 
-/// From what a value is drawn. Each is a method of NumPy's Generator.
+/// The distribution of a draw. Each is a method of NumPy's Generator.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Distribution {
@@ -61,7 +61,7 @@ impl Distribution {
     }
 }
 
-/// What becomes of a value that is drawn. The model's own value is the one that was loaded with the model.
+/// How the draw gives the new value. The model's own value is the one that was loaded with the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Effect {
@@ -83,24 +83,24 @@ impl Effect {
     }
 }
 
-/// What resets draw for an array of the mjModel, see [`Env::randomize`].
+/// A draw of resets for an array of the mjModel, see [`Env::randomize`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Randomization {
     /// An array that [`Env::write`] can write: `"geom_friction"`, `"opt.gravity"`.
     pub array: String,
-    /// What becomes of a value that is drawn.
+    /// How the draw gives the new value.
     pub effect: Effect,
-    /// From what it is drawn.
+    /// The distribution of the draw.
     pub distribution: Distribution,
     /// The numbers of the elements that are drawn, in the order of the draws; all by default.
     pub elements: Option<Vec<usize>>,
-    /// Whether there is one draw for all elements, and not one each.
+    /// Whether there is one draw for all elements, instead of one for each.
     pub shared: bool,
-    /// Whether mj_setConst follows the draws: MuJoCo then computes anew what it derives from masses and sizes.
+    /// Whether mj_setConst is called after the draws, which computes again what MuJoCo derives from masses and sizes.
     pub constants: bool,
-    /// Whether nothing is drawn, but element i takes what element i of the item before takes, or the draw that is shared.
-    /// The distribution is then not used. See [`Randomization::same`].
+    /// Whether element i takes the draw of element i of the item before, or its shared draw, and nothing is drawn. The
+    /// distribution is then not used. See [`Randomization::same`].
     pub repeats: bool,
     /// Each draw is multiplied by it.
     pub factor: f64,
@@ -122,8 +122,8 @@ impl Randomization {
         }
     }
 
-    /// What the item before draws, times a factor, for another array. So an actuator's kp is drawn for
-    /// `actuator_gainprm` and, with the factor -1, taken for `actuator_biasprm`.
+    /// The draws of the item before, times a factor, for another array. For example, an actuator's kp is drawn for
+    /// `actuator_gainprm`, and `actuator_biasprm` takes it with the factor -1.
     #[must_use]
     pub fn same(array: &str, effect: Effect, factor: f64) -> Self {
         let unused = Distribution::Choice(Vec::new());
@@ -131,19 +131,19 @@ impl Randomization {
     }
 }
 
-/// A push of a body now and then: a force, or a kick.
+/// Pushes of a body at random times: a force, or a kick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Push {
     /// The body's number, see [`Env::object_index`]; not 0, the world.
     pub body: usize,
     /// The fewest and the most steps from the reset, or the last step of a push, to the next push.
     pub every: (usize, usize),
-    /// The lower bounds of the force (N) and the torque (N m), as in `xfrc_applied`; of a kick those of what is added to
-    /// the six numbers in `qvel` of the body's free joint (m/s, rad/s).
+    /// The lower bounds of the force (N) and the torque (N m), as in `xfrc_applied`; for a kick, of the six numbers that
+    /// are added to `qvel` of the body's free joint (m/s, rad/s).
     pub low: [f64; 6],
     /// Their upper bounds.
     pub high: [f64; 6],
-    /// A kick, which changes the velocity before a step, and not a force.
+    /// Whether it is a kick, which changes the velocity before a step, and not a force.
     pub is_kick: bool,
     /// The fewest and the most steps that a force lasts; (0, 0): one.
     pub duration: (usize, usize),
@@ -152,7 +152,7 @@ pub struct Push {
 /// Noise, delays and pushes, see [`Env::perturb`]. By default there are none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Perturbation {
-    /// The standard deviations of what is added to the action: none, one for all actuators, or one for each.
+    /// The standard deviations of the action's noise: none, one for all actuators, or one for each.
     pub action_noise: Vec<f64>,
     /// The same for the observation.
     pub observation_noise: Vec<f64>,
@@ -162,8 +162,8 @@ pub struct Perturbation {
     pub observation_delay: usize,
     /// The pushes: for each body at most one force and one kick.
     pub pushes: Vec<Push>,
-    /// What reaches the task until the first delayed action does: zeros if it is empty, one number for all actuators, or
-    /// one for each.
+    /// The action that the task gets until the first delayed action arrives: zeros if this is empty, one number for all
+    /// actuators, or one for each.
     pub first_action: Vec<f64>,
     /// 0: the delay is `action_delay`. Else it is drawn: `integers(action_delay, max_action_delay + 1)`.
     pub max_action_delay: usize,
@@ -174,10 +174,9 @@ pub struct Perturbation {
 }
 
 impl Env {
-    /// Replaces what each reset draws for the model, also an automatic one: after the task's own draws, from the row's
-    /// random stream, in this order. An empty list draws nothing. It counts from each row's next reset on. mjenv.h
-    /// describes it. Later, `env.write(&rows, "draws[0]", &[low, high])` changes the parameters of the first item for
-    /// some rows.
+    /// Replaces the draws of resets, also of automatic ones, from each row's next reset on. A reset makes them in the order
+    /// of the list from the row's random stream, after the task's own draws. With an empty list, nothing is drawn. Later,
+    /// `env.write(&rows, "draws[0]", &[low, high])` changes the parameters of the first item for some rows.
     ///
     /// ```
     /// # fn main() -> Result<(), mjenv::Error> {
@@ -226,7 +225,7 @@ impl Env {
         check(unsafe { sys::mjenv_randomize(self.raw(), raw.as_ptr(), int64(raw.len())) })
     }
 
-    /// Replaces noise, delays and pushes, from each row's next reset on. mjenv.h describes what happens in a step.
+    /// Replaces noise, delays and pushes, from each row's next reset on. docs/randomisation.md describes what happens in a step.
     ///
     /// # Errors
     /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Size`](crate::ErrorKind::Size). After an error

@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser().parse_args(arguments)
     try:
         status = int(given.run(given))
-        sys.stdout.flush()  # here, because an error in Python's own flush at exit could not be caught
+        sys.stdout.flush()  # because an error of Python's own flush at exit could not be caught
         return status
     except (mjenv.Error, OSError) as error:
         if isinstance(error, BrokenPipeError):

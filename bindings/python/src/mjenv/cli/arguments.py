@@ -16,11 +16,11 @@ GROUPS = tuple(f"{kind}group" for kind in ("geom", "site", "joint", "tendon", "a
 GROUP_COUNT = 6  # mjNGROUP
 SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's default
 
-Commands = Any  # what add_subparsers returns; argparse has no public name for its type
+Commands = Any  # the type that add_subparsers returns, which has no public name
 
 
 def known_id(text: str) -> str:
-    """Accepts what any engine knows. The command refuses an id that the engine it then uses lacks."""
+    """Accepts ids that any engine knows. The command later refuses an id that its engine lacks."""
     try:
         return mjenv.spec(text).id
     except mjenv.UnknownIdError as error:
@@ -39,7 +39,7 @@ def known_engine(text: str) -> str:
 
 
 def plugin(text: str) -> str:
-    """Loads the plug-in while arguments are parsed, so that the arguments that follow may be its ids."""
+    """Loads the plug-in while arguments are parsed, so that later arguments can be its ids."""
     try:
         mjenv.load_tasks(text)
     except mjenv.Error as error:
@@ -69,7 +69,7 @@ def seconds(text: str) -> float:
 
 
 def add_json(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--json", action="store_true", help="print JSON, for machines")
+    command.add_argument("--json", action="store_true", help="print JSON")
 
 
 def add_options(command: argparse.ArgumentParser) -> None:

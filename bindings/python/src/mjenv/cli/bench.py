@@ -20,7 +20,7 @@ from mjenv.cli import terminal
 from mjenv.cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json, seconds
 
 DEFAULT_IDS = ("Ant-v5", "HalfCheetah-v5", "Hopper-v5", "Humanoid-v5", "Reacher-v5")
-DRAWN = 64  # number of different actions; each contender repeats them
+DRAWN = 64  # each contender repeats so many different actions
 
 
 def add(commands: Commands) -> None:
@@ -30,7 +30,7 @@ def add(commands: Commands) -> None:
         description="Measures how many random steps per second each contender takes. In each round all contenders run "
         "in turn for a slice of time, and the order changes from round to round, so that other work on the machine "
         "affects all of them alike. Prints the median of the rounds, and the median of the ratios within a round. The "
-        "time of resets counts. Gymnasium takes part, without its checking wrapper, if its MuJoCo environments can be "
+        "times include resets. Gymnasium takes part, without its checking wrapper, if its MuJoCo environments can be "
         "built.",
     )
     command.add_argument("id", nargs="*", type=known_id, help=f"ids to measure (default: {' '.join(DEFAULT_IDS)})")
@@ -101,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def cpus() -> int:
-    """How many CPUs this process may use; where Python cannot say it, as on Windows, how many there are."""
+    """How many CPUs this process may use, or if Python cannot tell, as on Windows, how many there are."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -143,7 +143,7 @@ def measure(id: str, arguments: argparse.Namespace, advance: Callable[[], None])
 
 
 def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender], str | None, tuple[int, str]]:
-    """The contenders, Gymnasium's first; if Gymnasium does not take part, the reason; and mjenv's lanes."""
+    """The contenders, Gymnasium's first; the reason if Gymnasium does not take part; and mjenv's lanes."""
     rows, slice_seconds = arguments.rows, arguments.seconds
     found: list[Contender] = []
     refusal = "left out" if arguments.alone else None

@@ -18,7 +18,7 @@ from mjenv.cli import terminal
 from mjenv.cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 
 LANES = (2, 4, 8)  # SSE2 or NEON, AVX2, AVX-512
-LANE_ROWS = 8  # of the vector that says whether its rows step together
+LANE_ROWS = 8  # the rows of the vector with which mjenv info finds out whether rows step together
 SIZES = ("nq", "nv", "nu", "nbody", "njnt", "ngeom", "nsite", "ncam")
 KINDS = ("observation", "action", "info", "reset_info")
 TYPES = {"action": "float of the action's dtype", "native_float": "Python float", "native_int": "Python int"}
@@ -43,7 +43,7 @@ def add(commands: Commands) -> None:
         "info",
         help="describe an environment",
         description="Describes an environment: spaces, the parts of observation, action and info, constructor options "
-        "with bounds and with the defaults of make, and of make_vec where it has others, and figures of its model.",
+        "with their bounds and their defaults in make (and in make_vec if they differ), and sizes of its model.",
     )
     described = command.add_mutually_exclusive_group(required=True)
     described.add_argument("id", nargs="?", type=known_id, help="an id, Ant-v5 for instance")
@@ -73,7 +73,7 @@ def run_engines(arguments: argparse.Namespace) -> int:
 
 
 def _engine(name: str) -> dict[str, Any]:
-    """What mjenv engines prints: the file of a library, or why there is none that can be used."""
+    """What mjenv engines prints of an engine: the file of its library, or why it cannot be used."""
     found: dict[str, Any] = {"name": name, "default": name == mjenv.engine().name, "file": None, "problem": None}
     try:
         found["file"] = mjenv.engine(name).file
@@ -161,7 +161,7 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
 
 
 def _lanes(engine: str | None) -> list[int]:
-    """The numbers of lanes that this CPU and the engine's library can do."""
+    """The numbers of lanes that this CPU and the engine's library support."""
     found = []
     for lanes in LANES:
         try:
@@ -334,7 +334,7 @@ def _range(option: dict[str, Any]) -> str:
     low, high = option["low"], option["high"]
     if kind == Kind.STRING_OR_INT:
         return what
-    # An option without a bound has the greatest number of its type as its bound.
+    # The bound of an option without a bound is the greatest number of its type.
     low_text = f" >= {_short(low)}" if math.isfinite(low) else ""
     high_text = f" <= {_short(high)}" if abs(high) < 1e15 and math.isfinite(high) else ""
     return what + low_text + ("," if low_text and high_text else "") + high_text

@@ -17,17 +17,17 @@ from mjenv.cli.arguments import Commands, add_json, not_negative, print_json
 
 ENGINES = ("2.2.2",)
 NEEDED = "4.0"
-STEPS = (1, 10, 100)  # after which --check compares
+STEPS = (1, 10, 100)  # the numbers of steps after which --check compares
 INSTALL = f'mjenv convert needs the Python package of MuJoCo {NEEDED}: pip install "mujoco=={NEEDED}.*"'
 
 
 def add(commands: Commands) -> None:
     command = commands.add_parser(
         "convert",
-        help="write a model of today's MuJoCo for the engine 2.2.2",
+        help="rewrite a model of MuJoCo 4.0 for the engine 2.2.2",
         description="Writes a model in the MJCF of MuJoCo 4.0 as MJCF for the engine 2.2.2, which steps it fastest. "
-        "Defaults, attached and replicated parts, damping ratios and inherited ranges become numbers. Says what the "
-        "engine computes otherwise, and refuses models that it cannot compute. Files of meshes stay where they are. "
+        "Defaults, attached and replicated parts, damping ratios and inherited ranges become numbers. Lists what the "
+        "engine computes differently, and refuses models that it cannot compute. Files of meshes stay where they are. "
         f'Needs the Python package of MuJoCo {NEEDED}: pip install "mujoco=={NEEDED}.*".',
     )
     command.add_argument("model", type=Path, metavar="FILE", help="a model that MuJoCo 4.0 reads")
@@ -91,7 +91,7 @@ def _compare_sizes(model: Any, converted: Any) -> None:
 
 
 def _apart(model: Any, envs: Any, actuators: Sequence[int], seed: int) -> list[dict[str, Any]]:
-    """How far positions and velocities of both models are apart after some steps with the same controls.
+    """The differences between positions and velocities of both models after some steps with the same controls.
 
     Each step's controls are drawn uniformly from their ranges, from -1 to 1 where they have none.
     """

@@ -17,9 +17,9 @@ from mjenv.cli.play import Colours, needed, side_by_side
 from mjenv.cli.policies import policy_of
 from mjenv.policy import Policy
 
-STEPS = 15  # random actions before a robot's picture on the sheet
-# Steps and cameras, where STEPS and the id's own camera do not suit: some robots look small from Gymnasium's cameras,
-# and the pendulums soon fall.
+STEPS = 15  # the random actions before a robot is drawn on the sheet
+# Steps and cameras for ids for which STEPS or the id's own camera is unsuitable: some robots look small from
+# Gymnasium's cameras, and the pendulums soon fall.
 VIEWS: dict[str, tuple[int, dict[str, Any]]] = {
     "InvertedDoublePendulum-v5": (4, {"distance": 2.6, "lookat": (0.0, 0.0, 0.5), "elevation": -15.0}),
     "InvertedPendulum-v5": (4, {"distance": 1.8, "lookat": (0.0, 0.0, 0.2), "elevation": -20.0}),
@@ -118,8 +118,8 @@ def portrait(id: str, seed: int, size: int, engine: str | None, groups: dict[str
 
 
 def in_grey(depth: NDArray[np.float32]) -> Colours:
-    """A picture of a depth buffer, in which near is bright."""
-    distance = 1 / (1 - np.minimum(depth, 1 - 1e-4).astype(np.float64))  # grows with the metres
+    """A grey picture of a depth buffer. Near is bright."""
+    distance = 1 / (1 - np.minimum(depth, 1 - 1e-4).astype(np.float64))  # increases with the distance in metres
     near, far = np.log(distance.min()), np.log(np.quantile(distance, 0.9))
     bright = np.clip((far - np.log(distance)) / (far - near), 0, 1)
     return np.repeat((255 * bright).astype(np.uint8)[..., None], 3, axis=2)

@@ -18,11 +18,11 @@ import numpy as np
 from mjenv.errors import ModelError
 
 ENGINE = "2.2.2"
-MESHES = (".stl", ".msh", ".obj")  # that MuJoCo 2.2.2 reads
+MESHES = (".stl", ".msh", ".obj")  # the files that MuJoCo 2.2.2 reads
 CAMERA_MODES = ("fixed", "track", "trackcom", "targetbody", "targetbodycom")
 JOINTS = ("free", "ball", "slide", "hinge")
 SHAPES = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
-SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "mesh": 0, "hfield": 0}  # how many numbers a geom's size has, or 3
+SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "mesh": 0, "hfield": 0}  # numbers of a size; other shapes have 3
 INTEGRATORS = {"EULER": "Euler", "RK4": "RK4", "IMPLICIT": "implicit"}
 COLOURS = int(mujoco.mjtTextureRole.mjTEXROLE_RGB), int(mujoco.mjtTextureRole.mjTEXROLE_RGBA)
 DYNAMICS = {"NONE": "none", "INTEGRATOR": "integrator", "FILTER": "filter", "FILTEREXACT": "filter", "MUSCLE": "muscle"}
@@ -43,7 +43,7 @@ SENSORS = {
 LACKING_OPTIONS = (
     "ls_iterations ls_tolerance ccd_iterations ccd_tolerance sdf_iterations sdf_initpoints sleep_tolerance"
 )
-# The flags of both versions, and what those mean that MuJoCo 2.2.2 lacks.
+# The flags of both versions, and the meanings of those that MuJoCo 2.2.2 lacks.
 DISABLED = (
     "constraint equality frictionloss limit contact gravity clampctrl warmstart filterparent actuation refsafe sensor"
 )
@@ -77,7 +77,7 @@ VISUAL = {
 
 
 def text_of(value: Any) -> str:
-    """As MJCF writes it. A number has as many digits as give the same bits again."""
+    """A value as text in MJCF. Numbers have enough digits to be read back with the same bits."""
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, np.bool_)):
@@ -104,7 +104,7 @@ def put(element: ElementTree.Element, name: str, value: Any, default: Any = None
 
 
 class Changes:
-    """What MuJoCo 2.2.2 does otherwise: lines such as "implicitfast: Euler instead", with how often."""
+    """What MuJoCo 2.2.2 does differently: lines such as "implicitfast: Euler instead", with their counts."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
@@ -123,8 +123,8 @@ class Changes:
 def converted(spec: Any, model: Any, folder: Path) -> tuple[str, list[dict[str, Any]], list[int]]:
     """Converts a compiled model.
 
-    Returns MJCF for MuJoCo 2.2.2, for a file in that folder; what changes; and for each actuator, which of the model's
-    it is. Raises ModelError for what MuJoCo 2.2.2 cannot compute.
+    Returns MJCF for MuJoCo 2.2.2, for a file in that folder; what changes; and for each actuator, the index of the
+    model's actuator. Raises ModelError for what MuJoCo 2.2.2 cannot compute.
     """
     writer = _Writer(spec, model, folder)
     writer.refuse()
@@ -138,14 +138,14 @@ class _Writer:
         self.spec, self.m, self.folder = spec, model, folder
         self.changes = Changes()
         self.root = ElementTree.Element("mujoco", model=self._model_name())
-        # The element of each object that others name, by its kind and number.
+        # The elements of objects that other elements may name, by their kind and number.
         self.elements: dict[tuple[str, int], ElementTree.Element] = {}
         stateful = model.actuator_actadr >= 0
         self.actuators = [*map(int, np.flatnonzero(~stateful)), *map(int, np.flatnonzero(stateful))]
         self.has_no_springs = self._disables("spring")
         self.has_no_dampers = self._disables("damper")
 
-    # ---- What cannot be said ----
+    # ---- What MuJoCo 2.2.2 cannot compute ----
 
     def refuse(self) -> None:
         m = self.m
@@ -181,7 +181,7 @@ class _Writer:
         return mujoco.mj_id2name(self.m, enum, number) or ""
 
     def _new(self, parent: ElementTree.Element, tag: str, kind: str, number: int) -> ElementTree.Element:
-        """The element of an object, which others may name."""
+        """The element of an object, which other elements may name."""
         element = ElementTree.SubElement(parent, tag)
         if name := self._name(kind, number):
             element.set("name", name)
@@ -201,7 +201,7 @@ class _Writer:
             element.set("name", name)
         return element.attrib["name"]
 
-    # ---- The whole ----
+    # ---- The model ----
 
     def write(self) -> None:
         compiler = {"angle": "radian", "inertiafromgeom": "false"}
@@ -283,7 +283,7 @@ class _Writer:
             put(element, f"nuser_{kind}", getattr(self.m, f"nuser_{kind}"), 0)
 
     def _visual(self) -> None:
-        """What is drawn otherwise than by default."""
+        """The settings of drawing that differ from the defaults."""
         visual, fresh = self._section("visual"), mujoco.MjModel.from_xml_string("<mujoco/>").vis
         for part, names in VISUAL.items():
             element = ElementTree.SubElement(visual, part)
@@ -304,7 +304,7 @@ class _Writer:
     # ---- Assets ----
 
     def _path(self, path: str) -> str:
-        """The path of a file beside the model, as seen from the folder of the output."""
+        """The path of a file beside the model, relative to the folder of the output."""
         return Path(os.path.relpath(path, self.folder)).as_posix()
 
     def _file(self, address: int) -> str:
@@ -383,7 +383,7 @@ class _Writer:
         put(element, "face", m.mesh_face[first : first + count])
 
     def _keeps_file(self, number: int) -> bool:
-        """Whether MuJoCo 2.2.2 reads the mesh's file. Else the text has the vertices, where MuJoCo moved them to."""
+        """Whether MuJoCo 2.2.2 reads the mesh's file. If not, the text has the vertices as MuJoCo has moved them."""
         file = self._file(self.m.mesh_pathadr[number])
         return bool(file) and Path(file).suffix.lower() in MESHES
 
@@ -515,7 +515,7 @@ class _Writer:
         put(element, "mode", CAMERA_MODES[getattr(self.m, f"{kind}_mode")[number]], "fixed")
         target = int(getattr(self.m, f"{kind}_targetbodyid")[number])
         if target >= 0:
-            element.set("target", str(target))  # _bodies replaces it by the body's name
+            element.set("target", str(target))  # _bodies replaces this by the body's name
 
     def _camera(self, body: ElementTree.Element, camera: int) -> None:
         m, element = self.m, self._new(body, "camera", "camera", camera)
@@ -538,7 +538,7 @@ class _Writer:
             put(element, name, getattr(m, f"light_{name}")[light])
         self._target(element, "light", light)
 
-    # ---- What joins bodies ----
+    # ---- Connections of bodies ----
 
     def _contact(self) -> None:
         m, contact = self.m, self._section("contact")

@@ -55,7 +55,7 @@ def add(commands: Commands) -> None:
         metavar="FILE",
         help="the file to write: NAME.mp4, NAME.gif, or NAME.png for a sheet of 12 pictures of the episode",
     )
-    command.add_argument("--steps", type=positive, help="greatest number of steps (default: to the end of the episode)")
+    command.add_argument("--steps", type=positive, help="maximum number of steps (default: to the end of the episode)")
     source = command.add_mutually_exclusive_group()
     source.add_argument("--actions", type=Path, metavar="FILE.npy", help="recorded actions, one in each row")
     source.add_argument(
@@ -111,7 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
         **keywords,
     ) as env:
         if env.camera_name is not None:
-            # Raises if the model has no such camera. make then takes the free camera, as Gymnasium does.
+            # Raises if the model has no such camera, because make, like Gymnasium, would take the free camera.
             env.model.camera(env.camera_name)
         if hint := hidden_robot(env, groups_of(arguments)):
             print(f"mjenv play: {hint}", file=sys.stderr)
@@ -143,7 +143,7 @@ def play(
 
 
 def actions_of(env: mjenv.MujocoEnv, arguments: argparse.Namespace) -> tuple[Action, int]:
-    """The function that chooses the actions, and the greatest number of steps."""
+    """The function that chooses the actions, and the maximum number of steps."""
     assert env.spec is not None
     limit = arguments.steps or env.spec.max_episode_steps or 1000
     if arguments.actions:
@@ -173,7 +173,7 @@ def camera_of(text: str | None) -> dict[str, Any]:
 
 
 def hidden_robot(env: mjenv.MujocoEnv, chosen: dict[str, dict[int, bool]]) -> str | None:
-    """Why nothing that is drawn belongs to the robot, and what to do; None if something does."""
+    """Why the picture contains nothing of the robot, and what to do; None if it contains something."""
     hidden = []
     for kind in ("geom", "site", "tendon", "skin"):  # what MuJoCo draws unless visual_options say otherwise
         flags = chosen.get(f"{kind}group", {})
@@ -190,7 +190,7 @@ def hidden_robot(env: mjenv.MujocoEnv, chosen: dict[str, dict[int, bool]]) -> st
 def groups_of_robot(model: Any, kind: str) -> NDArray[Any]:
     """The groups of the objects that are not transparent and not part of the world."""
     colour, material = getattr(model, f"{kind}_rgba"), getattr(model, f"{kind}_matid")
-    # The material's colour counts where the object has none of its own.
+    # An object without a colour of its own has that of its material.
     has_colour = (colour != (0.5, 0.5, 0.5, 1)).any(axis=1)
     alpha = np.where(has_colour, colour[:, 3], np.append(model.mat_rgba[:, 3], 1)[material])
     body = getattr(model, f"{kind}_bodyid") if kind in ("geom", "site") else np.ones(len(alpha))
@@ -210,7 +210,7 @@ def needed(*modules: str) -> None:
 
 
 class Sheet:
-    """A sheet of pictures, evenly spread over an episode whose length is not known in advance."""
+    """A sheet of pictures at equal intervals of an episode whose length is not known in advance."""
 
     def __init__(self, path: Path, rate: int) -> None:
         self._path, self._every, self._count = path, 1, 0

@@ -41,7 +41,7 @@ def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
     if policy.id != _id(env):
         raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {_id(env)}")
-    # Of an observation with groups, such a policy sees the group "policy".
+    # If an observation has groups, such a policy sees the group "policy".
     return lambda obs: policy.act((obs["policy"] if isinstance(obs, dict) else obs).tolist())
 
 

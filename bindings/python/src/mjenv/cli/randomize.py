@@ -47,7 +47,7 @@ def add(commands: Commands) -> None:
     )
     command.add_argument("id", type=known_id, help="an id, Hopper-v5 for instance")
     command.add_argument("draws", type=draw_of, nargs="+", metavar="DRAW", help="what is drawn for an array")
-    command.add_argument("--rows", type=positive, default=3, help="how many rows (default: 3)")
+    command.add_argument("--rows", type=positive, default=3, help="the number of rows (default: 3)")
     command.add_argument("--seed", type=not_negative, default=0, help="the seed of the first row (default: 0)")
     add_options(command)
     add_json(command)

@@ -17,18 +17,19 @@ from mjenv.cli import terminal
 from mjenv.cli.arguments import Commands, add_json, add_options, known_id, options_of, print_json
 from mjenv.errors import SnapshotError
 
-# A snapshot begins with the stamp. Then come entries: one for each part of a row, then one for each array of which rows
-# have own values. Then come the rows, each with its parts one after the other, of which the head is the first.
-# magic, version, engine, rounding of norms, math, identity, rows, randomisation, perturbation, how many entries there
-# are for parts and for arrays, checksum
+# A snapshot begins with the stamp. Then comes an entry for each part of a row, and one for each array of which rows
+# have their own values. Then come the rows, each with its parts one after the other; the head is the first part.
+# magic, version, engine, rounding of norms, math, identity, rows, randomisation, perturbation, the numbers of entries
+# for parts and for arrays, checksum
 STAMP = struct.Struct("<8sHHHHQQQQIIQ")
 # name, the bit of the head's `kept` that says whether a row has the part (0: all rows have it), bytes
 ENTRY = struct.Struct("<36sIQ")
-# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags; kept
-HEAD = struct.Struct("<4Q2Iq6BH")
+# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags;
+# kept; the kinds of MuJoCo's warnings in the last step, as bits
+HEAD = struct.Struct("<4Q2Iq8B")
 VERSION = 5
-FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants")
-# What stands before the names of the fields of a part.
+FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants", "kept", "warnings")
+# The prefix of the names of the fields of a part.
 PREFIXES = {
     "state": "",
     "values": "own.",
@@ -95,7 +96,7 @@ def read(path: Path, arguments: argparse.Namespace) -> Image:
     _, version, engine, _, _, _, count, _, _, part_count, array_count, _ = STAMP.unpack_from(data)
     if version != VERSION:
         raise SnapshotError(f"{path} has the version {version}; this command reads {VERSION}")
-    # The library would refuse more rows than there are bytes, but only after it had made them.
+    # The library would first allocate so many rows, and then refuse the image.
     start = STAMP.size + (part_count + array_count) * ENTRY.size
     if not 1 <= count <= (len(data) - start) // HEAD.size:
         raise SnapshotError(f"{path} is damaged: {len(data)} bytes cannot be {count} rows")
@@ -175,9 +176,7 @@ def _contents(env: Any, arrays: list[str]) -> dict[str, Fields]:
 
 def _row(data: bytes, start: int, parts: list[tuple[str, int, int]], contents: dict[str, Fields]) -> tuple[Row, int]:
     """The fields of the row that begins at `start`, and where the next row begins."""
-    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags, all_kept = HEAD.unpack_from(
-        data, start
-    )
+    state_high, state_low, increment_high, increment_low, half, has_half, steps, *flags = HEAD.unpack_from(data, start)
     row: Row = {
         "stream.state": state_low | state_high << 64,
         "stream.increment": increment_low | increment_high << 64,
@@ -186,6 +185,7 @@ def _row(data: bytes, start: int, parts: list[tuple[str, int, int]], contents: d
         "steps": steps,
         **dict(zip(FLAGS, flags, strict=True)),
     }
+    all_kept = row.pop("kept")
     for name, kept, size in parts:
         if kept and not all_kept & kept:
             continue
@@ -246,7 +246,7 @@ def compare(first: Image, second: Image) -> list[dict[str, Any]]:
 
 
 def _difference(a: Any, b: Any) -> dict[str, Any] | None:
-    """Where two values of a field differ. None stands for a field that a row lacks."""
+    """The differences between two values of a field. None stands for a field that a row lacks."""
     if a is None or b is None:
         first, second = ("absent" if value is None else "present" for value in (a, b))
         return {"index": None, "first": first, "second": second, "differing": None, "greatest": None}

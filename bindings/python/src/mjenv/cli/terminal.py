@@ -124,6 +124,6 @@ def progress(total: int, text: str) -> Iterator[Callable[[], None]]:
 
 
 def lanes_text(together: int, reason: str) -> str:
-    """How many rows step together, and why not all or none."""
+    """How many rows step together, and if not all do, why."""
     text = f"{together} rows step together" if together else "rows step one after the other"
     return f"{text} ({reason})" if reason else text

@@ -41,7 +41,9 @@ def add(commands: Commands) -> None:
     command.add_argument("--engine", type=known_engine, default=argparse.SUPPRESS, metavar="NAME", help="2.2.2 or 4.0")
     command.add_argument("--seconds", type=seconds, help="end after so many seconds")
     command.add_argument("--seed", type=not_negative, default=1, help="default: 1")
-    command.add_argument("--threads", type=positive, default=1, help="threads; they change no bit (default: 1)")
+    command.add_argument(
+        "--threads", type=positive, default=1, help="threads; the results do not depend on them (default: 1)"
+    )
     command.add_argument(
         "--stage",
         nargs="+",
@@ -58,7 +60,10 @@ def add(commands: Commands) -> None:
         "--view", action="store_true", help='show the training in a browser (pip install "mjenv[view]")'
     )
     add_options(command)
-    settings = command.add_argument_group("settings of the learner, whose defaults depend on the id")
+    settings = command.add_argument_group(
+        "settings of the learner",
+        "Their defaults depend on the id. The class mjenv.training.Settings and mjenv/learn.h explain them.",
+    )
     for one in fields(Settings):
         if one.name in ("actor_obs", "critic_obs"):
             continue
@@ -67,14 +72,14 @@ def add(commands: Commands) -> None:
 
 
 def _type(annotation: Any) -> Any:
-    """What reads a setting's text."""
+    """The function that converts a setting's text."""
     if str(annotation).startswith("tuple"):
         return _widths
     return {"int": int, "float": float, "bool": _flag}.get(str(annotation), str)
 
 
 def _widths(text: str) -> tuple[int, ...]:
-    """64,64 as widths of layers."""
+    """The widths of layers in a text such as 64,64."""
     return tuple(int(word) for word in text.split(",") if word)
 
 
@@ -150,7 +155,7 @@ class Display:
         if not self._on:
             return
         point, total = training.curve[-1], training.settings.steps
-        if self._first < 0:  # a training that continues has done some steps before
+        if self._first < 0:  # a training that continues has already done some steps
             self._first = point.steps - training.settings.rows * training.settings.rollout_steps
         speed = (point.steps - self._first) / self.seconds()
         share = min(1.0, point.steps / total)

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _compare(compare: Any, id: str, engine: str, arguments: argparse.Namespace, advance: Any) -> dict[str, Any]:
-    """equal: True, False, or None if Gymnasium cannot build its environment of this id."""
+    """Compares an id. "equal" in the result is None if Gymnasium cannot build its environment of this id."""
     result: dict[str, Any] = {"id": id, "equal": True, "runs": 0, "episodes": 0, "message": ""}
     try:
         with compare.quiet():

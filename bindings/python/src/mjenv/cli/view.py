@@ -34,13 +34,13 @@ def add(commands: Commands) -> None:
         help="a plug-in, or a Python file that calls mjenv.register; repeatable",
     )
     command.add_argument("--engine", type=known_engine, default=argparse.SUPPRESS, metavar="NAME", help="2.2.2 or 4.0")
-    command.add_argument("--rows", type=positive, default=1, help="how many environments, in a grid (default: 1)")
+    command.add_argument("--rows", type=positive, default=1, help="the number of rows, shown in a grid (default: 1)")
     command.add_argument("--seed", type=not_negative, default=0, help="row i is reset with this seed + i (default: 0)")
     command.add_argument(
         "--policy",
         type=Path,
         metavar="FILE",
-        help="what acts: FILE.zip that Stable-Baselines3 saved, or FILE.txt that mjenv.policy saved",
+        help="the policy that acts: FILE.zip that Stable-Baselines3 saved, or FILE.txt that mjenv.policy saved",
     )
     command.add_argument("--algorithm", default="PPO", help="the class of FILE.zip in stable_baselines3 (default: PPO)")
     command.add_argument(
@@ -56,8 +56,8 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "--host",
         default="127.0.0.1",
-        help="the address that is listened at (default: 127.0.0.1, this computer alone). Whoever reaches another one "
-        "can act on the environment",
+        help="the address at which the page is served (default: 127.0.0.1, for this computer alone). Everybody who can "
+        "open the page can act on the environment",
     )
     command.add_argument("--no-browser", action="store_true", help="do not open a browser")
     add_options(command)
@@ -108,7 +108,7 @@ def load(file: Path) -> None:
         raise FileNotFoundError(f"there is no file {file}")
     module = importlib.util.module_from_spec(spec)
     sys.modules[file.stem] = module
-    sys.path.insert(0, str(file.resolve().parent))  # where it finds its own modules, as when Python runs it
+    sys.path.insert(0, str(file.resolve().parent))  # so that it can import modules of its folder
     try:
         spec.loader.exec_module(module)
     except Exception as error:  # a stranger's module can raise anything

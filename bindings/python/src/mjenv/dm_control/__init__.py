@@ -1,5 +1,7 @@
-"""dm_control's suite. Importing it makes Gymnasium's "dm_control/cheetah-run-v0" and so on mjenv's: the same
-environments as Shimmy's of these ids, in whose place they come."""
+"""dm_control's suite. Importing it registers the ids "dm_control/cheetah-run-v0" and so on with Gymnasium.
+
+Their environments equal Shimmy's of the same ids, which they replace.
+"""
 
 import gymnasium
 

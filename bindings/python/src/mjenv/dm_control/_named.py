@@ -1,4 +1,4 @@
-"""physics.named: arrays of mjModel and mjData whose rows and columns have names, as dm_control's have."""
+"""physics.named: arrays of mjModel and mjData whose rows and columns have names, as in dm_control."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from mjenv._abi import Role, Status
 from mjenv._mujoco import Arrays, Model
 from mjenv.errors import UnknownNameError
 
-# Of what the rows of an array are, by how its name begins; the longest beginning counts. Those of joints that have
-# several numbers each are in _RAGGED.
+# The kind of object to which an array's rows belong, by the beginning of the array's name; the longest one counts.
+# _RAGGED has the arrays with several numbers for each object.
 _ROWS = {
     Role.MODEL: {
         "body_": "body",
@@ -52,7 +52,7 @@ _ROWS = {
         "ctrl": "actuator",
     },
 }
-# Arrays with a range of elements for each object: how they begin, the objects, and where each range begins.
+# Arrays with a range of elements for each object: the beginning of the name, the objects, and the ranges' addresses.
 _RAGGED = {
     "qpos": ("jnt", "jnt_qposadr"),
     **dict.fromkeys(("qvel", "qacc", "qfrc_", "cdof", "dof_"), ("jnt", "jnt_dofadr")),
@@ -65,18 +65,21 @@ _COLUMNS = {
     "mat": ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
     "rgba": ("r", "g", "b", "a"),
 }
-# Arrays with three columns that are no coordinates.
-_NO_COORDINATES = ("geom_friction", "key_mpos")
+# Arrays with three columns that are not x, y and z.
+_NO_COORDINATES = (
+    *("geom_friction", "key_mpos"),
+    *("light_ambient", "light_attenuation", "light_diffuse", "light_specular"),
+)
 
 
 class Axis:
-    """The names of an array's rows or columns: name -> index, or name -> slice where an object has several."""
+    """The names of an array's rows or columns: name -> index, or name -> slice if an object has several."""
 
     def __init__(self, indices: dict[str, int | slice], is_ragged: bool = False) -> None:
         self._indices, self._is_ragged = indices, is_ragged
 
     def index(self, key: Any) -> Any:
-        """The index that NumPy takes, for one with names."""
+        """NumPy's index for an index with names."""
         if key is None or key is Ellipsis:
             raise IndexError(f"{key} is no index of an array with names")
         if isinstance(key, str):
@@ -104,7 +107,7 @@ class Axis:
 
 
 class NamedArray:
-    """An array of the simulation that names index: named.data.xpos["torso", "z"]. Assigning writes the simulation."""
+    """An array with named indices: named.data.xpos["torso", "z"]. An assignment changes the simulation."""
 
     def __init__(self, arrays: Arrays, name: str, axes: Sequence[Axis]) -> None:
         self._arrays, self._name, self.axes = arrays, name, tuple(axes)
@@ -191,7 +194,7 @@ class Names:
         if array.startswith("name_") and array.endswith("adr"):
             names = self.of(array[len("name_") : -len("adr")])
         elif array in ("act", "act_dot"):
-            names = self.of("actuator")[-count:] if count else []  # MuJoCo has actuators with a state last
+            names = self.of("actuator")[-count:] if count else []  # in MuJoCo, actuators with a state come last
         elif array.startswith("mocap_"):
             of_body = np.asarray(self._model.body_mocapid).ravel().tolist()
             names = [self.of("body")[of_body.index(i)] for i in range(count)]

@@ -1,10 +1,15 @@
-"""env.physics of mjenv.dm_control.suite: what dm_control.mujoco.Physics offers of a simulation."""
+"""env.physics of mjenv.dm_control.suite, with the interface of dm_control.mujoco.Physics."""
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from copy import deepcopy
+from ctypes import byref
+from importlib import import_module
+from types import FunctionType, MethodType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,15 +18,16 @@ from numpy.typing import ArrayLike, NDArray
 from mjenv import _abi
 from mjenv._abi import Role, Status
 from mjenv._engine import Engine
+from mjenv._handle import Batch
 from mjenv._mujoco import Data, Model
 from mjenv._pictures import GROUPS, Pictures, Renderer, label_of, visual_flags
 from mjenv.dm_control._named import Named, Names
 from mjenv.env import MujocoEnv
 from mjenv.errors import InvalidValueError, OptionError, PhysicsError, UnknownNameError
 
-# As many as a scene of the suite can have, with all that can be shown of it.
+# Enough for each scene of the suite with everything visible.
 _MAX_GEOM = 10_000
-# How many renderers a simulation keeps, one for each size, camera and set of options.
+# A simulation keeps the renderers used last, one for each size, camera and set of options.
 _MAX_RENDERERS = 8
 # MuJoCo's mjtRndFlag by their names in render_flag_overrides, as settings of the library.
 _RENDER_FLAGS = {
@@ -34,7 +40,14 @@ _RENDER_FLAGS = {
     "haze": "haze",
     "cull_face": "cull_face",
 }
+# MuJoCo's mjtWarning. MuJoCo 4.0 has no mjWARN_VGEOMFULL.
+_WARNINGS = ("INERTIA", "CONTACTFULL", "CNSTRFULL", "VGEOMFULL", "BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
 _KINDS = {"camera": "cam", "joint": "jnt", "material": "mat", "texture": "tex", "equality": "eq"}
+# MuJoCo's mjtObj, in its order. MuJoCo 4.0 has "flex" before "mesh".
+_OBJECTS = (
+    "unknown body xbody joint dof geom site camera light mesh skin hfield texture material pair exclude equality "
+    "tendon actuator sensor numeric text tuple key"
+).split()
 
 
 class NamedStructs(NamedTuple):
@@ -55,36 +68,53 @@ class PhysicsModel(Model):
         super().__init__(model._rows, model._row, model._changed)
         object.__setattr__(self, "objects", Names(model))
 
-    def name2id(self, name: str, object_type: str) -> int:
-        """The index of the object of that name. object_type: "body", "joint", "material" and so on."""
+    @property
+    def name(self) -> str:
+        """The name of the model."""
+        return np.asarray(self.names, np.uint8).tobytes().split(b"\0")[0].decode()
+
+    def name2id(self, name: str, object_type: str | int) -> int:
+        """The index of the object of that name. object_type: "body", "joint", "material" and so on, or an mjtObj."""
         names = self._names_of(object_type)
         if name not in names:
             raise UnknownNameError(f"there is no {object_type} {name!r}, but {', '.join(filter(None, names))}")
         return names.index(name)
 
-    def id2name(self, object_id: int, object_type: str) -> str:
+    def id2name(self, object_id: int, object_type: str | int) -> str:
         """The name of the object with that index; "" if it has none."""
         names = self._names_of(object_type)
         if not 0 <= object_id < len(names):
             raise UnknownNameError(f"there is no {object_type} {object_id}; there are {len(names)}")
         return names[object_id]
 
-    def _names_of(self, object_type: str) -> list[str]:
+    def _names_of(self, object_type: str | int) -> list[str]:
+        kind = object_type if isinstance(object_type, str) else self._kind_of(int(object_type))
         try:
-            return self.objects.of(_KINDS.get(object_type, object_type))
+            return self.objects.of(_KINDS.get(kind, kind))
         except AttributeError:
             raise UnknownNameError(f"there are no objects of type {object_type!r}", Status.E_NAME) from None
+
+    def _kind_of(self, number: int) -> str:
+        kinds = [*_OBJECTS]
+        if self._rows.engine.name != "2.2.2":
+            kinds.insert(kinds.index("mesh"), "flex")
+        return kinds[number] if 0 <= number < len(kinds) else ""
 
 
 class Physics:
     """The simulation of an environment.
 
-    data, model: mjData and mjModel by MuJoCo's names; each access of an array reads a copy, and assignments to it or to
-    its elements write what MuJoCo does not compute itself.
+    data, model: mjData and mjModel by MuJoCo's names. Each access to an array returns a new copy. Assignments to arrays
+    or their elements change the simulation, except for arrays that MuJoCo computes. If dm_control is installed, the
+    methods that it adds for the domain are here, too: torso_upright() of walker, for example. Pickling and
+    copy.deepcopy make a copy().
     """
 
-    def __init__(self, env: MujocoEnv) -> None:
-        self._env = env
+    def __init__(self, env: MujocoEnv, domain: str) -> None:
+        self._env, self._domain = env, domain
+        if domain == "quadruped":  # what its methods in dm_control remember
+            self._sensor_types_to_names: dict[Any, list[str]] = {}
+            self._hinge_names: list[str] = []
         self._raises = True
         self.model = PhysicsModel(env.model)
         self.data: Data = env.data
@@ -92,7 +122,27 @@ class Physics:
             Named(self.model, Role.MODEL, self.model.objects), Named(self.data, Role.DATA, self.model.objects)
         )
         self._renderers: dict[Any, Renderer] = {}
-        self._most_contacts = int(self.model.nconmax)  # -1 on MuJoCo 4.0: no limit
+
+    def __getattr__(self, name: str) -> Any:
+        method = None if name.startswith("__") else _methods_of(self.__dict__.get("_domain")).get(name)
+        if method is None:
+            raise AttributeError(
+                f"physics has no {name!r}; docs/from-dm_control.md lists what dm_control's has and mjenv's lacks. The "
+                "methods of a domain need dm_control (pip install dm_control)"
+            )
+        return MethodType(method, self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"env": self._env, "domain": self._domain}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state)  # type: ignore[misc]
+        with self.suppress_physics_errors():
+            self.after_reset()  # as dm_control does
+
+    def copy(self, share_model: bool = False) -> Physics:
+        """A simulation of its own with the same state and model, after after_reset(). share_model has no effect."""
+        return deepcopy(self)
 
     # ---- the state ----
 
@@ -144,13 +194,12 @@ class Physics:
     def step(self, nstep: int = 1) -> None:
         """Simulates nstep timesteps under the present controls."""
         self._env.do_simulation(np.array(self.data.ctrl), nstep)
-        self.check_divergence()
-        self.check_contacts(self.data.ncon)
+        self.report(self.data.warnings)
 
     def forward(self) -> None:
         """Computes what follows from positions and velocities, with the actuators switched off."""
         self._env.set_state(np.array(self.data.qpos), np.array(self.data.qvel))
-        self.check_contacts(self.data.ncon)
+        self.report(self.data.warnings)
 
     def after_reset(self) -> None:
         """Computes what follows from the state that was written in reset_context."""
@@ -165,6 +214,19 @@ class Physics:
             if getattr(self.data, name).size:
                 setattr(self.data, name, np.zeros(getattr(self.data, name).shape))
         self._env.set_state(np.array(self.model.qpos0), np.zeros(self.model.nv))
+        self.report(self.data.warnings)
+
+    def observe(self) -> NDArray[np.float64]:
+        """The library's observation of the present state: all terms, one after the other."""
+        env = self._env
+        batch = Batch(1, env.observation_space.shape, 0)
+        turn = env._rows.enter()
+        try:
+            env._rows.observe(byref(batch.struct))
+        finally:
+            env._rows.leave(turn)
+        observation: NDArray[np.float64] = batch.obs[0]
+        return observation
 
     @contextmanager
     def reset_context(self) -> Iterator[Physics]:
@@ -176,28 +238,26 @@ class Physics:
 
     @contextmanager
     def suppress_physics_errors(self) -> Iterator[None]:
-        """with physics.suppress_physics_errors(): a simulation that diverges goes on."""
+        """with physics.suppress_physics_errors(): MuJoCo's warnings are logged, and the simulation goes on."""
         before, self._raises = self._raises, False
         try:
             yield
         finally:
             self._raises = before
 
-    def check_divergence(self) -> None:
-        """Raises PhysicsError if the state has numbers with which MuJoCo cannot go on."""
-        if not np.isfinite(self.state()).all():
-            self.fail("the state has numbers that are not finite")
+    def report(self, warnings: NDArray[Any]) -> None:
+        """Raises PhysicsError if MuJoCo has given warnings. Inside suppress_physics_errors, logs them instead.
 
-    def check_contacts(self, count: float) -> None:
-        """Raises PhysicsError if so many contacts fill MuJoCo's buffer, which then leaves out all others."""
-        if count >= self._most_contacts >= 0:
-            self.fail("Warning(s) raised: mjWARN_CONTACTFULL")
-
-    def fail(self, reason: str) -> None:
-        """Raises dm_control's PhysicsError, if dm_control is loaded, which is also mjenv's; or does nothing inside
-        suppress_physics_errors."""
+        warnings: data.warnings. If dm_control is loaded, the exception is also dm_control's PhysicsError.
+        """
+        kinds = [kind for kind in _WARNINGS if kind != "VGEOMFULL" or len(warnings) == len(_WARNINGS)]
+        given = [f"mjWARN_{kind}" for kind, is_given in zip(kinds, warnings, strict=True) if is_given]
+        if not given:
+            return
+        message = f"Physics state is invalid. Warning(s) raised: {', '.join(given)}"
         if self._raises:
-            raise _error_class()(f"Physics state is invalid. {reason}", Status.DIVERGED)
+            raise _error_class()(message, Status.DIVERGED)
+        logging.getLogger(__name__).warning(message)
 
     def free(self) -> None:
         """Frees the simulation."""
@@ -311,6 +371,15 @@ def _flag(key: Any, value: bool) -> tuple[str, int]:
     if name not in _RENDER_FLAGS:
         raise UnknownNameError(f"render_flag_overrides has {key!r}; there are {', '.join(_RENDER_FLAGS)}")
     return _RENDER_FLAGS[name], int(bool(value))
+
+
+def _methods_of(domain: str | None) -> dict[str, Any]:
+    """The methods that dm_control's Physics of a domain adds to those of all."""
+    try:
+        kind = import_module(f"dm_control.suite.{domain}").Physics
+    except (ImportError, AttributeError):
+        return {}
+    return {name: value for name, value in vars(kind).items() if isinstance(value, FunctionType)}
 
 
 def _error_class() -> type[PhysicsError]:

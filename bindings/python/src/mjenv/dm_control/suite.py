@@ -6,8 +6,9 @@ Needs dm_env (pip install "mjenv[dm_control]"). dm_control itself is only needed
 from __future__ import annotations
 
 import difflib
+import numbers
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -18,7 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role
 from mjenv._handle import Rows
+from mjenv._schema import Field
 from mjenv.dm_control.physics import Physics
+from mjenv.env import MujocoEnv
 from mjenv.registration import make
 
 Observation = OrderedDict[str, Any]
@@ -39,7 +42,7 @@ _TASKS = {
     "manipulator": "bring_ball* bring_peg insert_ball insert_peg",
     "pendulum": "swingup*",
     "point_mass": "easy* hard",
-    "quadruped": "walk run fetch",
+    "quadruped": "walk run escape fetch",
     "reacher": "easy* hard*",
     "stacker": "stack_2 stack_4",
     "swimmer": "swimmer6* swimmer15*",
@@ -56,13 +59,19 @@ TASKS_BY_DOMAIN: dict[str, tuple[str, ...]] = {
     domain: tuple(task.replace("*", "") for task in tasks.split()) for domain, tasks in _TASKS.items()
 }
 
-# Programs add tasks of their own to ALL_TASKS, which dm_control then loads.
+# mjenv's own tasks. Programs add others to ALL_TASKS, which dm_control then loads.
 _OURS = frozenset(ALL_TASKS)
 
-# Episodes of the others end after 1,000 steps of the task's own length.
+# Domains whose episodes never end. All other episodes end after 1,000 steps of the task's own length.
 _ENDLESS = {"lqr"}
-_OPTIONS = {"fully_observable", "sparse"}
-# Terms that are no vectors.
+# The task_kwargs of single tasks, or of all tasks of a domain, besides random and time_limit.
+_OPTIONS = {
+    ("cartpole", "three_poles"): {"sparse"},
+    ("manipulator", ""): {"fully_observable"},
+    ("stacker", ""): {"fully_observable"},
+}
+_OF_ENVIRONMENTS = {"flat_observation", "n_sub_steps", "control_timestep"}
+# Terms of the observation that are numbers and not vectors.
 _NUMBERS = {"dist_to_target", "head_height", "height", "upright"}
 _SHAPES: dict[str, tuple[int, ...]] = {"arm_pos": (-1, 2), "box_pos": (-1, 4), "torso_upright": ()}
 
@@ -82,16 +91,26 @@ def load(
     materials. Tasks that mjenv lacks, and other numbers of poles than 3, come from dm_control, which must be installed
     then.
     """
+    for name, given in (("task_kwargs", task_kwargs), ("environment_kwargs", environment_kwargs)):
+        if not isinstance(given, Mapping | None):
+            raise TypeError(f"{name} is a mapping of keywords, or None, not {given!r}")
     kwargs = dict(task_kwargs or {})
-    is_ours = (domain_name, task_name) in _OURS and kwargs.get("num_poles", 3) == 3
-    if not is_ours:
+    has_more_poles = (domain_name, task_name) == ("cartpole", "three_poles") and kwargs.pop("num_poles", 3) != 3
+    if (domain_name, task_name) not in _OURS or has_more_poles:
         return _original(domain_name, task_name)(
             domain_name, task_name, task_kwargs, environment_kwargs, visualize_reward
         )
     if "environment_kwargs" in kwargs:
         environment_kwargs = kwargs.pop("environment_kwargs")
-    kwargs.pop("num_poles", None)
-    env = Environment(domain_name, task_name, **kwargs, **dict(environment_kwargs or {}))
+    of_environment = dict(environment_kwargs or {})
+    known = _OPTIONS.get((domain_name, task_name), _OPTIONS.get((domain_name, ""), set()))
+    for given, names in ((kwargs, {"random", "time_limit", *known}), (of_environment, _OF_ENVIRONMENTS)):
+        if unknown := {*given} - names:
+            raise TypeError(
+                f"{domain_name} {task_name} got an unexpected keyword argument {min(map(str, unknown))!r}; it takes "
+                f"{', '.join(sorted(names))} here"
+            )
+    env = Environment(domain_name, task_name, **kwargs, **of_environment)
     env.task.visualize_reward = visualize_reward
     return env
 
@@ -117,26 +136,47 @@ def _original(domain: str, task: str) -> Any:
 _COLOURED = ("self", "effector", "target")
 
 
-class Task:
-    """env.task: the random numbers of the episodes, and whether pictures show the reward."""
+class Terms:
+    """Where each term is in the library's observation, and its shape."""
 
-    def __init__(self, rows: Rows, random: int | np.random.RandomState | None) -> None:
+    def __init__(self, fields: Sequence[Field]) -> None:
+        # name, elements, and the shape if it is another than theirs
+        self._terms: list[tuple[str, Any, tuple[int, ...] | None]] = []
+        for field in fields:
+            is_number = field.name in _NUMBERS
+            part = field.offset if is_number else slice(field.offset, field.offset + field.count)
+            self._terms.append((field.name, part, None if is_number else _SHAPES.get(field.name)))
+
+    def of(self, values: NDArray[np.float64]) -> Observation:
+        """The terms of an observation."""
+        terms: Observation = OrderedDict()
+        for name, part, shape in self._terms:
+            terms[name] = values[part] if shape is None else values[part].reshape(shape)
+        return terms
+
+
+class Task:
+    """env.task: the random numbers of the episodes, the terms of observations, and whether pictures show the reward."""
+
+    def __init__(self, rows: Rows, random: Any) -> None:
         self._rows = rows
+        self.terms = Terms(rows.fields(Role.OBSERVATION))
         self._visualize_reward = False
-        # The library holds the stream. Once a RandomState is known outside, its state goes to the library before each
-        # reset and comes back after it.
+        # The library holds the stream. If the program has the RandomState, each reset first writes its state to the
+        # library, and afterwards reads it back.
         self._random: np.random.RandomState | None = None
-        if isinstance(random, np.random.RandomState):
-            self._random, self._is_new = random, True
-        else:
+        if not isinstance(random, np.random.RandomState):
             # NumPy refuses what is no seed of RandomState.
-            rows.seed(
-                0, int(np.random.SeedSequence().generate_state(1)[0]) if random is None else _checked_seed(random)
-            )
+            state = np.random.RandomState(random)
+            if random is None or isinstance(random, numbers.Integral):
+                rows.seed(0, int(np.random.SeedSequence().generate_state(1)[0]) if random is None else int(random))
+                return
+            random = state
+        self._random, self._is_new = random, True
 
     @property
     def random(self) -> np.random.RandomState:
-        """The stream that resets draw from; numbers drawn here move it."""
+        """The stream from which resets draw. Draws from it advance the stream."""
         if self._random is None:
             self._random = np.random.RandomState(0)
             self.take_stream()
@@ -157,6 +197,24 @@ class Task:
             raise ValueError(f"Expected a boolean, got {type(value)}.")
         self._visualize_reward = value
 
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(
+            f"task has no {name!r}: the library computes rewards and begins episodes itself, in env.step and env.reset"
+        )
+
+    def action_spec(self, physics: Physics | MujocoEnv) -> specs.BoundedArray:
+        """The bounds of the motors; 1e10 for those without."""
+        limited = np.asarray(physics.model.actuator_ctrllimited).astype(bool).ravel()
+        low, high = np.asarray(physics.model.actuator_ctrlrange).T
+        largest = 1e10  # MuJoCo's mjMAXVAL
+        return specs.BoundedArray(
+            limited.shape, float, np.where(limited, low, -largest), np.where(limited, high, largest)
+        )
+
+    def get_observation(self, physics: Physics) -> Observation:
+        """The observation of the present state, of env.physics or of a copy of it."""
+        return self.terms.of(physics.observe())
+
     def show(self, reward: float, physics: Physics) -> None:
         """Colours the materials by a reward."""
         colours = physics.named.model.mat_rgba
@@ -165,12 +223,12 @@ class Task:
         colours[[*_COLOURED]] = share * highlight + (1.0 - share) * default
 
     def give_stream(self) -> None:
-        """Gives the library the stream, if it may have moved outside."""
+        """Writes the stream to the library, if the program may have drawn from it."""
         if self._random is not None:
             self._rows.set_random_state(0, self._random.get_state(), self._is_new)
 
     def take_stream(self) -> None:
-        """Takes over what the library has drawn."""
+        """Reads the stream back after draws of the library."""
         if self._random is not None:
             state, self._is_new = self._rows.random_state(0)
             self._random.set_state(state)
@@ -193,13 +251,12 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         flat_observation: bool = False,
         **options: Any,
     ) -> None:
-        if unknown := {*options} - _OPTIONS:
-            raise TypeError(f"{domain_name} {task_name} got an unexpected keyword argument {min(unknown)!r}")
         id = f"dm_control/{domain_name}-{task_name}-v0"
-        options |= {"max_episode_steps": -1, "visualize_reward": True, "arrays": "ncon"}
+        # Actions need not be finite: MuJoCo warns of them.
+        options |= {"max_episode_steps": -1, "visualize_reward": True, "arrays": "warnings", "strict": False}
         self.mjenv = make(id, **options)
         timestep = self.mjenv._rows.timestep()
-        # Where the task itself gives the length of a step, dm_control refuses another number of timesteps.
+        # If the task itself sets the length of a step, dm_control refuses n_sub_steps.
         if n_sub_steps is not None and (control_timestep is not None or self.mjenv.frame_skip > 1):
             raise ValueError("Both n_sub_steps and control_timestep were supplied.")
         if control_timestep is not None:
@@ -214,14 +271,8 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             self.mjenv = make(id, frame_skip=n_sub_steps, **options)
         seconds = natural if time_limit is None else time_limit
         self._limit = seconds / (timestep * self.mjenv.frame_skip)
-        # The name of each term, where it is in the library's observation, and its shape if it is another.
-        self._terms: list[tuple[str, Any, tuple[int, ...] | None]] = []
-        for field in () if flat_observation else self.mjenv._rows.fields(Role.OBSERVATION):
-            is_number = field.name in _NUMBERS
-            part = field.offset if is_number else slice(field.offset, field.offset + field.count)
-            self._terms.append((field.name, part, None if is_number else _SHAPES.get(field.name)))
+        self._domain, self._is_flat = domain_name, flat_observation
         self._controls = np.empty(self.mjenv.action_space.shape)
-        self._zeros = np.zeros(self.mjenv.action_space.shape)
         self._physics: Physics | None = None
         self.task = Task(self.mjenv._rows, random)
         self.mjenv._seed = 0  # the task's stream is seeded: resets go on with it
@@ -230,10 +281,12 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
 
     def reset(self) -> dm_env.TimeStep:
         """Begins an episode."""
+        self._ended, self._steps = False, 0
         self.task.give_stream()
         values, info = self.mjenv.reset()
         self.task.take_stream()
-        self._ended, self._is_begun, self._steps = False, True, 0
+        self._is_begun = True
+        self._check_warnings()
         if self.task.visualize_reward:
             self.task.show(info["visualized_reward"], self.physics)
         return dm_env.restart(self._observation(values))
@@ -244,12 +297,8 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             return self.reset()
         controls = self._controls
         np.copyto(controls, action)
-        if controls.dot(self._zeros) != 0:  # which is NaN unless all are finite
-            self.physics.fail("Warning(s) raised: mjWARN_BADCTRL")
         values, reward, terminated, _, _ = self.mjenv._step(controls)
-        if self.mjenv._exchange.status[0]:
-            self.physics.fail("MuJoCo found bad numbers in it, and reset the simulation")
-        self.physics.check_contacts(self.mjenv.arrays["ncon"].item())
+        self._check_warnings()
         if self.task.visualize_reward:
             self.task.show(reward, self.physics)
         self._steps += 1
@@ -264,12 +313,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
 
     def action_spec(self) -> specs.BoundedArray:
         """The bounds of the motors; 1e10 for those without."""
-        limited = np.asarray(self.mjenv.model.actuator_ctrllimited).astype(bool).ravel()
-        low, high = np.asarray(self.mjenv.model.actuator_ctrlrange).T
-        largest = 1e10  # MuJoCo's mjMAXVAL
-        return specs.BoundedArray(
-            limited.shape, float, np.where(limited, low, -largest), np.where(limited, high, largest)
-        )
+        return self.task.action_spec(self.mjenv)
 
     def observation_spec(self) -> Mapping[str, specs.Array]:
         """The shapes of the observations."""
@@ -280,7 +324,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
     def physics(self) -> Physics:
         """The simulation."""
         if self._physics is None:
-            self._physics = Physics(self.mjenv)
+            self._physics = Physics(self.mjenv, self._domain)
             if not self._is_begun:
                 self._physics.reset()
         return self._physics
@@ -298,13 +342,13 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             self._physics.free()
         self.mjenv.close()
 
+    def _check_warnings(self) -> None:
+        given = self.mjenv.arrays["warnings"]
+        if np.count_nonzero(given):
+            self.physics.report(given)
+
     def _observation(self, values: NDArray[np.float64]) -> Observation:
-        if not self._terms:
-            return OrderedDict(observations=values)
-        terms: Observation = OrderedDict()
-        for name, part, shape in self._terms:
-            terms[name] = values[part] if shape is None else values[part].reshape(shape)
-        return terms
+        return OrderedDict(observations=values) if self._is_flat else self.task.terms.of(values)
 
 
 def _timesteps(control_timestep: float, timestep: float) -> int:
@@ -317,11 +361,6 @@ def _timesteps(control_timestep: float, timestep: float) -> int:
             f"Control timestep ({control_timestep}) must be an integer multiple of physics timestep ({timestep})"
         )
     return round(ratio)
-
-
-def _checked_seed(seed: Any) -> int:
-    np.random.RandomState(seed)
-    return int(seed)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,8 +1,8 @@
 """The live viewer: environments in a browser, here or on another computer.
 
 ``python -m mjenv view ID`` steps an environment itself (session.py), and ``with mjenv.view(envs):`` shows one that a
-program steps (watch.py). viser serves the page and draws it: pip install "mjenv[view]". Importing mjenv imports none of
-that.
+program steps (watch.py). viser serves and draws the page: pip install "mjenv[view]". Importing mjenv does not import
+these modules.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ def view(
 ) -> View:
     """Shows an environment in a browser while the program steps it: ``with mjenv.view(envs): train(envs)``.
 
-    env: what make or make_vec gives, also inside of Gymnasium's wrappers, or mjenv.sb3's. rows: how many rows are drawn
-    at most, the first ones. port: of the page; None for the first free one from 8080 on. host: the address that is
-    listened at, by default that of this computer alone. share: the part of the program's time that drawing may take.
-    quiet: do not print the address, which the attribute `address` holds.
+    env: from make or make_vec, also inside of Gymnasium's wrappers, or from mjenv.sb3. rows: the first `rows` rows are
+    drawn. port: of the page; None: the first free port from 8080 on. host: the address at which the page is served, by
+    default that of this computer alone. share: the part of the program's time that drawing may take. quiet: do not
+    print the address, which the attribute `address` has.
 
-    The results keep every bit, except where the user pulls a body. Needs pip install "mjenv[view]". One thread steps
-    the environment. Copies and pickles of it are not shown.
+    The viewer changes no bit of the results, unless the user pulls a body or writes a live parameter. Needs pip install
+    "mjenv[view]". One thread steps the environment. Copies and pickles of it are not shown.
     """
     from mjenv.viewer.watch import View
 

@@ -1,4 +1,4 @@
-"""The panel of a session: its tabs, and when each is told of changes."""
+"""The panel of a session: its tabs, and the changes that each tab is notified of."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Controls:
             self.run = RunPanel(gui, session)
         with tabs.add_tab("Draw"):
             self.draw = DrawPanel(gui, lambda: session.picture, session.do, session.picture_anew)
-        # What can change while rows go on belongs into "Model"; what needs a new environment, into "Options".
+        # The tab "Model" has what can change while rows go on, and "Options" what needs a new environment.
         with tabs.add_tab("Options"):
             self.options = OptionsPanel(gui, session)
         with tabs.add_tab("Model"):
@@ -63,7 +63,7 @@ class Controls:
             self.plots.learn()
 
     def _changed(self) -> None:
-        """The row, its state or the environment is another one."""
+        """Called when another row is followed, or the state or the environment was replaced."""
         session = self._session
         if session.envs is not self._envs:
             self._envs, self._learned = session.envs, False

@@ -1,4 +1,4 @@
-"""What Jupyter shows: the viewer in a frame, and environments as a picture with their spaces and options."""
+"""For Jupyter: shows the viewer in a frame, and environments as a picture with their spaces and options."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _box(space: Any) -> str:
 
 
 def html_of(env: Any) -> str:
-    """An environment: its id, a picture of its first row if OpenGL is there, its spaces, and its options."""
+    """Describes an environment: its id, a picture of its first row if there is OpenGL, its spaces and its options."""
     row = rows_of(env)[0]
     id = env.spec.id
     chosen = {name: value for name, value in env.spec.kwargs.items() if name not in _LEFT_OUT}
@@ -69,7 +69,7 @@ def _short(value: Any) -> str:
 
 
 def _image(row: Any, id: str, chosen: dict[str, Any]) -> str | None:
-    """A picture of the row, which another environment draws, so that this one keeps its state. None without OpenGL."""
+    """A picture of the row, drawn by a copy so that this environment keeps its state; None without OpenGL."""
     try:
         settings = {"render_mode": "rgb_array", "width": _SIZE, "height": _SIZE}
         other = mjenv.make(id, **{**chosen, **settings, "engine": row.engine})

@@ -6,5 +6,5 @@ from typing import Any
 
 
 def observation_parts(env: Any) -> dict[str, slice]:
-    """Where each part of the observation is in it, by name."""
+    """The place of each part in the observation, by name."""
     return {field.name: slice(field.offset, field.offset + field.count) for field in env.fields("observation")}

@@ -1,4 +1,4 @@
-"""The rows of an environment as a browser shows them: which are drawn, which is followed, and what is switched on."""
+"""The picture of an environment in a browser: the rows that are drawn, the one that is followed, and the switches."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mjenv.viewer.stage import Stage
 
 Array = NDArray[Any]
 
-SURROUNDINGS = "warehouse"  # what lights the scene from all sides: viser's name for it
+SURROUNDINGS = "warehouse"  # viser's name for the light that comes from all sides
 _FIELD_OF_VIEW = math.radians(45)  # MuJoCo's default
 # MuJoCo's switches, and whether each is on at first.
 SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contacts": False, "contact forces": False}
@@ -35,16 +35,16 @@ def rows_of(env: Any) -> tuple[Any, ...]:
 
 
 class Picture:
-    """What a page draws. One thread at a time calls it: the one that steps the environment."""
+    """The picture on a page. Only the thread that steps the environment calls it."""
 
     def __init__(self, server: Server, env: Any, shown: int, do: Callable[[Callable[[], None]], None]) -> None:
-        """shown: how many rows are drawn, the first ones. do: runs a function on the thread that steps."""
+        """shown: the first `shown` rows are drawn. do: runs a function on the thread that steps."""
         self.server = server
         self.rows = rows_of(env)[:shown]
         self.pull = Pull()
         self.follow = 0  # the number of the row whose details are shown
         self.tracks = True  # whether the picture moves with that row
-        self._centred = len(self.rows) == 1  # whether that row is in the middle, or the grid is
+        self._centred = len(self.rows) == 1  # whether that row is in the middle, and not the whole grid
         model, data = self.rows[0].model, self.rows[0].data
         self.switches = dict(SWITCHES)
         self.scene = scene_of(model, data)
@@ -65,7 +65,7 @@ class Picture:
         server.viser.scene.configure_environment_map(SURROUNDINGS, environment_intensity=0.35)
 
     def take_settings(self, other: Picture) -> None:
-        """Shows what another picture of as many rows shows."""
+        """Copies the switches and the followed row of another picture with as many rows."""
         self.switches, self.tracks = other.switches, other.tracks
         self.follow, self._centred = other.follow, other._centred
         self.set_dark(other.dark)
@@ -76,13 +76,13 @@ class Picture:
 
     def set_dark(self, dark: bool) -> None:
         self.dark = dark
-        # The button would offer to send the scene to a server elsewhere.
+        # Without the button that would send the scene to a server elsewhere.
         gui = self.server.viser.gui
         gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False, control_width="large")
         self.stage.show_haze(dark, self._distance)
 
     def _look_at(self) -> float:
-        """Where the camera is at first: before the rows, and above them. Returns how far away they are."""
+        """Places the camera in front of the rows and above them. Returns its distance from them."""
         height = float(np.asarray(self.rows[0].data.xpos)[self._root][2])
         distance = 2.6 * self.scene.radius + 1.8 * float(np.abs(self.stage.offsets).max(initial=0))
         camera = self.server.viser.initial_camera
@@ -98,7 +98,7 @@ class Picture:
             self._puller = event.client_id
             self.pull.grab(row, body, self.rows[row].data, event.start_position + here, event.end_position + here)
         elif event.client_id != self._puller:
-            return  # another user has taken a body since then
+            return  # another user has pulled a body since then
         elif event.phase == "update":
             self.pull.move(event.end_position + here)
         else:  # the user lets go, or the browser is closed

@@ -16,15 +16,15 @@ Array = NDArray[Any]
 def in_all_rows(policy: Policy) -> Callable[[Array], Array]:
     """The actions of a text policy for the observations [rows, n], with the bits of policy.act.
 
-    Policy.act adds the terms of a sum one by one. Here each of these additions is one of arrays, over all rows and
-    outputs.
+    Policy.act adds the terms of a sum one by one. Here each addition adds arrays over all rows and outputs, in the same
+    order.
     """
     layers = [(np.array(layer.weights), np.array(layer.bias), layer.activation) for layer in policy.layers]
     mean, scale = np.array(policy.mean), np.array(policy.scale)
     low, high = np.array(policy.low), np.array(policy.high)
     functions = {
         name: np.frompyfunc(function, 1, 1) for name, function in ACTIVATIONS.items()
-    }  # NumPy's have other bits
+    }  # because NumPy's functions give other bits
 
     def act(observations: Array) -> Array:
         values = np.minimum(np.maximum((observations - mean) / scale, -policy.clip), policy.clip)

@@ -1,4 +1,4 @@
-"""What changes from picture to picture: the places of geoms and sites, and what MuJoCo's switches show."""
+"""What changes from picture to picture: the poses of geoms and sites, and the marks of MuJoCo's switches."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Marks:
-    """Cylinders, arrows or balls: where they begin, how they are turned, and their sizes along their own axes."""
+    """Cylinders, arrows or balls: their origins, orientations, and sizes along their own axes."""
 
     position: Array
     turn: Array
@@ -34,7 +34,7 @@ class Marks:
 
 
 def quaternions(matrices: Array) -> Array:
-    """Rotation matrices [n, 9] as quaternions [n, 4]: each by the formula that divides by its greatest number."""
+    """Rotation matrices [n, 9] as quaternions [n, 4], by the formula that divides by the greatest component."""
     m = np.asarray(matrices).reshape(-1, 3, 3)
     xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
     squares = np.stack([1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz], axis=1)
@@ -48,7 +48,7 @@ def quaternions(matrices: Array) -> Array:
 
 
 def along(directions: Array) -> Array:
-    """The quaternions that turn the z-axis to these directions [n, 3], of any length."""
+    """The quaternions that rotate the z-axis to these directions [n, 3], which can have any length."""
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     unit = np.where(lengths > 1e-12, directions / np.maximum(lengths, 1e-12), (0.0, 0.0, 1.0))
     found = np.stack([1 + unit[:, 2], -unit[:, 1], unit[:, 0], np.zeros(len(unit))], axis=1)
@@ -58,7 +58,7 @@ def along(directions: Array) -> Array:
 
 
 def pose_of(data: Any, root: int, sites: bool) -> Pose:
-    """The places of a row's geoms and sites."""
+    """The poses of a row's geoms and sites."""
     position, turn = {"geom": np.asarray(data.geom_xpos)}, {"geom": quaternions(data.geom_xmat)}
     if sites:
         position["site"], turn["site"] = np.asarray(data.site_xpos), quaternions(data.site_xmat)
@@ -69,7 +69,7 @@ def pose_of(data: Any, root: int, sites: bool) -> Pose:
 
 
 def tendons(model: Any, data: Any) -> Marks:
-    """Each tendon's path, straight from point to point."""
+    """The path of each tendon, as straight lines between its points."""
     points = np.asarray(data.wrap_xpos).reshape(-1, 3)
     objects = np.asarray(data.wrap_obj).reshape(-1)
     begins: list[int] = []
@@ -88,14 +88,14 @@ def tendons(model: Any, data: Any) -> Marks:
 
 def joints(model: Any, data: Any, scale: float) -> Marks:
     """An arrow along the axis of each hinge and slide."""
-    chosen = np.flatnonzero(np.asarray(model.jnt_type) >= 2)  # not mjJNT_FREE and mjJNT_BALL, which have no axis
+    chosen = np.flatnonzero(np.asarray(model.jnt_type) >= 2)  # mjJNT_FREE and mjJNT_BALL have no axis
     axes = np.asarray(data.xaxis)[chosen]
     size = np.tile([0.06 * scale, 0.06 * scale, 0.6 * scale], (len(chosen), 1))
     return Marks(np.asarray(data.xanchor)[chosen], along(axes), size, np.asarray(model.jnt_group)[chosen])
 
 
 def centres_of_mass(model: Any, data: Any, scale: float) -> Marks:
-    """A ball at the centre of mass of each robot: of each tree of bodies."""
+    """A ball at the centre of mass of each tree of bodies, that is, of each robot."""
     bodies = np.arange(model.nbody)
     chosen = bodies[(np.asarray(model.body_rootid) == bodies) & (bodies > 0)]
     position = np.asarray(data.subtree_com)[chosen]
@@ -112,7 +112,7 @@ def contacts(data: Any, scale: float) -> Marks:
 
 
 def contact_forces(model: Any, data: Any, scale: float) -> Marks:
-    """An arrow for the force of each contact: as long as the robot's weight is when it has that weight."""
+    """An arrow for the force of each contact. A force as great as the robot's weight is 2 * scale long."""
     position, force = forces_of(data)
     weight = max(float(np.sum(model.body_mass)) * max(float(np.linalg.norm(model.opt.gravity)), 1e-6), 1e-9)
     length = np.minimum(np.linalg.norm(force, axis=1) / weight * 2 * scale, 4 * scale)

@@ -12,7 +12,7 @@ from mjenv.viewer.poses import Marks, along
 
 Array = NDArray[Any]
 
-_FREQUENCY = 10.0  # rad/s, of the spring: MuJoCo's default stiffness is 100 for each kilogram
+_FREQUENCY = 10.0  # rad/s, the spring's frequency: MuJoCo's default stiffness is 100 for each kilogram
 _LEAST_MASS = 1e-6
 
 
@@ -20,9 +20,9 @@ _LEAST_MASS = 1e-6
 class Grip:
     row: int
     body: int
-    point: Array  # that is held, in the axes of the body
-    aim: Array  # where it is pulled to
-    before: Array | None = None  # where it was a step ago
+    point: Array  # the point that is held, in the body's axes
+    aim: Array  # where the point is pulled to
+    before: Array | None = None  # where the point was one step ago
 
 
 class Pull:
@@ -45,7 +45,7 @@ class Pull:
         self.grip = None
 
     def apply(self, rows: Any, dt: float) -> None:
-        """Before a step of dt seconds. The force stays the same during the step."""
+        """Writes the force before a step of dt seconds, which stays the same during the step."""
         grip = self.grip
         if self._written is not None and (grip is None or grip.row != self._written):
             rows[self._written].data.xfrc_applied[...] = 0
@@ -58,7 +58,7 @@ class Pull:
         speed = np.zeros(3) if grip.before is None else (point - grip.before) / dt
         grip.before = point
         mass = 1 / max(float(row.model.body_invweight0[grip.body][0]), _LEAST_MASS)
-        frequency = min(_FREQUENCY, 0.5 / dt)  # a stiffer spring would swing up from step to step
+        frequency = min(_FREQUENCY, 0.5 / dt)  # with a stiffer spring, the oscillation would grow from step to step
         force = mass * (frequency**2 * (grip.aim - point) - 2 * frequency * speed)
         wrench = np.zeros(np.asarray(data.xfrc_applied).shape)
         wrench[grip.body] = [*force, *np.cross(point - np.asarray(data.xipos)[grip.body], force)]

@@ -1,4 +1,4 @@
-"""What a user records: a trajectory of the row that is followed, as numbers (.npz) or as a video."""
+"""Records a trajectory of the row that is followed, as numbers (.npz) or as a video."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Recorder:
         self.frames.append(frame)
 
     def drop(self, steps: int) -> None:
-        """After steps back: forgets the moments that these steps led to."""
+        """Drops the moments of steps that the user has taken back."""
         if self.on and steps:
             self.frames = self.frames[:-steps]
             if not self.frames:
@@ -68,7 +68,7 @@ class Recorder:
         return file.getvalue()
 
     def video(self) -> tuple[str, bytes]:
-        """The end of the file's name, and its content: .mp4 where imageio-ffmpeg is there, else .gif.
+        """The extension and the content of a video file: .mp4 if imageio-ffmpeg is installed, else .gif.
 
         mjenv itself draws it, with OpenGL, from the states.
         """

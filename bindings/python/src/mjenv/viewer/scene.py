@@ -1,4 +1,4 @@
-"""What a model consists of, as sets of equal shapes that a viewer draws at many places at once."""
+"""A model as sets of equal shapes, each of which a viewer draws at many places at once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mjenv.viewer.shapes import Shape
 Array = NDArray[Any]
 
 GROUPS = 6  # mjNGROUP; greater numbers count as the last
-OWN_COLOUR = (0.5, 0.5, 0.5, 1)  # the default, instead of which the colour of the material counts
+OWN_COLOUR = (0.5, 0.5, 0.5, 1)  # MuJoCo's default colour; a geom that has it takes the colour of its material
 _CUBE, _SKYBOX = 1, 2  # mjtTexture; 0 is 2D
 
 
@@ -23,7 +23,7 @@ class Texture:
     pixels: Array  # uint8[height, width, 3 or 4]
     is_cube: bool
     repeat: tuple[float, float]
-    is_uniform: bool  # repeats for each unit of length, and not for each object
+    is_uniform: bool  # whether the texture repeats for each unit of length, and not for each object
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Scene:
 
 
 def scene_of(model: Any, data: Any) -> Scene:
-    """Reads the arrays of a model. data: of a state in which the robot is seen whole."""
+    """Reads the arrays of a model. data: of a state that shows the whole robot."""
     names = tuple(str(model.body(body).name) for body in range(model.nbody))
     radius = _radius(model, data)
     batches = [*_batches(model, "geom", radius), *_batches(model, "site", radius)]
@@ -73,11 +73,11 @@ def _radius(model: Any, data: Any) -> float:
     away = np.asarray(data.geom_xpos)[geoms] - np.asarray(data.xpos)[moves[0]]
     radius = float(np.max(np.linalg.norm(away, axis=1) + np.asarray(model.geom_rbound)[geoms]))
     extent = float(model.stat.extent)
-    return radius if radius > extent / 20 else extent / 3  # a mass point is seen with what is around it
+    return radius if radius > extent / 20 else extent / 3  # so that a point mass is shown with its surroundings
 
 
 def _batches(model: Any, kind: str, radius: float) -> list[Batch]:
-    """The objects by all that decides how they are drawn."""
+    """Groups objects that are drawn in the same way."""
     count = int(getattr(model, f"n{kind}"))
     types, sizes, groups, materials, colours, owners = (
         np.asarray(getattr(model, f"{kind}_{name}")) for name in ("type", "size", "group", "matid", "rgba", "bodyid")
@@ -114,7 +114,7 @@ def _batches(model: Any, kind: str, radius: float) -> list[Batch]:
     return batches
 
 
-# The numbers of materials, and MuJoCo's defaults for what has none.
+# The numbers of materials, and MuJoCo's defaults for objects without a material.
 _SHINE = (("shininess", 0.5), ("specular", 0.5), ("emission", 0.0))
 
 
@@ -122,7 +122,7 @@ def texture_of(model: Any, material: int) -> Texture | None:
     """The texture of a material."""
     if material < 0:
         return None
-    # MuJoCo 4.0 has several textures for a material: the second is that of the colour.
+    # MuJoCo 4.0 has several textures for a material: the second one has the colours.
     chosen = np.atleast_1d(np.asarray(model.mat_texid)[material])
     number = int(chosen[1] if chosen.size > 1 else chosen[0])
     if number < 0 or int(model.tex_type[number]) == _SKYBOX:

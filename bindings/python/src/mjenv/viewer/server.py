@@ -1,4 +1,4 @@
-"""viser's server: started without a word, on this machine alone unless asked otherwise, and stopped without a trace."""
+"""viser's server, which prints nothing, serves this machine alone by default, and leaves no threads when it stops."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Server:
         if port not in (None, 0, found):  # another program has taken it in the meantime
             self.close()
             raise InvalidValueError(f"port {port} of {host} is in use: choose another, or none")
-        self.viser.gui.main_panel.dock_right()  # beside the picture, the panel hides nothing
+        self.viser.gui.main_panel.dock_right()  # beside the picture, where the panel hides nothing
         self.address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{found}"
         self.port: int = found
 
@@ -60,7 +60,7 @@ class Server:
 
 
 def _check(host: str, port: int) -> None:
-    """Raises InvalidValueError unless the address can be listened at, because viser would wait forever."""
+    """Raises InvalidValueError if the server cannot listen at the address, because viser would wait forever."""
     if not 0 <= port < 2**16:
         raise InvalidValueError(f"there is no port {port}; ports are 0 to 65535")
     try:
@@ -75,7 +75,7 @@ def _check(host: str, port: int) -> None:
 
 
 def open_browser(address: str) -> None:
-    """Opens the address where a browser can show it: not over ssh, and not without a display."""
+    """Opens the address in a browser, except over ssh and without a display."""
     remote = any(name in os.environ for name in ("SSH_CONNECTION", "SSH_TTY"))
     shown = sys.platform in ("win32", "darwin") or any(name in os.environ for name in ("DISPLAY", "WAYLAND_DISPLAY"))
     if shown and not remote:
@@ -85,6 +85,11 @@ def open_browser(address: str) -> None:
 
 @contextlib.contextmanager
 def _silent() -> Any:
-    """viser prints where it listens, and that it has stopped."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        yield
+    """Hides viser's messages about its start and stop. In a notebook, rich does not print them to stdout."""
+    console = importlib.import_module("rich").get_console()  # viser needs rich
+    quiet, console.quiet = console.quiet, True
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        console.quiet = quiet

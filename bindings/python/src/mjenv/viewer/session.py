@@ -23,17 +23,17 @@ from mjenv.viewer.smooth import between
 Array = NDArray[Any]
 Policy = Callable[[Array], Any]  # the actions of all rows for their observations
 
-HISTORY = 1000  # steps that one can go back
+HISTORY = 1000  # the user can go back by so many steps
 PICTURES = 60  # a second at most
-_SHARE = 0.25  # of the time goes at most into pictures
+_SHARE = 0.25  # the greatest part of the time that pictures may take
 _STEPPING = 1 / 30  # seconds at most from picture to picture
-_LATE = 0.25  # seconds; what is later is not made up for
-_UNWATCHED = 1.0  # seconds from picture to picture while no browser looks
+_LATE = 0.25  # seconds; a greater delay is not caught up
+_UNWATCHED = 1.0  # seconds from picture to picture while no browser shows the page
 
 
 @dataclass(frozen=True)
 class Moment:
-    """What is needed to go back to a moment."""
+    """The data with which the session can go back to a moment."""
 
     image: bytes
     steps: int
@@ -96,13 +96,13 @@ class Session:
         return mjenv.make_vec(self.id, self.count, **options)
 
     def _begin(self) -> None:
-        """Resets the environment and draws it anew."""
+        """Resets the environment and draws it."""
         self.obs, _ = self.envs.reset(seed=self.seed)
         self.picture = Picture(self.server, self.envs, self.count, self.do)
         self._start()
 
     def _start(self) -> None:
-        """Episodes have begun."""
+        """Clears the sums over episodes, because all rows have begun new ones."""
         self.steps = np.zeros(self.count, int)
         self.totals = np.zeros(self.count)
         self.rewards = np.zeros(self.count)
@@ -171,7 +171,7 @@ class Session:
             interval = self.envs.dt / self.speed
             if self.playing:
                 due = max(due, now - _LATE)
-                # Where steps take longer than what they simulate, time passes more slowly, and the page still answers.
+                # If steps take longer than the time that they simulate, the simulation slows down.
                 end = now + _STEPPING
                 while self.playing and due <= now < end and not self._closing:
                     self.step()
@@ -189,7 +189,7 @@ class Session:
             self._wait(min(picture, due) if self.playing else picture)
 
     def _wait(self, until: float) -> None:
-        """Runs commands, and waits for others until a time."""
+        """Runs commands, and waits for more of them until a time."""
         while not self._closing:
             left = until - time.monotonic()
             try:
@@ -201,14 +201,14 @@ class Session:
 
     @contextlib.contextmanager
     def _reported(self) -> Any:
-        """The page shows an error."""
+        """Shows errors on the page."""
         try:
             yield
         except Exception as error:
             self.server.report(f"{type(error).__name__}: {error}")
 
     def _draw(self, now: float, interval: float) -> None:
-        """Between two steps that are long, the rows are drawn on their way from one to the other."""
+        """Draws the rows; if steps are long, at poses between those of the last two steps."""
         if self._stale:
             self._last, self._now = self._now, self.picture.read()
             self._read_at, self._stale = now, False
@@ -220,12 +220,12 @@ class Session:
             self.picture.show([between(a, b, place) for a, b in zip(self._last, self._now, strict=True)])
 
     def changed(self) -> None:
-        """The state is another one, other than by a step."""
+        """Called when the state has changed other than by a step."""
         self.picture_anew()
         self.obs = self.envs.observe()
 
     def picture_anew(self) -> None:
-        """What is drawn has to be read again."""
+        """Makes the next picture read everything again."""
         self._now, self._stale = None, True
 
     @property
@@ -236,7 +236,7 @@ class Session:
     # ---- what a user can do ----
 
     def step(self) -> None:
-        """Takes a step in every row. An error pauses, and the page shows it."""
+        """Takes a step in every row. An error pauses the session, and the page shows it."""
         with self._reported():
             try:
                 self._step()
@@ -254,13 +254,13 @@ class Session:
         self.totals = np.where(begun, 0.0, self.totals + self.rewards)
         self.ended = terminated | truncated
         if begun[: len(self.picture.rows)].any():
-            self._now = None  # no way leads from the end of an episode to the beginning of the next
+            self._now = None  # no poses between the end of an episode and the beginning of the next
         self._stale = True
         for function in self.on_step:
             function()
 
     def actions(self) -> Array:
-        """The actions of all rows. Sliders move the row that is followed, and add to what the policy does."""
+        """The actions of all rows. The sliders' values are added to the policy's action in the row that is followed."""
         shape = (self.count, *self.sliders.shape)
         space = self.envs.single_action_space
         if self.source == "policy" and self.policy:
@@ -325,7 +325,7 @@ class Session:
         self.on_change()
 
     def rebuild(self, options: dict[str, Any]) -> None:
-        """Builds the environment anew with other options. If that cannot be, the old one stays."""
+        """Builds a new environment with other options. If this fails, the old one stays."""
         envs = self._made(options)
         old, settings = self.envs, self.picture
         self.envs = envs

@@ -12,15 +12,17 @@ Array = NDArray[Any]
 
 # mjtGeom, which is the same in all versions.
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)
-# What mjModel has no triangles for (such as signed distance fields) is drawn as its mesh, if it has one.
+# Geoms without triangles in mjModel, such as signed distance fields, are drawn as their mesh, if they have one.
 _AROUND = 24  # corners of a circle
 _UP = 8  # rings of a hemisphere
 
 
 @dataclass(frozen=True)
 class Shape:
-    """vertices[n, 3], the corners of the triangles faces[m, 3], and where a 2D texture is at each vertex, if it has a
-    place there: uv[n, 2], where 1 is the texture's whole width or height."""
+    """Triangles: vertices[n, 3], faces[m, 3], and if the shape can have a 2D texture, its coordinates uv[n, 2].
+
+    A coordinate of 1 is the texture's whole width or height.
+    """
 
     vertices: Array
     faces: Array
@@ -55,7 +57,7 @@ def _round(half: float) -> Shape:
 
 
 def _between(rings: int) -> Array:
-    """The triangles between rings of vertices that stand one above the other."""
+    """The triangles between rings of vertices, one ring above the other."""
     low, here = np.meshgrid(np.arange(rings - 1), np.arange(_AROUND), indexing="ij")
     following = (here + 1) % _AROUND
     a, b = low * _AROUND + here, low * _AROUND + following
@@ -68,7 +70,7 @@ def cylinder(radius: float, half: float) -> Shape:
     ring = np.stack([radius * np.cos(around), radius * np.sin(around), np.zeros(_AROUND)], axis=1)
     up = np.array([0, 0, half])
     low, high = ring - up, ring + up
-    # The rings stand twice, because a corner has one normal in the mantle and another in the lid.
+    # The rings at the ends exist twice, because the side and the lid have different normals there.
     vertices = np.concatenate([low, high, low, high, [[0, 0, -half], [0, 0, half]]])
     here = np.arange(_AROUND)
     following = (here + 1) % _AROUND
@@ -115,7 +117,7 @@ def height_field(model: Any, number: int) -> Shape:
 
 
 def mesh(model: Any, number: int) -> Shape:
-    """A mesh. Vertices with several texture coordinates stand once for each of them."""
+    """A mesh. A vertex with several texture coordinates is repeated for each of them."""
     first, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
     start, length = int(model.mesh_faceadr[number]), int(model.mesh_facenum[number])
     vertices = np.asarray(model.mesh_vert)[first : first + count]
@@ -132,7 +134,7 @@ def mesh(model: Any, number: int) -> Shape:
 
 
 def of_geom(model: Any, kind: int, size: Array, data: int, reach: float) -> Shape | None:
-    """The shape of a geom or site; None for what has none. reach: half of the side of an infinite plane."""
+    """The shape of a geom or site; None if it has no shape. reach: half of the side of an infinite plane."""
     x, y, z = (float(number) for number in size)
     if kind == PLANE:
         return plane(x or reach, y or reach)

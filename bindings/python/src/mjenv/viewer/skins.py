@@ -32,8 +32,10 @@ class Skin:
     bones: tuple[Bone, ...]
 
     def vertices(self, positions: Array, turns: Array) -> Array:
-        """As in MuJoCo, a vertex is the weighted mean of where its bones carry it. positions[nbody, 3] and the matrices
-        turns[nbody, 3, 3]: of the bodies now."""
+        """The vertices as in MuJoCo: each is the weighted mean of the points to which its bones carry it.
+
+        positions[nbody, 3], turns[nbody, 3, 3]: the positions and rotation matrices of the bodies.
+        """
         found, weights = np.zeros(self.rest.shape), np.zeros((len(self.rest), 1))
         for bone in self.bones:
             turn = turns[bone.body] @ bone.turn.T

@@ -1,4 +1,4 @@
-"""Poses between two poses, where a step simulates more time than passes from picture to picture."""
+"""Poses between two poses, for steps that are longer than the time from picture to picture."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[Any]
 
 
 def between(first: Pose, last: Pose, place: float) -> Pose:
-    """The pose at a place from 0 (first) to 1 (last). Contacts and the like are those of the last one."""
+    """The pose at a place from 0 (first) to 1 (last). Contacts and other marks are those of the last pose."""
     if first.position.keys() != last.position.keys():  # something was switched on or off in between
         return last
     position = {kind: (1 - place) * first.position[kind] + place * found for kind, found in last.position.items()}
@@ -22,7 +22,7 @@ def between(first: Pose, last: Pose, place: float) -> Pose:
 
 
 def _turned(first: Array, last: Array, place: float) -> Array:
-    """Quaternions on the shorter way: of q and -q, which are the same turn, the nearer one."""
+    """Quaternions between two, on the shorter way: q and -q are the same rotation, and the nearer one is taken."""
     sign = np.where(np.sum(first * last, axis=1, keepdims=True) < 0, -1.0, 1.0)
     mixed: Array = (1 - place) * sign * first + place * last
     unit: Array = mixed / np.maximum(np.linalg.norm(mixed, axis=1, keepdims=True), 1e-12)

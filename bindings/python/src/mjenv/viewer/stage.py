@@ -20,7 +20,7 @@ Array = NDArray[Any]
 
 _ROOT = "/rows"
 _SHOWN = 3  # MuJoCo shows the groups 0, 1 and 2 unless asked for others
-# What MuJoCo's switches draw: the shape of each, and its colour.
+# The shape and the colour of the marks of each of MuJoCo's switches.
 MARKS: dict[str, tuple[Callable[[], Shape], tuple[int, int, int]]] = {
     "tendons": (shapes.unit_cylinder, (230, 70, 60)),
     "joints": (shapes.arrow, (60, 130, 220)),
@@ -30,7 +30,7 @@ MARKS: dict[str, tuple[Callable[[], Shape], tuple[int, int, int]]] = {
     "pull": (shapes.unit_cylinder, (224, 83, 61)),
 }
 _BACKGROUNDS = {False: (255, 255, 255), True: (20, 20, 20)}  # of the page, by whether it is dark
-_NOWHERE = -1e4  # where marks stand that are not needed now
+_NOWHERE = -1e4  # the place of marks that are not needed now
 
 
 class Stage:
@@ -86,12 +86,14 @@ class Stage:
         self._nodes.append((batch, node, rows))
 
     def _is_shared(self, batch: Batch) -> bool:
-        """Whether all rows stand on one floor, because those of single rows would overlap."""
+        """Whether all rows share one floor, because floors of their own would overlap."""
         return batch.is_floor and bool(np.ptp(batch.shape.vertices[:, :2], axis=0).min() > self.spacing)
 
     def _under(self, batch: Batch, origin: Array) -> Array:
-        """A plane goes on beyond its edges, where it is not drawn. So it is drawn where the picture is, moved by whole
-        repetitions of its texture."""
+        """Moves an infinite plane, of which only a part is drawn, below the middle of the picture.
+
+        The plane moves by whole repetitions of its texture, so that the texture seems to stay.
+        """
         size = np.ptp(batch.shape.vertices[:, :2], axis=0)
         texture = batch.look.texture
         if texture is None:
@@ -100,7 +102,7 @@ class Stage:
         return np.array([[*(np.round(origin[:2] / period) * period), 0.0]])
 
     def _let_drag(self, node: Any, batch: Batch) -> None:
-        async def dragged(event: Any) -> None:  # awaited one after the other, unlike other functions
+        async def dragged(event: Any) -> None:  # viser awaits them one after the other
             row, index = divmod(int(event.instance_index or 0), len(batch.objects))
             self.grabbed(row, int(batch.bodies[index]), event)
 
@@ -109,10 +111,10 @@ class Stage:
     # ---- what is drawn ----
 
     def show(self, poses: Sequence[Pose], origin: Array) -> None:
-        """Draws the rows at a moment. origin: what stands in the middle of the picture."""
+        """Draws the rows at a moment. origin: the point in the middle of the picture."""
         with self._server.atomic():
-            # The places themselves are moved, and not the frame that holds the nodes: a slow browser moves a frame at
-            # once, but batches later, and robots would stand beside the middle.
+            # Moves the positions and not the frame of the nodes, because a slow browser would move the frame first and
+            # the batches later, and robots would stand beside the middle.
             self._origin = np.array(origin)
             for batch, node, rows in self._nodes:
                 kind = batch.kind
@@ -135,7 +137,7 @@ class Stage:
                 self._draw(name, found)
 
     def _draw(self, name: str, marks: Sequence[tuple[Marks, Array]]) -> None:
-        """Draws marks of one kind with the meshes that there are, and makes more if they are too few."""
+        """Draws marks of one kind with the existing meshes, and makes more meshes if there are too few."""
         shown = self.groups.get(name.removesuffix("s"), [True] * GROUPS)
         chosen = [np.array(shown)[np.clip(part.group, 0, GROUPS - 1)] for part, _ in marks]
         needed = sum(int(part.sum()) for part in chosen)
@@ -200,8 +202,7 @@ class Stage:
                 node.visible = shown
 
     def show_haze(self, dark: bool, near: float) -> None:
-        """Hides the edges of the floor, which ends far away, in the colour of the background. near: how far away the
-        rows are, which stay clear."""
+        """Hides the far edges of the floor in haze. near: the distance of the rows, which stay clear."""
         floors = [batch.shape.vertices for batch, _, _ in self._nodes if self._is_shared(batch)]
         reach = max((float(np.abs(vertices[:, :2]).max()) for vertices in floors), default=0.0)
         self._server.scene.configure_fog(1.5 * near, 1.5 * near + reach, color=_BACKGROUNDS[dark], enabled=reach > 0)
@@ -212,7 +213,7 @@ class Stage:
 
     @property
     def origin(self) -> Array:
-        """What stands in the middle of the picture, in the coordinates of the grid."""
+        """The point in the middle of the picture, in the coordinates of the grid."""
         return self._origin
 
     def remove(self) -> None:

@@ -1,4 +1,4 @@
-"""Environments that a program steps itself, a training for example, shown while it does so."""
+"""Shows an environment while a program, a training for example, steps it."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from mjenv.viewer.picture import Picture, rows_of
 from mjenv.viewer.server import Server
 
 PICTURES = 60  # a second at most
-# After these the rows are drawn, if it is time to. The last is that of Stable-Baselines3's environments.
+# After a call of these methods, the rows are drawn if it is time. The last one is Stable-Baselines3's.
 _SHOWN = ("step", "reset", "recv", "rollout", "restore", "step_wait")
-_STEPS = ("step", "send", "rollout", "step_wait")  # before these the user's forces are written, and a pause waits
-_LOOK = 0.1  # seconds between two looks at whether a browser is there
+_STEPS = ("step", "send", "rollout", "step_wait")  # before these, writes forces, and waits while paused
+_LOOK = 0.1  # seconds between two checks whether a browser shows the page
 
 
 class View:
     """Shows an environment until it is closed: ``with mjenv.view(envs):``. See mjenv.view.
 
-    The program's own calls read the poses, between two steps, and the share of the time that this takes is bounded.
-    Nothing else happens on the program's thread. While no browser looks, nothing is read.
+    The program's own thread reads the poses between two steps, for at most `share` of its time, and does nothing else
+    for the viewer. While no browser shows the page, it reads nothing.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class View:
             self.server.close()
             raise
         self._dt = float(shown[0].dt)
-        # The methods of this one environment are replaced by those of a class derived from its own.
+        # Only this environment's methods are replaced: its class becomes one that is derived from its own.
         self._kind = type(self._env)
         self._env.__class__ = _viewed(self._kind, self)
         if not quiet:
@@ -90,7 +90,7 @@ class View:
         self.paused, self._single = True, 1
 
     def close(self) -> None:
-        """Closes the page, and leaves the environment as it would be without it. Closing twice is fine."""
+        """Closes the page and restores the environment's class. Closing twice is fine."""
         if self._closed:
             return
         self._closed, self.paused = True, False
@@ -208,10 +208,10 @@ def _new(kind: type[Any], *arguments: Any) -> Any:
 
 
 class _Clock:
-    """The time that the viewer takes from the program: while its thread draws, and the CPU time of viser's threads.
+    """The time that the viewer takes from the program: for drawing on its thread, and the CPU time of viser's threads.
 
-    Python runs one thread at a time, so what viser's threads take is taken from the program, too. On a busy machine a
-    second of CPU time takes more than a second, and the program's time is measured in the latter.
+    Python runs one thread at a time, so viser's threads take their CPU time from the program, too. It is converted to
+    wall time, because on a busy machine a second of CPU time takes more than a second.
     """
 
     def __init__(self) -> None:

@@ -289,20 +289,19 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Makes what the methods see belong to the new state. After the last mj_step of a step, the library computes the
-    /// stages of mj_step1: positions, velocities, contacts and the sensors that depend on them then belong to the new
-    /// qpos and qvel; forces and accelerations belong to the state before.
+    /// Lets the methods see the new state. After the last mj_step of a step, the library computes the stages of mj_step1,
+    /// so positions, velocities, contacts and the sensors that depend on them belong to the new qpos and qvel. Forces and
+    /// accelerations belong to the state before.
     pub fn current(&mut self) {
         if !self.lists() {
             call!(self.current());
         }
     }
 
-    /// An array of mjModel that [`Task::reset`](super::Task::reset) and [`Task::step`](super::Task::step) write for their
-    /// row, which needs [`Builder::current`]. Or `"qfrc_applied"` or `"xfrc_applied"`, which
-    /// [`Task::before_step`](super::Task::before_step), `before_substep` and `step` write. What they have written stays; if
-    /// the method fails, the row keeps its old values. Where MuJoCo has `f32` (`"hfield_data"`, `"geom_rgba"`), what they
-    /// write is rounded.
+    /// Gives each row its own array: an array of mjModel that [`Task::reset`](super::Task::reset) and
+    /// [`Task::step`](super::Task::step) write, which needs [`Builder::current`]; or `"qfrc_applied"` or `"xfrc_applied"`,
+    /// which [`Task::before_step`](super::Task::before_step), `before_substep` and `step` write. If the method fails, the
+    /// row keeps its old values. Numbers are rounded if MuJoCo's array is `f32` (`"hfield_data"`, `"geom_rgba"`).
     pub fn own(&mut self, name: &str) -> Own {
         let (index, _) = self.share(name);
         if self.lists() {
@@ -348,9 +347,9 @@ impl<'a> Builder<'a> {
         Carry { first }
     }
 
-    /// The same with closed bounds for each number, which contain 0: `b.carry_within(0.0..=4.0)`. A method that writes
-    /// another number fails, and images with another number are refused. Bound what the task uses as an index or a size,
-    /// because an image may come from a stranger.
+    /// The same with closed bounds for each number, which must contain 0: `b.carry_within(0.0..=4.0)`. A method that writes
+    /// a number out of the bounds fails, and an image with one is refused. Bound numbers that the task uses as indices or
+    /// sizes, because an image may come from a stranger.
     pub fn carry_within<const N: usize>(&mut self, bounds: RangeInclusive<f64>) -> Carry<N> {
         let numbers = self.carry();
         if !self.lists() {
@@ -359,8 +358,8 @@ impl<'a> Builder<'a> {
         numbers
     }
 
-    /// Declares `N` numbers that a row carries from step to step, and that stay after resets: a terrain's level, for
-    /// instance. They are 0 until the row's first reset.
+    /// Declares `N` numbers that a row carries from step to step, and that resets keep, for instance the level of a
+    /// terrain. They are 0 until the row's first reset.
     pub fn keep<const N: usize>(&mut self) -> Carry<N> {
         self.keep_within(f64::NEG_INFINITY..=f64::INFINITY)
     }
@@ -419,7 +418,7 @@ impl<'a> Builder<'a> {
         unsafe { Rng::new((*self.raw).random) }
     }
 
-    /// Notes an option in the run that lists them; else returns its name for the library.
+    /// Records an option in the run that lists them; in other runs returns its name for the library.
     fn declare(&mut self, option: Declared) -> Option<CString> {
         if !self.lists() {
             return Some(option.name);

@@ -1,4 +1,4 @@
-//! The functions of a task that the library calls. Nothing unwinds out of them.
+//! The functions of a task that the library calls. No panic unwinds out of them.
 
 use std::any::Any;
 use std::ffi::CString;
@@ -34,7 +34,7 @@ impl<T: Task> Instance<T> {
         let mut b = unsafe { Builder::new(raw) };
         let task = T::build(&mut b)?;
         if b.shape.carried == 0 {
-            // The library refuses a callback `carry` that has nothing to write, and every Task has this method.
+            // Every Task has the method `carry`, but the library refuses a callback `carry` that has nothing to write.
             let _: Carry<1> = b.carry();
         }
         let shape = mem::take(&mut b.shape);
@@ -85,7 +85,7 @@ impl<T: Task> Instance<T> {
     }
 }
 
-/// Returns the text with which a panic was raised, and frees its payload.
+/// Returns the message of a panic, and frees its payload.
 fn text_of(payload: Box<dyn Any + Send>) -> String {
     let text = match (payload.downcast_ref::<&str>(), payload.downcast_ref::<String>()) {
         (Some(text), _) => text.to_string(),
@@ -263,7 +263,7 @@ unsafe extern "C" fn compute_reward<T: Task>(
     }
 }
 
-/// A task as the library takes it, and the memory that this points to.
+/// The library's description of a task, and the memory to which it points.
 #[doc(hidden)]
 pub struct Description {
     id: CString,

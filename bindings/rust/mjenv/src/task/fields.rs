@@ -1,4 +1,4 @@
-//! What a task writes: the terms of its observation, its info and its reset info.
+//! The fields that a task writes: the terms of its observation, its info and its reset info.
 
 use std::borrow::Borrow;
 use std::marker::PhantomData;
@@ -132,8 +132,8 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Goes on behind the expected field if it has this name and nothing is wrong. Returns its length and its memory.
-    /// `None`: it has not this name, or this is a trial call.
+    /// Moves to the next field if the expected field has this name and no field was wrong. Returns the length and the
+    /// memory of the expected field; `None` if it has another name, or in a trial call.
     #[inline]
     fn next(&mut self, name: &str) -> Option<(Option<usize>, *mut f64)> {
         match &mut self.target {
@@ -149,7 +149,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Notes a field in a trial call, or that a field is wrong.
+    /// Records a field in a trial call; in other calls records that a field is wrong.
     #[cold]
     fn other(&mut self, name: &str, dtype: Dtype, length: Option<usize>, needed: Option<usize>) -> Put<'_> {
         match &mut self.target {
@@ -203,9 +203,8 @@ impl Put<'_> {
         self.change(|entry| entry.doc = text.to_string())
     }
 
-    /// Of a term of the observation: the group to which it belongs, such as `"policy"` or `"critic"`. The terms of a
-    /// group are written one after the other. With groups, the observation is a Gymnasium Dict (the option
-    /// `observation`).
+    /// The group to which a term of the observation belongs, such as `"policy"` or `"critic"`. Write the terms of a group
+    /// one after the other. With groups, the observation is a Gymnasium Dict (the option `observation`).
     pub fn group(self, name: &str) -> Self {
         self.change(|entry| entry.group = name.to_string())
     }

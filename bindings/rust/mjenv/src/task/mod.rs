@@ -85,12 +85,12 @@
 //!
 //! [`Task::build`] runs once when the task is registered, to list its options. There is no model then: the methods of
 //! [`Builder`] return the options' defaults and indices of 0. It runs again whenever an environment is created, with the
-//! caller's options and the model. One trial call of each other method except for `reset`, on the model's initial state,
-//! then finds out the names and lengths of the fields.
+//! caller's options and the model. Then each other method except `reset` is called once on the model's initial state, to
+//! learn the names and lengths of the fields.
 //!
 //! In a step, the library calls `before_step`, `before_substep` before each mj_step, `step`, `carry` and `observe`, in this
-//! order. In a reset, it calls `reset`, `carry`,
-//! `observe` and `reset_info`. It leaves out `observe` and `reset_info` when the caller does not want their output.
+//! order. In a reset, it calls `reset`, `carry`, `observe` and `reset_info`. It leaves out `observe` and `reset_info` when
+//! the caller does not want their output.
 //!
 //! After a step, a task sees mjData as mj_step leaves it, which is also what Gymnasium sees: `qpos`, `qvel`, `act` and
 //! `time` are new, but what MuJoCo computes from them (`xpos`, contacts, `sensordata`, ...) is one timestep older,
@@ -99,10 +99,10 @@
 //! # Threads
 //!
 //! One value of the task serves all rows of an environment, from several threads at the same time. So [`Task`] requires
-//! `Send + Sync`, and the methods take `&self`. Numbers that a row has to remember from step to step are declared with
-//! [`Builder::carry`]; snapshots save them. A snapshot may come from a stranger, so numbers that are used as indices or
-//! sizes are declared with [`Builder::carry_within`]. Do not remember them in the task by a `Mutex` or an atomic, because then
-//! rows would influence each other, and results would depend on the number of threads.
+//! `Send + Sync`, and the methods take `&self`. Declare numbers that a row has to remember from step to step with
+//! [`Builder::carry`]; snapshots save them. Declare those that are used as indices or sizes with
+//! [`Builder::carry_within`], because a snapshot may come from a stranger. Do not keep such numbers in the task in a `Mutex`
+//! or an atomic, because then rows would influence each other, and results would depend on the number of threads.
 //!
 //! # Errors
 //!
@@ -202,7 +202,7 @@ pub trait Task: Sized + Send + Sync + 'static {
         Ok(())
     }
 
-    /// Writes what the next step needs to know of the present state. It is called at the end of each reset and step,
+    /// Writes what the next step needs to know about the present state. It is called at the end of each reset and step,
     /// and after [`Env::set_state`](crate::Env::set_state) and [`Env::simulate`](crate::Env::simulate). Numbers that it
     /// does not write keep their values.
     fn carry(&self, sim: &Sim<'_>, carried: &mut Carried<'_>) -> Result {
@@ -210,20 +210,21 @@ pub trait Task: Sized + Send + Sync + 'static {
         Ok(())
     }
 
-    /// Writes the observation. It must depend on nothing but `sim`. An observation with a NaN is refused, unless the
+    /// Writes the observation, which must depend only on `sim`. An observation with a NaN is refused, unless the
     /// option `strict` is false.
     fn observe(&self, sim: &Sim<'_>, observation: &mut Fields<'_>) -> Result;
 
     /// Turns the action into ctrl, once in each step, before its first mj_step, if [`Task::BEFORE_STEP`] is true; otherwise
-    /// ctrl is the action. Of `sim`, only the time, the action, the carried numbers, live parameters, the state and the arrays
-    /// of mjModel are valid: what MuJoCo computes belongs to other rows or older states. A control that is not finite is
-    /// refused, unless the option `strict` is false.
+    /// ctrl is the action. In `sim`, only the time, the action, the carried numbers, live parameters, the state and the
+    /// arrays of mjModel are valid; what MuJoCo computes belongs to other rows or older states. A control that is not
+    /// finite is refused, unless the option `strict` is false.
     fn before_step(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
         let _ = (sim, row, control);
         Ok(())
     }
 
-    /// Changes ctrl or forces before each mj_step, if [`Task::BEFORE_SUBSTEP`] is true. Of `sim`, the same is valid.
+    /// Changes ctrl or forces before each mj_step, if [`Task::BEFORE_SUBSTEP`] is true. `sim` is as valid as in
+    /// [`Task::before_step`].
     fn before_substep(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
         let _ = (sim, row, control);
         Ok(())
@@ -241,8 +242,7 @@ pub trait Task: Sized + Send + Sync + 'static {
     }
 
     /// Computes the reward, the info and whether the episode has terminated. It is called once in each step, after the
-    /// simulation has advanced by `frame_skip` mj_steps. A NaN as the reward is refused, unless the option `strict` is
-    /// false.
+    /// simulation has advanced by `frame_skip` mj_steps. A reward of NaN is refused, unless the option `strict` is false.
     fn step(&self, sim: &Sim<'_>, row: &mut Row<'_>, info: &mut Fields<'_>) -> Result<Outcome>;
 }
 

@@ -1,4 +1,4 @@
-//! What a task may change of its row: the initial state, carried numbers and the random stream.
+//! The parts of its row that a task may change: the initial state, carried numbers and the random stream.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -148,7 +148,7 @@ impl<const N: usize> Live<N> {
     }
 }
 
-/// An array of the row's own, declared by [`Builder::own`](super::Builder::own).
+/// One of the row's own arrays, declared by [`Builder::own`](super::Builder::own).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Own {
     pub(super) index: usize,
@@ -169,7 +169,7 @@ impl Own {
     }
 }
 
-/// What drives the simulation in a step, which [`Task::before_step`](super::Task::before_step) and `before_substep` write.
+/// The controls and forces of a step, which [`Task::before_step`](super::Task::before_step) and `before_substep` write.
 pub struct Control<'a> {
     // No slice of ctrl, because Sim reads the same memory.
     raw: *mut sys::mjenv_control,
@@ -192,8 +192,8 @@ impl Control<'_> {
         unsafe { size((*self.raw).substep.into()) }
     }
 
-    /// The control of an actuator. In `before_step` it is what the last step has left, 0 after a reset; in `before_substep`
-    /// what `before_step` or the last call has left, or without `before_step` the action.
+    /// The control of an actuator. In `before_step` it is that of the last step, or 0 after a reset. In `before_substep` it
+    /// is that of `before_step` or the call before; without `before_step` it is at first the action.
     ///
     /// # Panics
     /// If there is no such actuator.
@@ -220,7 +220,7 @@ impl Control<'_> {
     /// If it is an array of the model.
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
-        unsafe { own.array((*self.raw).own, self.owned, "only reset and step write own arrays of the model") }
+        unsafe { own.array((*self.raw).own, self.owned, "only reset and step can write own arrays of mjModel") }
     }
 }
 
@@ -297,8 +297,8 @@ pub struct Start<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// Calls `look` with the simulation, which is up to date at the beginning and after the methods below. For tasks that
-    /// called [`Builder::current`](super::Builder::current), as all of these.
+    /// Calls `look` with the simulation, which is up to date at the beginning and after the methods below. This and the
+    /// following methods are for tasks that called [`Builder::current`](super::Builder::current).
     ///
     /// # Panics
     /// If the task is not current.
@@ -312,16 +312,16 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// Calls mj_forward with actuation disabled, for what reset has written.
+    /// Calls mj_forward with actuation disabled, on the state that reset has written.
     ///
     /// # Errors
-    /// If MuJoCo fails. The reset then fails whatever it returns.
+    /// If MuJoCo fails. The reset then fails even if it returns `Ok`.
     pub fn forward(&mut self) -> super::Result {
         self.simulate(|api, raw| api.forward.map_or(1, |forward| unsafe { forward(raw) }))
     }
 
-    /// Simulates `count` timesteps, at least 1. With the integrator Euler, the first goes on from what was last computed, even
-    /// if `qpos` was written since. Then computes the stages of mj_step1.
+    /// Simulates `count` timesteps, at least 1, and then computes the stages of mj_step1. With the integrator Euler, the
+    /// first timestep uses the arrays that were computed last, even if `qpos` was written since.
     ///
     /// # Errors
     /// As [`Start::forward`].
@@ -329,7 +329,7 @@ impl<'a> Start<'a> {
         self.simulate(|api, raw| api.advance.map_or(1, |advance| unsafe { advance(raw, int64(count)) }))
     }
 
-    /// Begins again: mj_resetData, which the row's own arrays survive, then [`Start::forward`].
+    /// Begins again: calls mj_resetData, after which the row's own arrays keep their values, and then [`Start::forward`].
     ///
     /// # Errors
     /// As [`Start::forward`].
@@ -337,7 +337,7 @@ impl<'a> Start<'a> {
         self.simulate(|api, raw| api.restart.map_or(1, |restart| unsafe { restart(raw) }))
     }
 
-    /// How many contacts the last of these calls has found.
+    /// The number of contacts that the last of these calls has found.
     #[must_use]
     pub fn contact_count(&mut self) -> usize {
         let mut count = 0;
@@ -364,14 +364,14 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// The row's own array of the model. What one reset has written stays for the next.
+    /// The row's own array of the model. It keeps its values until they are written again.
     ///
     /// # Panics
     /// If the array is `qfrc_applied` or `xfrc_applied`.
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
         unsafe {
-            own.array((*self.raw).own, self.shape.own.len(), "a reset writes own arrays of the model, not forces")
+            own.array((*self.raw).own, self.shape.own.len(), "reset can write own arrays of mjModel only, not forces")
         }
     }
 
@@ -477,7 +477,7 @@ impl<'a> Row<'a> {
     /// # Panics
     /// In `before_step` and `before_substep`.
     pub fn qvel(&mut self) -> &mut [f64] {
-        self.qvel.as_deref_mut().expect("only a step writes the velocities")
+        self.qvel.as_deref_mut().expect("only step can write the velocities")
     }
 
     /// The row's own array, in a step. What the step writes holds from the next one on.
@@ -486,7 +486,7 @@ impl<'a> Row<'a> {
     /// In `before_step` and `before_substep`, which write forces with [`Control::own`].
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `with_own` requires.
-        unsafe { own.array(self.own.0, self.own.1, "only a step writes own arrays with its row") }
+        unsafe { own.array(self.own.0, self.own.1, "only step can write own arrays with its row") }
     }
 }
 

@@ -10,7 +10,7 @@ pub fn folder() -> PathBuf {
 }
 
 /// Names the folder of the recordings that fit this CPU, for which the C library chooses variants of its functions.
-fn libm() -> &'static str {
+pub fn libm() -> &'static str {
     // Parsed when the test runs, so that the compiler does not compute the sine.
     let sine = "692".parse::<f64>().unwrap().sin();
     match sine.to_bits() {

@@ -2,6 +2,7 @@
 
 mod allocation;
 mod asynchronous;
+mod dm_control;
 mod golden;
 #[cfg(feature = "learn")]
 mod learner;

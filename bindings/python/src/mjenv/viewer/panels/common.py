@@ -1,4 +1,4 @@
-"""What the tabs have in common."""
+"""Functions that several tabs use."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from typing import Any
 
 
 def on_user(handle: Any, function: Callable[..., None], *first: Any) -> None:
-    """Calls function(*first, value) with the value that a user gives an input, and not with those that the program
-    gives it."""
+    """Calls function(*first, value) when a user, and not the program, changes the value of an input."""
 
-    async def updated(event: Any) -> None:  # awaited one after the other, unlike other functions
+    async def updated(event: Any) -> None:  # viser awaits them one after the other
         if event.client is not None:
             function(*first, event.target.value)
 

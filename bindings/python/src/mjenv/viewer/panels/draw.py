@@ -18,7 +18,7 @@ _COUNTS = {"geom": "ngeom", "site": "nsite", "tendon": "ntendon", "joint": "njnt
 
 class DrawPanel:
     def __init__(self, gui: Any, picture: Callable[[], Picture], do: Do, changed: Callable[[], None]) -> None:
-        """picture: gives the present one. changed: is called after something else is to be drawn."""
+        """picture: returns the present picture. changed: is called after the user has changed what is drawn."""
         self._picture, self._changed = picture, changed
         self._run = do
         self._dark = gui.add_checkbox("Dark", False)

@@ -50,7 +50,7 @@ class FilesPanel:
         self.refresh()
 
     def forget(self) -> None:
-        """The environment is another one."""
+        """Called when the environment was replaced."""
         self.recorder.end()
         self._names.options = (_NONE,)
         self._names.value = _NONE

@@ -11,7 +11,7 @@ from mjenv.viewer.panels.common import on_click
 if TYPE_CHECKING:
     from mjenv.viewer.session import Session
 
-# How rows are computed, which the viewer decides, and what is too long for a line.
+# Options that the viewer decides (how rows are computed), and options that are too long for a line.
 _HIDDEN = ("arrays", "autoreset_mode", "cpu_affinity", "lanes", "max_contacts", "norm", "num_threads", "xml_string")
 
 
@@ -29,7 +29,7 @@ class OptionsPanel:
         on_click(defaults, self._show_defaults)
 
     def _chosen(self) -> dict[str, Any]:
-        """The options of make_vec: those that the tab does not show, and those that are not the default."""
+        """The options for make_vec: those that the tab does not show, and those that differ from their defaults."""
         found = {name: value for name, value in self._session.options.items() if name not in self._inputs}
         for name, (option, handle) in self._inputs.items():
             value = _value(option, handle.value)
@@ -60,7 +60,7 @@ def _shown(option: mjenv.Option, value: Any) -> Any:
 
 
 def _value(option: mjenv.Option, shown: Any) -> Any:
-    """What the input means. Raises OptionError that names the option."""
+    """The value of an input. Raises an OptionError that names the option."""
     if option.kind == Kind.FLAG:
         return bool(shown)
     text = str(shown).strip()

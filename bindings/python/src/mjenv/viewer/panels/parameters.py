@@ -1,4 +1,4 @@
-"""Inputs for the live parameters of a task: the numbers that a program may change while its rows go on."""
+"""Inputs for the live parameters of a task, the numbers that a program may change while rows go on."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ class ParametersPanel:
         do: Do,
         changed: Callable[[], None],
     ) -> None:
-        """options: of the id; those of live parameters have their bounds. rows: gives the environment's rows. followed:
-        the number of the row whose numbers are shown. changed: is called after numbers have been written."""
+        """options: those of the id, which have the bounds of live parameters. rows: returns the environment's rows.
+
+        followed: returns the number of the row whose numbers are shown. changed: is called after a write.
+        """
         self._rows, self._followed, self._do, self._changed = rows, followed, do, changed
         self.inputs: dict[tuple[str, int], Any] = {}
         row = rows()[0]

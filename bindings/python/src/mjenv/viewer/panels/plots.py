@@ -40,7 +40,7 @@ class PlotsPanel:
         self.forget()
 
     def _choices(self) -> dict[str, list[str]]:
-        """What can be plotted: the names of the series of each choice."""
+        """The choices of what can be plotted, each with the names of its series."""
         session = self._session
         envs = session.envs
         infos = [name for name in _scalars(session.infos) if not name.startswith("_")]
@@ -52,8 +52,8 @@ class PlotsPanel:
         return found
 
     def _choose(self) -> None:
-        """Shows the plots that are chosen. Those that were chosen before are hidden and kept, because a page complains
-        of an update that reaches it after the plot was removed."""
+        """Shows the chosen plots. Hides others instead of removing them, because a page reports an error if an update
+        reaches it after the removal."""
         choices = self._choices()
         chosen = [
             (slot, chooser.value, *choices.get(chooser.value, [])[:_LINES])
@@ -100,13 +100,13 @@ class PlotsPanel:
         self.refresh()
 
     def forget(self) -> None:
-        """Another episode, row or environment."""
+        """Called when another episode, row or environment is followed."""
         self.times.clear()
         self._past.clear()
         self._parts = observation_parts(self._session.envs.envs[0])
 
     def learn(self) -> None:
-        """The infos of a step are known by now, so they can be chosen."""
+        """Adds the infos to the choices, because a step has shown which there are."""
         names = tuple(self._choices())
         for chooser in self._choosers:
             if tuple(chooser.options) != names:

@@ -1,4 +1,4 @@
-"""The tab that runs, pauses and resets, and that acts."""
+"""The tab with which the user runs, pauses, resets and acts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class RunPanel:
             low, high = (bound if np.isfinite(bound) else sign for bound, sign in ((low, -1.0), (high, 1.0)))
             width = max(high - low, 1e-6)
             name = str(model.actuator(number).name) if number < int(model.nu) else ""
-            # Sliders add to the actions, so they are 0 where they change nothing.
+            # The sliders' values are added to the actions, so 0 changes nothing.
             yield gui.add_slider(name or f"actuator {number}", -width, width, width / 100, 0.0)
 
     def _connect(self, zero: Any) -> None:

@@ -1,4 +1,4 @@
-"""The tab that writes values of the model: what mjenv randomize would draw at resets."""
+"""The tab that multiplies values of the model, as mjenv randomize does at resets."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# What is multiplied by a slider: its label, the arrays, the columns (None for all), and whether mj_setConst has to
-# compute anew what MuJoCo derives from them.
+# For each slider: its label, the arrays that it multiplies, their columns (None: all), and whether mj_setConst must
+# then compute again what MuJoCo derives from them.
 SCALED: dict[str, tuple[tuple[str, ...], int | None, bool]] = {
     "Masses": (("body_mass", "body_inertia"), None, True),
     "Friction": (("geom_friction",), 0, False),
@@ -52,7 +52,7 @@ class ValuesPanel:
         self._session.do(lambda: self.scale(label, float(factor)))
 
     def forget(self) -> None:
-        """The environment is another one, with the model's own values."""
+        """Called when the environment was replaced by one with the model's own values."""
         model = self._session.envs.envs[0].model
         self._factors = {}
         self._own = {array: np.array(_of(model, array)) for label in self._sliders for array in SCALED[label][0]}
