@@ -191,7 +191,7 @@ static mjenv_status bad_randomize(void) {
 static mjenv_status perturb(void) {
   const mjenv_push push = {sizeof push, 1, 1, 1, {0}, {1, 2, 3}, 0, 0, 0, 0};
   const mjenv_perturbation perturbation = {
-      sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1, NULL, 0, 0, 0, 0, 0};
+      sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1, half, 1, 4, 5, 1, 0};
   return mjenv_perturb(s.random, &perturbation);
 }
 
@@ -267,6 +267,7 @@ static int32_t step_task(const void* self, const mjenv_sim* sim, mjenv_outcome* 
   outcome->own[0][0] = mjenv_random_real(outcome->random);
   outcome->own[1][0] = 1;
   outcome->carried[0] += 1;
+  outcome->qvel[0] += 0.1;
   return 0;
 }
 
@@ -306,6 +307,22 @@ static mjenv_status create_task(void) {
   mjenv_options* options = NULL;
   mjenv_status status = mjenv_options_create(task.id, &options);
   if (status == MJENV_OK) status = mjenv_create(options, BUILT_ROWS, &s.built);
+  mjenv_options_destroy(options);
+  return status;
+}
+
+// Its observations with a history of each term, and the time.
+static mjenv_status create_with_history(void) {
+  mjenv_destroy(s.built);
+  s.built = NULL;
+  mjenv_options* options = NULL;
+  mjenv_status status = mjenv_options_create(task.id, &options);
+  if (status == MJENV_OK) status = mjenv_options_set_string(options, "history", "achieved_goal=3 desired_goal=2");
+  if (status == MJENV_OK) status = mjenv_options_set_integer(options, "time_aware", 1);
+  if (status == MJENV_OK) status = mjenv_options_set_integer(options, "max_episode_steps", 9);
+  if (status == MJENV_OK) status = mjenv_options_set_reals(options, "rescale_actions", (const double[]){-2, 2}, 2);
+  if (status == MJENV_OK) status = mjenv_create(options, BUILT_ROWS, &s.built);
+  if (status == MJENV_OK) status = mjenv_reset(s.built, NULL, NULL);
   mjenv_options_destroy(options);
   return status;
 }
@@ -479,6 +496,7 @@ static const struct call calls[] = {
     {"perturb", perturb, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"register_task, known id", register_known, MJENV_E_VALUE, MJENV_E_MEMORY, KEEPS},
     {"create a task", create_task, MJENV_OK, MJENV_E_MODEL, LOADS},
+    {"create a task with a history", create_with_history, MJENV_OK, MJENV_E_MODEL, LOADS},
     {"reset a task", reset_rows_of_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"step a task", step_rows_of_task, MJENV_OK, MJENV_E_MEMORY, KEEPS},
     {"write a parameter", write_parameter, MJENV_OK, MJENV_E_MEMORY, KEEPS},

@@ -14,6 +14,15 @@ import mjenv
 HERE = Path(__file__).resolve().parent
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--engine", default="2.2.2", help="the version of MuJoCo for the policy and the twin")
+
+
+@pytest.fixture(scope="session")
+def engine(request: pytest.FixtureRequest) -> str:
+    return str(request.config.getoption("--engine", "2.2.2"))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def plugin(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, prefix = tmp_path_factory.mktemp("tasks") / "quadruped", tmp_path_factory.mktemp("prefix")

@@ -30,13 +30,13 @@ def test_gymnasium_accepts_it() -> None:
     check_env(gymnasium.make(f"mjenv/{ID}").unwrapped, skip_render_check=True)
 
 
-def test_it_follows_its_commands_on_rough_ground() -> None:
+def test_it_follows_its_commands_on_rough_ground(engine: str) -> None:
     """What docs/own-task.md states about the committed policy: 20 episodes, the mean over all of their steps."""
-    assert evaluate(Policy.load(HERE / "joystick" / "policy.txt")).error < 0.2
+    assert evaluate(Policy.load(HERE / "joystick" / "policy.txt"), engine=engine).error < 0.2
 
 
-def test_it_does_not_without_the_policy() -> None:
-    envs = mjenv.make_vec(ID, 20)
+def test_it_does_not_without_the_policy(engine: str) -> None:
+    envs = mjenv.make_vec(ID, 20, engine=engine)
     envs.reset(seed=1000)
     for _ in range(100):
         *_, infos = envs.step(np.zeros((20, 12)))
@@ -48,8 +48,9 @@ def assert_same(got: NDArray[Any], expected: NDArray[Any]) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_the_twin_in_numpy_has_equal_bits(threads: int) -> None:
+def test_the_twin_in_numpy_has_equal_bits(engine: str, threads: int) -> None:
     options: dict[str, Any] = {"autoreset_mode": "same_step", "max_episode_steps": 40, "num_threads": threads}
+    options["engine"] = engine
     cpp, numpy = (mjenv.make_vec(id, 6, **options) for id in (ID, joystick.ID))
     both = [envs.reset(seed=3)[0] for envs in (cpp, numpy)]
     rng, compared = np.random.default_rng(0), 0
