@@ -150,18 +150,17 @@ struct Lanes {
   double *actuator_ctrllimited, *actuator_forcelimited;
   // Filled only if has_own_frames.
   double *body_pos, *body_quat, *body_iquat, *jnt_pos, *jnt_axis, *qpos0, *geom_pos, *geom_quat, *site_pos, *site_quat;
-  bool has_own_frames;
-  bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
   // PairNumbers of each pair, filled only if has_own_pairs.
   double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
-  bool has_own_pairs;
+  bool has_own_frames, has_own_pairs;
+  bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
   double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
   // torque and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
   bool has_fluid;           // a model has a fluid
-  unsigned damped;          // the lanes, as bits, in which a dof has damping
   bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
+  unsigned damped;          // the lanes, as bits, in which a dof has damping
 
   // Up to `boxes`, the following depend on the shared model alone, except pair_rows. The dofs at which the Jacobian of
   // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
