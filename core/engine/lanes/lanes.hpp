@@ -154,7 +154,7 @@ struct Lanes {
   double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
   bool has_own_frames, has_own_pairs;
   bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
-  double* com_scale;  // for each body 1 / (mass of its subtree), or 0 if that mass is too small
+  double* com_scale;   // for each body 1 / (mass of its subtree), or 0 if that mass is too small
   // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
   // torque and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
