@@ -125,14 +125,16 @@ void Work::compute_current(bool is_whole) {
   if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from
   keep_raw_qpos();
   mjData* d = data_.get();
-  const auto warnings = [&] {
+  const auto divergences = [&] {
     int count = 0;
     for (const auto kind : divergence) count += d->warning[kind].number;
     return count;
   };
-  const int before = warnings();
+  const int before = divergences();
+  const std::uint8_t of_step = warnings();
   mj_step1(&stepped(), d);
-  if (warnings() > before) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
+  if (divergences() > before) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
+  new_state_warnings_ = static_cast<std::uint8_t>(warnings() & ~of_step);
   // mj_step1 does not compute these arrays, so they hold numbers of older constraints, perhaps of other rows.
   for (mjtNum* array : {d->efc_b, d->efc_force}) std::fill_n(array, d->nefc, 0.0);
   std::fill_n(d->efc_state, d->nefc, 0);
@@ -224,7 +226,10 @@ void Work::set_warnings(std::uint8_t kinds) {
 
 bool Work::are_warnings(std::uint8_t kinds) { return kinds >> mjNWARNING == 0; }
 
-void Work::clear_warnings() { set_warnings(0); }
+void Work::clear_warnings() {
+  set_warnings(0);
+  new_state_warnings_ = 0;
+}
 
 void Work::drop_repeated_warnings() {
   if (!is_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;

@@ -116,6 +116,7 @@ class Work {
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;
+    new_state_warnings_ = 0;
     if (is_current_ && !shows_current) compute_current(is_whole);
     is_whole_ = is_whole;
     ++computation_;
@@ -138,7 +139,14 @@ class Work {
   // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
+  // Those of these kinds that only the mj_step1 after the last step gave (keep_current). Lanes do not compute them, so
+  // rows do not store them: they follow from the new state.
+  std::uint8_t new_state_warnings() const { return new_state_warnings_; }
   static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds
+  // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of
+  // what mj_step1 finds in the state. This drops the second warning, because dm_control's simulations, which call
+  // mj_step2 and then mj_step1, warn of it once.
+  void drop_repeated_warnings();
   // Whether MuJoCo found bad numbers in an mj_step before the last one of the step.
   bool diverged_early() const { return diverged_early_; }
 
@@ -152,14 +160,11 @@ class Work {
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool is_current_ = false;
+  std::uint8_t new_state_warnings_ = 0;
   std::vector<double> raw_qpos_;
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
-  // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of
-  // what mj_step1 finds in the state. This drops the second warning, because dm_control's simulations, which call
-  // mj_step2 and then mj_step1, warn of it once.
-  void drop_repeated_warnings();
   void compute_current(bool is_whole);
 };
 

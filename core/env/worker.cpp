@@ -36,7 +36,7 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
-  head.warnings = work_.warnings();
+  head.warnings = static_cast<std::uint8_t>(work_.warnings() & ~work_.new_state_warnings());
   if (origin == Origin::step && pushes_)
     for (const Work::Force& force : pushes_->forces)
       save_input(rows, row, force.offset, force.values.data(), sizeof force.values);
@@ -102,7 +102,8 @@ void Worker::hold(Rows& rows, std::int64_t row) {
     if (is_shown) std::copy_n(before_.data(), raw.size(), work_.state().qpos);
   }
   load_carried(rows, row);
-  work_.set_warnings(rows.head(row).warnings);  // also those of the other timesteps of the step
+  // The row has those of all timesteps of the step.
+  work_.set_warnings(static_cast<std::uint8_t>(rows.head(row).warnings | work_.new_state_warnings()));
   rows.worker(row) = index;
   resident_ = row;
 }

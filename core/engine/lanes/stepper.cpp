@@ -643,6 +643,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     forward({is_last && m_.opt.integrator != mjINT_RK4, is_last && sensors_ != SensorNeeds::nothing});
     integrate(is_last);
     if (live() == 0) return 0;
+    for (int row = 0; row < count && frame == 1; ++row) works[row]->drop_repeated_warnings();
     for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += row_models_[row]->opt.timestep;
   }
   leave_bad(lanes_.qpos, m_.nq);
