@@ -125,16 +125,14 @@ void Work::compute_current(bool is_whole) {
   if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from
   keep_raw_qpos();
   mjData* d = data_.get();
-  const auto divergences = [&] {
-    int count = 0;
-    for (const auto kind : divergence) count += d->warning[kind].number;
-    return count;
-  };
-  const int before = divergences();
-  const std::uint8_t of_step = warnings();
+  std::uint8_t of_step = warnings();
+  set_warnings(0);
   mj_step1(&stepped(), d);
-  if (divergences() > before) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
-  new_state_warnings_ = static_cast<std::uint8_t>(warnings() & ~of_step);
+  if (diverged()) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
+  if (was_reset()) of_step = 0;     // mj_resetData has cleared these
+  new_state_warnings_ = warnings();
+  only_new_state_warnings_ = static_cast<std::uint8_t>(new_state_warnings_ & ~of_step);
+  set_warnings(static_cast<std::uint8_t>(of_step | new_state_warnings_));
   // mj_step1 does not compute these arrays, so they hold numbers of older constraints, perhaps of other rows.
   for (mjtNum* array : {d->efc_b, d->efc_force}) std::fill_n(array, d->nefc, 0.0);
   std::fill_n(d->efc_state, d->nefc, 0);
@@ -228,7 +226,7 @@ bool Work::are_warnings(std::uint8_t kinds) { return kinds >> mjNWARNING == 0; }
 
 void Work::clear_warnings() {
   set_warnings(0);
-  new_state_warnings_ = 0;
+  new_state_warnings_ = only_new_state_warnings_ = 0;
 }
 
 void Work::drop_repeated_warnings() {

@@ -116,7 +116,7 @@ class Work {
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;
-    new_state_warnings_ = 0;
+    new_state_warnings_ = only_new_state_warnings_ = 0;
     if (is_current_ && !shows_current) compute_current(is_whole);
     is_whole_ = is_whole;
     ++computation_;
@@ -139,8 +139,9 @@ class Work {
   // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
-  // Those of these kinds that only the mj_step1 after the last step gave (keep_current). Lanes do not compute them, so
-  // rows do not store them: they follow from the new state.
+  // After keep_current(), these are the warnings of the step and those of the mj_step1 for the new state. Rows store the
+  // former alone, because lanes do not compute the latter, which follow from the new state.
+  std::uint8_t step_warnings() const { return static_cast<std::uint8_t>(warnings() & ~only_new_state_warnings_); }
   std::uint8_t new_state_warnings() const { return new_state_warnings_; }
   static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds
   // Call this after the first mj_step of a step. After keep_current(), the last step or reset has already warned of
@@ -160,7 +161,7 @@ class Work {
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool is_current_ = false;
-  std::uint8_t new_state_warnings_ = 0;
+  std::uint8_t new_state_warnings_ = 0, only_new_state_warnings_ = 0;
   std::vector<double> raw_qpos_;
   std::uint64_t computation_ = 0;
 

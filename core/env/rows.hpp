@@ -39,7 +39,7 @@ class Rows {
     // mjData.
     bool has_constants = false;
     std::uint8_t kept = 0;      // the kept parts that the row has, as bits (PartKind::kept)
-    std::uint8_t warnings = 0;  // Work::warnings of the last step, reset or set_state, without new_state_warnings
+    std::uint8_t warnings = 0;  // Work::step_warnings of the last step, reset or set_state
   };
 
   // history_count: how many numbers a row's history has.

@@ -36,7 +36,7 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
   Rows::Head& head = rows.head(row);
   head.origin = origin;
-  head.warnings = static_cast<std::uint8_t>(work_.warnings() & ~work_.new_state_warnings());
+  head.warnings = work_.step_warnings();
   if (origin == Origin::step && pushes_)
     for (const Work::Force& force : pushes_->forces)
       save_input(rows, row, force.offset, force.values.data(), sizeof force.values);
