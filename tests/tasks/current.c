@@ -163,6 +163,64 @@ static void test_new_state(void** state) {
   mjenv_destroy(env);
 }
 
+// Model of a capsule that touches the floor with both ends, for which there is space for one contact.
+static const char crowded[] =
+    "<mujoco><size nconmax='1'/><option timestep='0.01'/><worldbody>"
+    "<geom name='floor' type='plane' size='5 5 .1'/><geom name='marker' pos='0 0 2' size='.1' contype='0' "
+    "conaffinity='0'/>"
+    "<body name='ball' pos='0 0 1'><joint name='z' type='slide' axis='0 0 1'/>"
+    "<geom name='ball' type='capsule' fromto='-.3 0 0 .3 0 0' size='.1'/></body>"
+    "</worldbody><actuator><motor joint='z' gear='30'/></actuator></mujoco>";
+
+static double read_element(mjenv_env* env, int64_t row, const char* array, int index) {
+  double values[16];
+  int64_t count = 0;
+  assert_ok(mjenv_read(env, row, array, values, COUNT(values), &count));
+  assert_in_range(index, 0, count - 1);
+  return values[index];
+}
+
+// MuJoCo warns that there is no space for contacts when it finds those of the new state. The warnings are the same if
+// they are read at once, if the row's derived arrays are computed again, and in lanes, and so are the images.
+static void test_warnings(void** state) {
+  (void)state;
+  enum { CONTACT_FULL = 1 };  // mjWARN_CONTACTFULL
+  mjenv_env* envs[2];
+  for (int i = 0; i < 2; ++i) {
+    mjenv_options* chosen = with("xml_string", crowded);
+    assert_ok(mjenv_options_set_integer(chosen, "frame_skip", 1));
+    if (i == 0) assert_ok(mjenv_options_set_integer(chosen, "lanes", 0));
+    envs[i] = env_of_options(chosen, ROWS);
+    seed_rows(envs[i], 1);
+    breaks = false;
+    assert_ok(mjenv_reset(envs[i], NULL, NULL));
+  }
+  struct outputs* out = outputs_of(envs[0]);
+  int full = 0;
+  for (int i = 0; i < 40; ++i) {
+    for (int k = 0; k < 2; ++k) assert_ok(step_all(envs[k], out));
+    int64_t sizes[2];
+    void* images[2];
+    for (int k = 0; k < 2; ++k) images[k] = image_of(envs[k], MJENV_ALL_ROWS, &sizes[k]);
+    assert_int_equal(sizes[0], sizes[1]);
+    assert_memory_equal(images[0], images[1], sizes[0]);
+    for (int k = 0; k < 2; ++k) free(images[k]);
+    // The last row has been stepped last, so its derived arrays are there without lanes; later they are computed again.
+    for (int row = ROWS - 1; row >= -ROWS; --row) {
+      const int64_t read = (row + ROWS) % ROWS;
+      const double contacts = read_element(envs[0], read, "ncon", 0);
+      const double warned = read_element(envs[0], read, "warnings", CONTACT_FULL);
+      assert_true(warned == (contacts == 1));
+      assert_true(read_element(envs[1], read, "warnings", CONTACT_FULL) == warned);
+      full += warned == 1;
+    }
+  }
+  // MuJoCo 4.0 finds memory for all contacts.
+  assert_true((full > 0) == (strstr(mjenv_version(), "MuJoCo 2.") != NULL));
+  outputs_free(out);
+  for (int k = 0; k < 2; ++k) mjenv_destroy(envs[k]);
+}
+
 // numpy.random.RandomState(seed).uniform(0, 1), for the seeds 1, 2 and 3.
 static const double drawn[ROWS] = {0.417022004702574, 0.43599490214200376, 0.5507979025745755};
 
@@ -265,6 +323,7 @@ int main(void) {
       cmocka_unit_test(test_build),         cmocka_unit_test(test_new_state),
       cmocka_unit_test(test_own_arrays),    cmocka_unit_test(test_failing_resets),
       cmocka_unit_test(test_refused_draws), cmocka_unit_test(test_damaged_stream),
+      cmocka_unit_test(test_warnings),
   };
   return cmocka_run_group_tests(tests, setup, NULL);
 }
