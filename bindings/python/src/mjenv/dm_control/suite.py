@@ -139,6 +139,10 @@ def _load_original(domain: str, task: str, *arguments: Any) -> dm_env.Environmen
         raise ValueError(message + hint) from None
 
 
+# What steps need, without the time that looking it up or calling Python code would take.
+_FLOAT64, _MID, _LAST = np.dtype(np.float64), dm_env.StepType.MID, dm_env.StepType.LAST
+_new_tuple = tuple.__new__  # the constructor of a TimeStep without the code that names its arguments
+
 # The materials whose colour shows the reward. NAME_default is the colour for 0, and NAME_highlight that for 1.
 _COLOURED = ("self", "effector", "target")
 
@@ -147,18 +151,19 @@ class Terms:
     """Where each term is in the library's observation, and its shape."""
 
     def __init__(self, fields: Sequence[Field]) -> None:
-        # name, elements, and the shape if it is another than theirs
-        self._terms: list[tuple[str, Any, tuple[int, ...] | None]] = []
-        for field in fields:
-            is_number = field.name in _NUMBERS
-            part = field.offset if is_number else slice(field.offset, field.offset + field.count)
-            self._terms.append((field.name, part, None if is_number else _SHAPES.get(field.name)))
+        self._parts: list[tuple[str, Any]] = [
+            (f.name, f.offset if f.name in _NUMBERS else slice(f.offset, f.offset + f.count)) for f in fields
+        ]
+        # Of the terms whose shape is not that of their part.
+        self._shapes = [(field.name, _SHAPES[field.name]) for field in fields if field.name in _SHAPES]
 
     def of(self, values: NDArray[np.float64]) -> Observation:
         """The terms of an observation."""
         terms: Observation = OrderedDict()
-        for name, part, shape in self._terms:
-            terms[name] = values[part] if shape is None else values[part].reshape(shape)
+        for name, part in self._parts:
+            terms[name] = values[part]
+        for name, shape in self._shapes:
+            terms[name] = terms[name].reshape(shape)
         return terms
 
 
@@ -303,20 +308,24 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         if self._ended:
             return self.reset()
         controls = self._controls
-        np.copyto(controls, action)
+        # NumPy's function converts lists, other types and broadcast shapes, and takes its time.
+        if isinstance(action, np.ndarray) and action.dtype is _FLOAT64 and action.shape == controls.shape:
+            controls = action
+        else:
+            np.copyto(controls, action)
         values, reward, terminated, _, _ = self.mjenv._step(controls)
         self._check_warnings()
-        if self.task.visualize_reward:
-            self.task.show(reward, self.physics)
+        task = self.task
+        if task._visualize_reward:
+            task.show(reward, self.physics)
         self._steps += 1
         observation = self._observation(values)
+        kind, discount = _MID, 1.0
         if self._steps >= self._limit:
-            self._ended, kind, discount = True, dm_env.StepType.LAST, 1.0
+            self._ended, kind = True, _LAST
         elif terminated:
-            self._ended, kind, discount = True, dm_env.StepType.LAST, 0.0
-        else:
-            kind, discount = dm_env.StepType.MID, 1.0
-        return dm_env.TimeStep(kind, reward, discount, observation)
+            self._ended, kind, discount = True, _LAST, 0.0
+        return _new_tuple(dm_env.TimeStep, (kind, reward, discount, observation))
 
     def action_spec(self) -> specs.BoundedArray:
         """The bounds of the motors; 1e10 for those without."""
@@ -351,7 +360,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
 
     def _check_warnings(self) -> None:
         given = self.mjenv.arrays["warnings"]
-        if np.count_nonzero(given):
+        if given.tobytes().strip(b"\0"):
             self.physics.report(given)
 
     def _observation(self, values: NDArray[np.float64]) -> Observation:
