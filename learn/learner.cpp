@@ -15,6 +15,8 @@ namespace mjenv::learn {
 namespace {
 
 constexpr int kRowsOfPass = 16;  // rows that one thread evaluates together during a rollout
+// The threads share an evaluation of at least so many multiplications. A smaller one takes less time than to wake them.
+constexpr std::size_t kSharedWork = std::size_t{1} << 23;
 
 mjenv_learn_report empty_report() {
   mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
@@ -188,7 +190,7 @@ void Learner::set(const Settings& settings) {
 
 // Evaluates the critic for all rows, and the actor if `means` is not null. The threads share the blocks of rows.
 void Learner::evaluate(const float* inputs, int rows, float* values, float* means) {
-  const int blocks = padded(rows, kRowsOfPass) / kRowsOfPass, threads = pool_.threads();
+  const int threads = pool_.threads();
   const auto evaluate_block = [&](int worker, int from, int count) {
     const float* x = inputs + static_cast<std::size_t>(from) * agent_.stride();
     const auto index = static_cast<std::size_t>(worker);
@@ -205,8 +207,7 @@ void Learner::evaluate(const float* inputs, int rows, float* values, float* mean
     for (int from = worker * kRowsOfPass; from < rows; from += threads * kRowsOfPass)
       evaluate_block(worker, from, std::min(kRowsOfPass, rows - from));
   };
-  // Waking the other threads costs more than evaluating a few rows.
-  if (threads > 1 && blocks > 1)
+  if (static_cast<std::size_t>(rows) * agent_.size >= kSharedWork)
     pool_.run(work);
   else
     for (int worker = 0; worker < threads; ++worker) work(worker);

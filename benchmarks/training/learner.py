@@ -2,6 +2,7 @@
 
     learner.py [ID ...] [--seeds 1 2 3] [--trainers learner script]     trains, and writes learner.csv
     learner.py --table                                                  prints learner.csv as tables
+    learner.py --threads N [ID ...] [--steps 200000]                    wall time of one thread and N, in turns
 
 Both trainers have the same settings and numbers of steps; for each id and seed they follow each other. learner.csv has
 a line for each training: the CPU seconds of its process, start-up included, the mean and standard deviation of the
@@ -92,6 +93,19 @@ def train(id: str, seed: int, out: Path) -> None:
     print(*reached)
 
 
+def compare_threads(id: str, threads: int, steps: int) -> str:
+    """How many times as fast N threads train: the median of the ratios of wall time of three rounds."""
+    ratios = []
+    for _ in range(3):
+        seconds = []
+        for count in (1, threads):
+            start = time.perf_counter()
+            mjenv.train(id, seed=1, steps=steps, threads=count)
+            seconds.append(time.perf_counter() - start)
+        ratios.append(seconds[0] / seconds[1])
+    return f"{id}: {threads} threads are {statistics.median(ratios):.2f} times as fast as one"
+
+
 def read() -> list[Result]:
     if not TABLE.exists():
         return []
@@ -149,6 +163,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--trainers", nargs="+", choices=("learner", "script"), default=("learner", "script"))
     parser.add_argument("--table", action="store_true")
+    parser.add_argument("--threads", type=int)
+    parser.add_argument("--steps", type=int, default=200_000)
     parser.add_argument("--train", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--seed", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
@@ -157,6 +173,9 @@ def main() -> None:
         train(given.id[0], given.seed, given.out)
     elif given.table:
         print(*table(read()), sep="\n")
+    elif given.threads:
+        for id in given.id:
+            print(compare_threads(id, given.threads, given.steps), flush=True)
     else:
         for id in given.id:
             for seed in given.seeds:

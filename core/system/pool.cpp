@@ -10,8 +10,9 @@
 namespace mjenv::core {
 namespace {
 
-// A thread spins for about 20 microseconds before it sleeps, so that jobs in close succession need no wake-up.
-constexpr int kSpins = 1000;
+// A thread spins for about 50 microseconds before it sleeps, as long as waking it takes, so that jobs in close succession
+// need no wake-up.
+constexpr int kSpins = 3000;
 
 inline void pause() {
 #if defined(__x86_64__)

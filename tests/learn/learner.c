@@ -127,11 +127,11 @@ static void test_learns(void** state) {
   mjenv_destroy(env);
 }
 
-// Trains for some updates and returns the policy.
-static char* trained(const mjenv_learn_settings* settings, int env_threads) {
+// Trains and returns the policy.
+static char* trained(const mjenv_learn_settings* settings, int env_threads, int64_t steps) {
   mjenv_env* env = env_of(settings->id, settings->rows, env_threads, "same_step");
   mjenv_learner* learner = learner_of(env, settings);
-  ok(mjenv_learner_train(learner, 2000));
+  ok(mjenv_learner_train(learner, steps));
   char* text = policy_of(learner);
   mjenv_learner_destroy(learner);
   mjenv_destroy(env);
@@ -141,7 +141,7 @@ static char* trained(const mjenv_learn_settings* settings, int env_threads) {
 static void test_same_bits(void** state) {
   (void)state;
   mjenv_learn_settings settings = short_settings();
-  char* wanted = trained(&settings, 1);
+  char* wanted = trained(&settings, 1, 2000);
   int compared = 0;
   for (int instructions = MJENV_INSTRUCTIONS_AUTO; instructions <= MJENV_INSTRUCTIONS_NEON; ++instructions) {
     settings.instructions = instructions;
@@ -153,7 +153,7 @@ static void test_same_bits(void** state) {
     mjenv_learner_destroy(learner);
     mjenv_destroy(env);
     if (!usable) continue;
-    char* got = trained(&settings, 1 + compared);
+    char* got = trained(&settings, 1 + compared, 2000);
     assert_string_equal(got, wanted);
     free(got);
     ++compared;
@@ -161,10 +161,28 @@ static void test_same_bits(void** state) {
   assert_true(compared >= 2);
   settings.instructions = MJENV_INSTRUCTIONS_AUTO;
   settings.seed = 4;
-  char* other = trained(&settings, 1);
+  char* other = trained(&settings, 1, 2000);
   assert_string_not_equal(other, wanted);
   free(other);
   free(wanted);
+}
+
+// Threads share the evaluation of large networks.
+static void test_same_bits_of_large_networks(void** state) {
+  (void)state;
+  static const int64_t hidden[2] = {512, 512};
+  mjenv_learn_settings settings = short_settings();
+  settings.hidden = hidden;
+  settings.hidden_count = 2;
+  settings.steps = 500;
+  char* policies[2];
+  for (int i = 0; i < 2; ++i) {
+    settings.threads = 1 + i;
+    policies[i] = trained(&settings, 1, 500);
+  }
+  assert_string_equal(policies[1], policies[0]);
+  free(policies[1]);
+  free(policies[0]);
 }
 
 // ---- Rows that the caller steps ----
@@ -209,7 +227,7 @@ static void step_apart(mjenv_env* env, mjenv_learner* learner, struct stepped* r
 static void test_rows_of_the_caller(void** state) {
   (void)state;
   const mjenv_learn_settings settings = short_settings();
-  char* wanted = trained(&settings, 1);
+  char* wanted = trained(&settings, 1, 2000);
   struct stepped* rows = stepped_rows();
   mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
   mjenv_learner* learner = learner_apart(env, &settings, rows);
@@ -794,6 +812,7 @@ int main(int argc, char** argv) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_learns),
       cmocka_unit_test(test_same_bits),
+      cmocka_unit_test(test_same_bits_of_large_networks),
       cmocka_unit_test(test_rows_of_the_caller),
       cmocka_unit_test(test_truncation),
       cmocka_unit_test(test_resume),
