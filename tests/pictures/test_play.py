@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import pty
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -238,6 +239,19 @@ def performance(id: str, policies: Path, seed: int, count: int, fps: int) -> lis
             found.append(env.render())
     env.close()
     return found
+
+
+def test_gallery_names_the_robot_that_a_policy_is_of() -> None:
+    """`mjenv train` writes policy.txt, whatever the id is."""
+    pictures = []
+    for name in ("InvertedPendulum-v5.txt", "policy.txt"):
+        folder = Path(name).stem
+        Path(folder).mkdir()
+        shutil.copy(ROOT / "examples" / "policies" / "InvertedPendulum-v5.txt", f"{folder}/{name}")
+        words = [f"{folder}.gif", "--policies", folder, "--size", "64", "--seconds", "0.1"]
+        assert main(["gallery", *words]) == 0
+        pictures.append(Path(f"{folder}.gif").read_bytes())
+    assert pictures[0] == pictures[1]
 
 
 def test_gallery_of_policies_refuses() -> None:

@@ -135,7 +135,7 @@ def save_moving(arguments: argparse.Namespace) -> int:
         for file in files:
             played.append(performance(file, arguments))
             advance()
-    labels = [name_of(file.stem) for file in files]
+    labels = [name_of(Policy.load(file).id) for file in files]
     first, *others = (side_by_side([*at_once], labels, arguments.columns) for at_once in zip(*played, strict=True))
     first.save(
         arguments.file,
