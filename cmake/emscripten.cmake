@@ -1,5 +1,7 @@
 # Makes mjenv.wasm, the library as one WebAssembly module without threads, and mjenv-suite.wasm, which also has dm_control's
 # suite, in a file of its own because most programs need not load it. bindings/javascript/build makes the package of them.
+# mjenv-play.wasm, for the page of tools/site/play, has the suite and the quadruped of examples/tasks; the page's build
+# makes it. MJENV_TASK_SOURCES are in all of them.
 set(MJENV_TASK_SOURCES "" CACHE STRING "C sources (mjenv/task.h) or C++ sources (mjenv/task.hpp) of tasks that are compiled in")
 
 # All functions of the header but those that draw.
@@ -13,16 +15,22 @@ foreach(declaration IN LISTS declarations)
   endif()
 endforeach()
 
-# mjenv_add_module(TARGET NAME [TASKS]...): NAME.wasm
+# mjenv_compile_tasks(TARGET SOURCE...): a library of objects, which does not see the core's settings.
+function(mjenv_compile_tasks target)
+  add_library(${target} OBJECT ${ARGN})
+  mjenv_tune(${target})
+  mjenv_use_math(${target})
+  target_include_directories(${target} PRIVATE capi/include)
+  target_link_libraries(${target} PRIVATE Eigen3::Eigen)
+endfunction()
+
+# mjenv_add_module(TARGET NAME [TASKS]...): NAME.wasm, with the tasks of these libraries
 function(mjenv_add_module target name)
   add_executable(${target} $<TARGET_OBJECTS:mjenv> $<TARGET_OBJECTS:mjenv_core>)
   if(ARGN)
-    # A library of its own, because it does not see the core's settings.
-    add_library(${target}_tasks OBJECT ${ARGN} ${PROJECT_SOURCE_DIR}/cmake/emscripten/tasks.cpp)
-    mjenv_tune(${target}_tasks)
-    target_include_directories(${target}_tasks PRIVATE capi/include)
-    target_link_libraries(${target}_tasks PRIVATE Eigen3::Eigen)
-    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_tasks>)
+    foreach(tasks IN LISTS ARGN ITEMS mjenv_wasm_register)
+      target_sources(${target} PRIVATE $<TARGET_OBJECTS:${tasks}>)
+    endforeach()
     list(APPEND exported _mjenv_register_own_tasks)
   endif()
   list(JOIN exported "," exported)
@@ -36,12 +44,35 @@ function(mjenv_add_module target name)
     -sINITIAL_MEMORY=32MB -sTOTAL_STACK=8MB -Wl,--stack-first)
 endfunction()
 
-mjenv_add_module(mjenv_wasm mjenv ${MJENV_TASK_SOURCES})
-mjenv_add_module(mjenv_wasm_suite mjenv-suite ${mjenv_suite_sources} ${MJENV_TASK_SOURCES})
-mjenv_use_math(mjenv_wasm_suite_tasks)
+mjenv_compile_tasks(mjenv_wasm_register cmake/emscripten/tasks.cpp)
+set(own "")
+if(MJENV_TASK_SOURCES)
+  mjenv_compile_tasks(mjenv_wasm_own ${MJENV_TASK_SOURCES})
+  set(own mjenv_wasm_own)
+endif()
+mjenv_compile_tasks(mjenv_wasm_suite_tasks ${mjenv_suite_sources})
 target_include_directories(mjenv_wasm_suite_tasks PRIVATE suite)
+mjenv_add_module(mjenv_wasm mjenv ${own})
+mjenv_add_module(mjenv_wasm_suite mjenv-suite mjenv_wasm_suite_tasks ${own})
+
+set(page_tasks examples/tasks/quadruped/quadruped.cpp)
+mjenv_compile_tasks(mjenv_wasm_page_tasks ${page_tasks})
+mjenv_add_module(mjenv_wasm_play mjenv-play mjenv_wasm_suite_tasks mjenv_wasm_page_tasks ${own})
+set_target_properties(mjenv_wasm_page_tasks mjenv_wasm_play PROPERTIES EXCLUDE_FROM_ALL ON)
+# The folders of these tasks, in which the page's build finds their models and policies
+set(folders "")
+foreach(source IN LISTS page_tasks MJENV_TASK_SOURCES)
+  get_filename_component(folder ${source} ABSOLUTE)
+  get_filename_component(folder ${folder} DIRECTORY)
+  list(APPEND folders ${folder})
+endforeach()
+list(REMOVE_DUPLICATES folders)
+list(JOIN folders "\n" folders)
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/play-folders.txt @ONLY CONTENT "@folders@\n")
+
 if(MJENV_BUILD_TESTS)
-  mjenv_add_module(mjenv_wasm_tasks mjenv-tasks examples/tasks/cartpole/cartpole.cpp tests/tasks/groups.cpp)
+  mjenv_compile_tasks(mjenv_wasm_tasks_tasks examples/tasks/cartpole/cartpole.cpp tests/tasks/groups.cpp)
+  mjenv_add_module(mjenv_wasm_tasks mjenv-tasks mjenv_wasm_tasks_tasks)
 endif()
 
 configure_file(${EMSCRIPTEN_ROOT_PATH}/system/lib/libc/musl/COPYRIGHT ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses/musl.txt COPYONLY)

@@ -22,6 +22,7 @@ export const VIEWS: Record<string, View | undefined> = {
   InvertedDoublePendulum: { distance: 3.6, azimuth: 80, elevation: -10, lookat: [0, 0, 0.45], follows: false },
   InvertedPendulum: { distance: 2.6, azimuth: 80, elevation: -12, lookat: [0, 0, 0.2], follows: false },
   Pusher: { distance: 2.4, azimuth: 150, elevation: -35, lookat: [0.2, -0.2, -0.2], follows: false },
+  QuadrupedVelocity: { distance: 1.9, azimuth: 60, elevation: -18, lookat: [0, 0, 0.2], follows: true },
   Reacher: { distance: 0.95, azimuth: 90, elevation: -60, lookat: [0, 0, 0], follows: false },
   Swimmer: { distance: 6, azimuth: 75, elevation: -40, lookat: [0, 0, 0], follows: true },
   Walker2d: { distance: 3.8, azimuth: 70, elevation: -14, lookat: [0, 0, 0.8], follows: true },

@@ -3,7 +3,7 @@
 import "uplot/dist/uPlot.min.css";
 import "../style.css";
 import { load, MjenvError, type Mjenv, type Option } from "mjenv";
-import wasm from "mjenv-suite.wasm";
+import wasm from "mjenv-play.wasm";
 import { Actions, isWriting } from "./actions.js";
 import { element, find } from "./elements.js";
 import type { Episode } from "./episode.js";

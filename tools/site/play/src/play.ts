@@ -5,6 +5,7 @@ import type { Env, Mjenv } from "mjenv";
 import { VIEWS, type View } from "./cameras.js";
 import { Episode, type Saved } from "./episode.js";
 import type { Shown } from "./link.js";
+import { modelOption } from "./models.js";
 import { loadPolicy } from "./policies.js";
 import { Pull } from "./pull.js";
 import { Robot } from "./robot.js";
@@ -50,7 +51,8 @@ export class Play {
   /** Builds the environment of `shown`. If the library refuses the options, the one before stays. */
   build(options: Record<string, unknown>): void {
     const { robot: id } = this.shown;
-    const env = this.mjenv.make(id, options);
+    const model = "xml_file" in options ? {} : modelOption(this.mjenv, id);
+    const env = this.mjenv.make(id, { ...model, ...options });
     const before = this.episode;
     const isSame = before?.env.id === id;
     this.pull.end();

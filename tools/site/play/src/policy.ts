@@ -13,6 +13,7 @@ const ACTIVATIONS: Record<string, Activation | undefined> = {
   identity: (x) => x,
   relu: (x) => Math.max(x, 0),
   tanh: Math.tanh,
+  elu: (x) => (x > 0 ? x : Math.expm1(x)),
 };
 
 const clamp = (x: number, low: number, high: number) => Math.min(Math.max(x, low), high);

@@ -9,7 +9,10 @@ import { launch, open, serve, show } from "./browser.js";
 
 const FOLDER = resolve(process.env.PAGE);
 const SCREENSHOTS = resolve(process.env.SCREENSHOTS);
-/** All of Gymnasium's. Those that can fall, or lose the pole, end their episode when they do. */
+/**
+ * All of Gymnasium's, and the quadruped of examples/tasks. Those that can fall, or lose the pole, end their episode when
+ * they do.
+ */
 const ROBOTS = [
   "Ant-v5",
   "HalfCheetah-v5",
@@ -19,6 +22,7 @@ const ROBOTS = [
   "InvertedDoublePendulum-v5",
   "InvertedPendulum-v5",
   "Pusher-v5",
+  "QuadrupedVelocity-v0",
   "Reacher-v5",
   "Swimmer-v5",
   "Walker2d-v5",
@@ -123,6 +127,63 @@ pageTest("a slider changes the episode", "#robot=Hopper-v5&seed=1", {}, async (p
   await page.keyboard.press("Tab");
   await page.waitForFunction(() => mjenvPlay.episode.steps === 0);
   assert.notDeepEqual((await step(page, 5)).qpos, before.qpos);
+});
+
+for (const command of [0.3, 0.7])
+  pageTest(
+    `the quadruped walks at the commanded ${command} m/s`,
+    `#robot=QuadrupedVelocity-v0&set.command_forward=${command},${command}&set.command_left=0,0&set.command_turn=0,0`,
+    {},
+    async (page) => {
+      await pause(page);
+      await hasPolicy(page);
+      await reset(page, 0);
+      const speeds = await page.evaluate((seconds) => {
+        const { env } = mjenvPlay.episode;
+        return Array.from({ length: Math.round(seconds / env.dt) }, () => {
+          mjenvPlay.stepOnce();
+          return env.info.forward[0];
+        });
+      }, SECONDS);
+      const walking = speeds.slice(speeds.length / 5); // it starts from standing
+      const mean = walking.reduce((sum, speed) => sum + speed, 0) / walking.length;
+      assert.ok(Math.abs(mean - command) < 0.1, `${mean} m/s`);
+      assert.equal((await state(page)).end, undefined);
+    },
+  );
+
+pageTest("policies have all activations of the text format", "#robot=InvertedPendulum-v5", {}, async (page) => {
+  await hasPolicy(page);
+  const activations = {
+    identity: (x) => x,
+    relu: (x) => Math.max(x, 0),
+    tanh: Math.tanh,
+    elu: (x) => (x > 0 ? x : Math.expm1(x)),
+  };
+  for (const [name, activation] of Object.entries(activations)) {
+    const text = `mjenv-policy 1
+id InvertedPendulum-v5
+mean 0 0
+scale 1 1
+clip 10
+low -3 -3
+high 3 3
+layer 2 2 ${name}
+bias 0.5 -0.5
+weights 1 0
+weights 0 1
+`;
+    const action = await page.evaluate((text) => {
+      const action = new Float32Array(2);
+      mjenvPlay.episode.policy.constructor.parse(text).act([1, -1], action);
+      return [...action];
+    }, text);
+    assert.deepEqual(
+      action,
+      [1.5, -1.5].map((x) => Math.fround(activation(x))),
+      name,
+    );
+  }
 });
 
 pageTest("the library says what is wrong with an option", "#robot=Hopper-v5", {}, async (page) => {
@@ -303,10 +364,13 @@ test("the speed slows the time down", async () => {
   }
 });
 
-for (const colorScheme of ["light", "dark"])
+for (const [colorScheme, robot] of [
+  ["light", "Humanoid-v5"],
+  ["dark", "QuadrupedVelocity-v0"],
+])
   pageTest(
     `a phone, ${colorScheme}`,
-    "#robot=Humanoid-v5",
+    `#robot=${robot}`,
     { viewport: { width: 360, height: 640 }, hasTouch: true, colorScheme },
     async (page) => {
       await hasPolicy(page);
