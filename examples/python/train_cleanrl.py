@@ -75,8 +75,6 @@ SETTINGS = {
     "Reacher-v5": Settings(steps=150_000, rollout=256, rate=1e-3, gamma=0.9),
     "Swimmer-v5": Settings(steps=1_000_000, rollout=1024, rate=6e-4, gamma=0.9999, trace=0.98),
     "Walker2d-v5": replace(WIDE, steps=1_515_520, rate_steps=3_000_000),
-    # Of examples/tasks/quadruped.
-    "QuadrupedVelocity-v0": Settings(envs=64, rollout=64, epochs=6, minibatch=1024, rate=1e-3, deviation=0.5),
 }
 
 

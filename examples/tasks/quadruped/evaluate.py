@@ -1,4 +1,5 @@
-"""Plays 20 episodes in which the robot has to walk forward at 0.5 m/s, and prints how far from that it walks.
+"""Plays 20 episodes in which the robot has to walk forward at 0.5 m/s, and prints how far from that it walks. Then
+plays 100 episodes with commands from the whole ranges of the options, and prints their mean return.
 
 python evaluate.py PLUGIN [POLICY]
 """
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 import mjenv
 from mjenv.policy import Policy
+from mjenv.training import Evaluation
 
 HERE = Path(__file__).resolve().parent
 ID = "QuadrupedVelocity-v0"
@@ -56,12 +58,20 @@ def evaluate(policy: Policy, seed: int = 1000, **options: Any) -> Result:
     return Result(int(fallen.sum()), error.mean(), error[STARTING:].mean(), speed[STARTING:].mean())
 
 
+def evaluate_all_commands(policy: Policy) -> Evaluation:
+    return mjenv.evaluate(policy, episodes=100, seed=100)
+
+
 def main() -> None:
     mjenv.load_tasks(sys.argv[1])
-    result = evaluate(Policy.load(Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "policy.txt"))
+    policy = Policy.load(Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "policy.txt")
+    result, all_commands = evaluate(policy), evaluate_all_commands(policy)
     print(f"{result.falls} of {EPISODES} episodes ended in a fall")
     print(f"mean error {result.error:.3f} m/s; without the first second {result.error_after_start:.3f} m/s")
     print(f"mean velocity forward without the first second {result.mean_speed:.3f} m/s")
+    falls = int((all_commands.lengths < STEPS).sum())
+    print(f"all commands: {falls} of {len(all_commands.lengths)} episodes ended in a fall, ", end="")
+    print(f"mean return {all_commands.mean_return:.1f}, standard deviation {all_commands.std_return:.1f}")
 
 
 if __name__ == "__main__":

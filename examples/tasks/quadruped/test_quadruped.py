@@ -18,8 +18,7 @@ from mjenv.policy import Policy
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE))
 
-import draw  # noqa: E402
-from evaluate import FORWARD, ID, actions, evaluate  # noqa: E402
+from evaluate import FORWARD, ID, actions, evaluate, evaluate_all_commands  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -35,10 +34,17 @@ def test_it_walks_as_commanded(policy: Policy) -> None:
     """What docs/own-task.md states about the committed policy: 20 episodes, the mean over all of their steps."""
     result = evaluate(policy)
     assert result.falls == 0
-    assert result.error < 0.15
-    assert result.error_after_start < 0.15
+    assert result.error < 0.05
+    assert result.error_after_start < 0.05
     # The errors of the velocity at each moment do not hide a wrong mean.
     assert abs(result.mean_speed - 0.5) < 0.05
+
+
+def test_it_follows_all_commands(policy: Policy) -> None:
+    """The return of the policy is at least that of the one that train_cleanrl.py trained, 1,014."""
+    played = evaluate_all_commands(policy)
+    assert (played.lengths == 500).all()
+    assert played.mean_return > 1014
 
 
 def test_it_does_not_walk_without_the_policy() -> None:
@@ -120,8 +126,11 @@ NUMBERS = ("forward", "error", "reward_velocity", "reward_gait", "reward_jerk", 
 def play(envs: mjenv.VectorEnv, policy: Policy, obs: NDArray[Any], steps: int) -> list[bytes]:
     played = []
     for _ in range(steps):
-        obs, rewards, terminated, truncated, infos = envs.step(actions(policy, obs) + 0.3)
-        arrays = [obs, rewards, terminated, truncated, *(infos[name] for name in NUMBERS)]
+        obs, rewards, terminated, truncated, infos = envs.step(actions(policy, obs) + 0.4)  # with which some fall
+        found = (infos, infos.get("final_info", {}))  # of rows that went on, and of those whose episode ended
+        numbers = [of_rows[name] for of_rows in found for name in NUMBERS if name in of_rows]
+        assert len(numbers) in (len(NUMBERS), 2 * len(NUMBERS))
+        arrays = [obs, rewards, terminated, truncated, *numbers]
         played.append(b"".join(np.asarray(array).tobytes() for array in arrays))
     return played
 
@@ -138,7 +147,3 @@ def test_threads_and_snapshots_change_no_bit(policy: Policy) -> None:
     assert play(two, policy, obs, 40) == expected
     one.restore(image)
     assert play(one, policy, obs, 40) == expected
-
-
-def test_the_curve_is_drawn_of_its_numbers() -> None:
-    assert draw.drawing(HERE / "curve.csv") == (HERE / "curve.svg").read_text()
