@@ -209,6 +209,11 @@ def test_gallery() -> None:
             assert len(np.unique(tile.reshape(-1, 3), axis=0)) > 5
 
 
+def test_gallery_of_an_id_without_default_camera_config() -> None:
+    assert main(["gallery", "robot.png", "Hopper-v4", "--size", "48"]) == 0
+    assert imageio.imread("robot.png").shape == (48, 48, 3)
+
+
 @pytest.mark.parametrize("format", ["webp", "gif"])
 def test_moving_gallery(format: str) -> None:
     """Each robot is where its policy takes it, at the times of the pictures."""
@@ -241,17 +246,15 @@ def performance(id: str, policies: Path, seed: int, count: int, fps: int) -> lis
     return found
 
 
-def test_gallery_names_the_robot_that_a_policy_is_of() -> None:
+def test_gallery_of_one_policy() -> None:
     """`mjenv train` writes policy.txt, whatever the id is."""
-    pictures = []
-    for name in ("InvertedPendulum-v5.txt", "policy.txt"):
-        folder = Path(name).stem
-        Path(folder).mkdir()
-        shutil.copy(ROOT / "examples" / "policies" / "InvertedPendulum-v5.txt", f"{folder}/{name}")
-        words = [f"{folder}.gif", "--policies", folder, "--size", "64", "--seconds", "0.1"]
+    named = ROOT / "examples" / "policies" / "InvertedPendulum-v5.txt"
+    shutil.copy(named, "policy.txt")
+    for number, policies in enumerate((named, "policy.txt", ".")):
+        words = [f"{number}.gif", "--policies", str(policies), "--size", "64", "--seconds", "0.1"]
         assert main(["gallery", *words]) == 0
-        pictures.append(Path(f"{folder}.gif").read_bytes())
-    assert pictures[0] == pictures[1]
+    assert Path("0.gif").read_bytes() == Path("1.gif").read_bytes() == Path("2.gif").read_bytes()
+    assert main(["gallery", "3.gif", "Hopper-v5", "--policies", "policy.txt"]) == 2
 
 
 def test_gallery_of_policies_refuses() -> None:

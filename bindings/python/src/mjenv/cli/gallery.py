@@ -42,8 +42,9 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "--policies",
         type=Path,
-        metavar="FOLDER",
-        help="the policies of a moving picture: a file ID.txt, saved by mjenv.policy, for each robot",
+        metavar="PATH",
+        help="the policies of a moving picture: a folder with a file ID.txt, saved by mjenv.policy, for each robot, or "
+        "the file of one policy",
     )
     command.add_argument("--seed", type=not_negative, default=0, help="seed of resets and actions (default: 0)")
     command.add_argument(
@@ -83,6 +84,8 @@ def camera_of(id: str) -> dict[str, Any]:
     """The arguments of make that choose an id's camera."""
     if id.startswith("dm_control/"):
         return {"camera_id": 2 if "quadruped" in id else 0}
+    if not id.endswith("-v5"):  # v4 ids and users' tasks have no default_camera_config
+        return {}
     return {"default_camera_config": VIEWS[id][1] if id in VIEWS else None}
 
 
@@ -129,7 +132,7 @@ def in_grey(depth: NDArray[np.float32]) -> Colours:
 
 
 def save_moving(arguments: argparse.Namespace) -> int:
-    files = policies_in(arguments.policies, arguments.ids)
+    files = policies_at(arguments.policies, arguments.ids)
     played = []
     with terminal.progress(len(files), "playing") as advance:
         for file in files:
@@ -148,10 +151,15 @@ def save_moving(arguments: argparse.Namespace) -> int:
     return len(files)
 
 
-def policies_in(folder: Path, ids: Sequence[str]) -> list[Path]:
-    files = [folder / f"{id}.txt" for id in ids] or sorted(folder.glob("*.txt"))
+def policies_at(path: Path, ids: Sequence[str]) -> list[Path]:
+    """The policies of these ids in a folder, or all of them; or the file that the path is."""
+    if path.is_file():
+        if ids:
+            raise mjenv.OptionError(f"{path} is one policy, so there are no robots to choose, but {ids[0]} was given")
+        return [path]
+    files = [path / f"{id}.txt" for id in ids] or sorted(path.glob("*.txt"))
     if not files:
-        raise mjenv.InvalidValueError(f"{folder} has no policies, which are files ID.txt")
+        raise mjenv.InvalidValueError(f"{path} has no policies, which are files ID.txt")
     return files
 
 
