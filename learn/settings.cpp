@@ -122,7 +122,11 @@ const std::vector<Tuned>& tuned() {
       {"Ant-v5", wide(2'000'000)},
       {"HalfCheetah-v5", with(wide(2'000'000), [](auto& s) { s.gamma = 0.98; })},
       {"Hopper-v5", narrow(1'000'000, 512, 5e-4)},
-      {"Humanoid-v5", with(wide(1'605'632), [](auto& s) { s.decay_steps = 8'000'000; })},
+      {"Humanoid-v5", with(wide(2'000'000),
+                           [](auto& s) {
+                             s.learning_rate = 5e-4;
+                             s.decay_steps = 8'000'000;
+                           })},
       {"HumanoidStandup-v5", wide(600'000)},
       {"InvertedDoublePendulum-v5", wide(400'000)},
       {"InvertedPendulum-v5", with(narrow(100'000, 256, 1e-3),
