@@ -98,7 +98,8 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
 }
 
 void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& model) {
-  for_each_struct(given.pushes, given.push_count, model.nbody(), "push_count", "pushes", [&](const mjenv_push& one) {
+  const std::int64_t most = 2 * std::int64_t{model.nbody()};  // a force and a kick for each body
+  for_each_struct(given.pushes, given.push_count, most, "push_count", "pushes", [&](const mjenv_push& one) {
     const auto refuse = [&](const std::string& why) {
       fail(MJENV_E_VALUE, "pushes[" + std::to_string(pushes_.size()) + "]: " + why);
     };
