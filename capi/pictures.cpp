@@ -3,6 +3,7 @@
 
 #include "firewall.hpp"
 #include "held.hpp"
+#include "render/gl.hpp"
 #include "structs.hpp"
 
 using namespace mjenv::core;
@@ -55,7 +56,7 @@ mjenv_status mjenv_render(mjenv_renderer* renderer, std::int64_t row, std::uint8
                           float* depth, std::int64_t depth_count) {
   return change(renderer, [&](Painting<Renderer>& held) {
     Renderer& r = held.painter;
-    r.check_here();
+    gl::check_here("the renderer");
     if (!rgb && !depth) fail(MJENV_E_ARGUMENT, "rgb and depth are NULL");
     check_room("rgb", rgb, rgb_count, 3 * r.pixels());
     check_room("depth", depth, depth_count, r.pixels());
@@ -68,7 +69,7 @@ mjenv_status mjenv_render_segmentation(mjenv_renderer* renderer, std::int64_t ro
                                        std::int64_t count) {
   return change(renderer, [&](Painting<Renderer>& held) {
     Renderer& r = held.painter;
-    r.check_here();
+    gl::check_here("the renderer");
     need(objects, "objects");
     check_room("objects", objects, count, 2 * r.pixels());
     look_at(*held.link, row, r);
@@ -92,7 +93,7 @@ std::int32_t mjenv_window_is_open(const mjenv_window* window) {
 mjenv_status mjenv_window_draw(mjenv_window* window, std::int64_t row) {
   return change(window, [&](Painting<Window>& held) {
     Window& w = held.painter;
-    w.check_here();
+    gl::check_here("the window");
     for (w.begin(); w.wants_picture();) {
       look_at(*held.link, row, w);
       w.draw();

@@ -64,7 +64,6 @@ class Reader {
     if (count > bytes_.size() - at_) fail();
     return count;
   }
-  bool is_at_end() const { return at_ == bytes_.size(); }
 
  private:
   const std::vector<std::byte>& bytes_;

@@ -84,7 +84,7 @@ std::vector<std::uint8_t> mask(const char* name, const std::uint8_t* given, std:
 constexpr std::array<std::int64_t, 2> kHidden = {64, 64};
 
 // Many rows, large minibatches and small standard deviations, which reach a return in the least time on one CPU.
-mjenv_learn_settings wide(std::int64_t steps) {
+mjenv_learn_settings many_rows(std::int64_t steps) {
   mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
   s.steps = steps;
   s.hidden = kHidden.data();
@@ -93,8 +93,8 @@ mjenv_learn_settings wide(std::int64_t steps) {
 }
 
 // Few rows and many small minibatches, for robots that learn from few steps.
-mjenv_learn_settings narrow(std::int64_t steps, std::int64_t rollout_steps, double learning_rate) {
-  mjenv_learn_settings s = wide(steps);
+mjenv_learn_settings few_rows(std::int64_t steps, std::int64_t rollout_steps, double learning_rate) {
+  mjenv_learn_settings s = many_rows(steps);
   s.rows = 8;
   s.rollout_steps = rollout_steps;
   s.epochs = 10;
@@ -119,25 +119,29 @@ struct Tuned {
 
 const std::vector<Tuned>& tuned() {
   static const std::vector<Tuned> all = {
-      {"Ant-v5", wide(2'000'000)},
-      {"HalfCheetah-v5", with(wide(2'000'000), [](auto& s) { s.gamma = 0.98; })},
-      {"Hopper-v5", narrow(1'000'000, 512, 5e-4)},
-      {"Humanoid-v5", with(wide(1'605'632), [](auto& s) { s.decay_steps = 8'000'000; })},
-      {"HumanoidStandup-v5", wide(600'000)},
-      {"InvertedDoublePendulum-v5", wide(400'000)},
-      {"InvertedPendulum-v5", with(narrow(100'000, 256, 1e-3),
+      {"Ant-v5", many_rows(2'000'000)},
+      {"HalfCheetah-v5", with(many_rows(2'000'000), [](auto& s) { s.gamma = 0.98; })},
+      {"Hopper-v5", few_rows(1'000'000, 512, 5e-4)},
+      {"Humanoid-v5", with(many_rows(2'000'000),
+                           [](auto& s) {
+                             s.learning_rate = 5e-4;
+                             s.decay_steps = 8'000'000;
+                           })},
+      {"HumanoidStandup-v5", many_rows(600'000)},
+      {"InvertedDoublePendulum-v5", many_rows(400'000)},
+      {"InvertedPendulum-v5", with(few_rows(100'000, 256, 1e-3),
                                    [](auto& s) {
                                      s.epochs = 5;
                                      s.minibatch_size = 128;
                                    })},
-      {"Pusher-v5", wide(1'500'000)},
-      {"Reacher-v5", with(narrow(150'000, 256, 1e-3), [](auto& s) { s.gamma = 0.9; })},
-      {"Swimmer-v5", with(narrow(1'000'000, 1024, 6e-4),
+      {"Pusher-v5", many_rows(1'500'000)},
+      {"Reacher-v5", with(few_rows(150'000, 256, 1e-3), [](auto& s) { s.gamma = 0.9; })},
+      {"Swimmer-v5", with(few_rows(1'000'000, 1024, 6e-4),
                           [](auto& s) {
                             s.gamma = 0.9999;
                             s.gae_lambda = 0.98;
                           })},
-      {"Walker2d-v5", with(wide(1'515'520), [](auto& s) { s.decay_steps = 3'000'000; })}};
+      {"Walker2d-v5", with(many_rows(1'515'520), [](auto& s) { s.decay_steps = 3'000'000; })}};
   return all;
 }
 
@@ -185,7 +189,7 @@ void Settings::replace(const Settings& other) {
 mjenv_learn_settings defaults_of(const std::string& id) {
   for (const Tuned& one : tuned())
     if (id == one.id) return one.settings;
-  return with(wide(2'000'000), [](auto& s) { s.scale_actions = 1; });
+  return with(many_rows(2'000'000), [](auto& s) { s.scale_actions = 1; });
 }
 
 }  // namespace mjenv::learn

@@ -84,8 +84,9 @@ inline double small_control(const Sim& s) { return (4 + mean_tolerance(s.ctrl(),
 // Sets how episodes begin and what a step earns: reward(sim) returns a number, or an Outcome.
 //
 // With the option visualize_reward, the info of a reset has the reward by which dm_control colours the materials until
-// the first step. dm_control computes it when the reset has written the state, but mostly before MuJoCo has computed
-// what follows from that state. If this is before the end of the reset, reset(start, random, show) calls show() there.
+// the first step. dm_control computes this reward in its base class's initialize_episode, which most resets call at
+// their end. A reset that calls it earlier is written as reset(start, random, show), and calls show() there. In most
+// resets, MuJoCo has not yet computed anything from the new state at that time.
 template <typename Reset, typename Reward>
 void episodes(Robot& r, const Reset& reset, const Reward& reward) {
   constexpr bool is_number = std::is_arithmetic_v<decltype(reward(std::declval<const Sim&>()))>;

@@ -7,8 +7,9 @@
 Both trainers have the same settings and numbers of steps; for each id and seed they follow each other. learner.csv has
 a line for each training: the CPU seconds of its process, start-up included, the mean and standard deviation of the
 returns of the deterministic policy over 20 episodes, which begin with the resets of the seeds 100 to 119, and the
-length of the shortest of them. For the learner it also has the CPU seconds and the steps after which the mean return of
-the last 20 episodes, which explored, first reached the id's goal. The script needs the Python of `tools/setup torch`.
+length of the shortest of them. For the learner it also has the CPU seconds and the steps after which the deterministic
+policy first had a mean return of the id's goal over these episodes; it plays them 40 times while it is trained, and the
+CPU seconds do not contain that. The script needs the Python of `tools/setup torch`.
 """
 
 from __future__ import annotations
@@ -27,12 +28,13 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 import mjenv
-from mjenv.training import Training
+from mjenv.training import Settings, Training
 
 SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "python" / "train_cleanrl.py"
 IDS = tuple(path.stem for path in sorted((SCRIPT.parents[1] / "policies").glob("*.txt")))
 TABLE = Path(__file__).with_suffix(".csv")
 EPISODES, SEED = 20, 100
+TRIALS = 40  # how often the policy plays for its goal
 # Returns at which a robot hops, runs or walks well.
 GOALS = {"Hopper-v5": 3000, "HalfCheetah-v5": 5000, "Ant-v5": 4000, "Walker2d-v5": 3000, "Humanoid-v5": 5000}
 
@@ -67,30 +69,30 @@ def measure(id: str, seed: int, trainer: str) -> Result:
         with (Path(folder) / "curve.csv").open() as curve:
             steps = [int(row["steps"]) for row in csv.DictReader(curve)][-1]
         played = mjenv.evaluate(Path(folder) / "policy.txt", EPISODES, seed=SEED)
-    return Result(
-        id,
-        seed,
-        trainer,
-        steps,
-        after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
-        played.mean_return,
-        played.std_return,
-        int(played.lengths.min()),
-        *map(float, made.stdout.split() if trainer == "learner" else ()),
-    )
+    numbers = [float(word) for word in made.stdout.split()] if trainer == "learner" else []
+    goal, played_for = tuple(numbers[:2]), sum(numbers[2:])
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime - played_for
+    lengths = played.lengths
+    return Result(id, seed, trainer, steps, seconds, played.mean_return, played.std_return, int(lengths.min()), *goal)
 
 
 def train(id: str, seed: int, out: Path) -> None:
-    """Trains as `mjenv train` does, and prints the CPU seconds and the steps until the goal."""
-    reached = (math.nan, math.nan)
+    """Trains as `mjenv train` does. Prints the CPU seconds and steps until the goal, and the CPU seconds of playing."""
+    reached, played_for, goal = (math.nan, math.nan), 0.0, GOALS.get(id)
+    settings = Settings.of(id)
+    updates = settings.steps // (settings.rows * settings.rollout_steps)
 
-    def look(training: Training) -> None:
-        nonlocal reached
-        if math.isnan(reached[0]) and training.curve[-1].mean_return >= GOALS.get(id, math.inf):
-            reached = time.process_time(), training.steps
+    def play(training: Training) -> None:
+        nonlocal reached, played_for
+        if goal is None or not math.isnan(reached[0]):
+            return
+        seconds = time.process_time()
+        if mjenv.evaluate(training.policy(), EPISODES, seed=SEED).mean_return >= goal:
+            reached = seconds - played_for, training.steps
+        played_for += time.process_time() - seconds
 
-    mjenv.train(id, seed=seed, out=out, callback=look)
-    print(*reached)
+    mjenv.train(id, seed=seed, out=out, callback=play, every=max(1, updates // TRIALS))
+    print(*reached, played_for)
 
 
 def compare_threads(id: str, threads: int, steps: int) -> str:

@@ -12,12 +12,13 @@ struct Action {
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
   std::int64_t count = 0;
 
-  double operator[](std::int64_t i) const { return dtype == MJENV_DTYPE_FLOAT32 ? narrow()[i] : wide()[i]; }
+  double operator[](std::int64_t i) const { return dtype == MJENV_DTYPE_FLOAT32 ? floats()[i] : doubles()[i]; }
   Action part(std::int64_t first, std::int64_t length) const {
-    return {dtype == MJENV_DTYPE_FLOAT32 ? static_cast<const void*>(narrow() + first) : wide() + first, dtype, length};
+    if (dtype == MJENV_DTYPE_FLOAT32) return {floats() + first, dtype, length};
+    return {doubles() + first, dtype, length};
   }
-  const float* narrow() const { return static_cast<const float*>(values); }
-  const double* wide() const { return static_cast<const double*>(values); }
+  const float* floats() const { return static_cast<const float*>(values); }
+  const double* doubles() const { return static_cast<const double*>(values); }
 };
 
 }  // namespace mjenv::core

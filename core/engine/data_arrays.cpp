@@ -39,7 +39,7 @@ std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, c
 
 bool is_force(const std::string& array) { return is_in(kForces, array); }
 bool is_frame(const std::string& array) { return is_in(kFrames, array); }
-bool is_after_every_step(const std::string& array) {
+bool is_always_readable(const std::string& array) {
   return kShown.find(" " + array + " ") != kShown.npos || is_frame(array);
 }
 

@@ -1,4 +1,5 @@
-// A compiled model. Only this folder, and render/ for drawing, deal with MuJoCo's versions, structs and errors.
+// A compiled model. Only this folder handles what differs between MuJoCo's versions. Besides it, only
+// task/sim_view.cpp and render/ use MuJoCo's structs.
 #pragma once
 
 #include <cstdint>

@@ -54,13 +54,13 @@ class Work {
 
   // Announces that this array of mjData will be read after each step.
   void expect(const std::string& array) {
-    (is_force(array) ? reads_forces_ : reads_all_) |= !is_after_every_step(array);
+    (is_force(array) ? reads_forces_ : reads_all_) |= !is_always_readable(array);
   }
   // Whether `expect` named one of the arrays that complete_forces computes.
   bool reads_forces() const { return reads_forces_; }
-  // Whether `expect` named another array for which is_after_every_step is false.
+  // Whether `expect` named another array for which is_always_readable is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_after_every_step is true
+  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_always_readable is true
   // may be read.
   bool is_whole() const { return is_whole_; }
 

@@ -23,11 +23,8 @@ ActionTransform::ActionTransform(const Options& options, const Task& task)
       high_(task.action.high) {
   const std::vector<double>& range = options.get("rescale_actions").reals;
   rescales_ = range[0] != range[1];
-  const auto narrow = [](const std::vector<double>& bounds) {
-    return std::vector<float>(bounds.begin(), bounds.end());
-  };
-  clip_low_ = narrow(low_);
-  clip_high_ = narrow(high_);
+  clip_low_.assign(low_.begin(), low_.end());
+  clip_high_.assign(high_.begin(), high_.end());
   if (rescales_) {
     // Computes in the same types as Gymnasium's rescale_box does in NumPy: first long double, then float32.
     const double low = range[0], high = range[1];
@@ -47,8 +44,8 @@ ActionTransform::ActionTransform(const Options& options, const Task& task)
     }
     low_.assign(low_.size(), low);
     high_.assign(high_.size(), high);
-    clip_low_ = narrow(low_);
-    clip_high_ = narrow(high_);
+    clip_low_.assign(low_.begin(), low_.end());
+    clip_high_.assign(high_.begin(), high_.end());
   }
   if (!clips_) return;
   low_.assign(low_.size(), -kInfinity);
@@ -68,8 +65,8 @@ Number ActionTransform::transformed(Number value, std::size_t i) const {
 
 double ActionTransform::at(const Action& action, std::int64_t i) const {
   const std::size_t index = static_cast<std::size_t>(i) % clip_low_.size();
-  return action.dtype == MJENV_DTYPE_FLOAT32 ? transformed(action.narrow()[i], index)
-                                             : transformed(action.wide()[i], index);
+  return action.dtype == MJENV_DTYPE_FLOAT32 ? transformed(action.floats()[i], index)
+                                             : transformed(action.doubles()[i], index);
 }
 
 Action ActionTransform::apply(const Action& action, std::vector<double>& scratch) const {
@@ -77,9 +74,9 @@ Action ActionTransform::apply(const Action& action, std::vector<double>& scratch
     for (std::size_t i = 0; i < static_cast<std::size_t>(action.count); ++i) to[i] = transformed(from[i], i);
   };
   if (action.dtype == MJENV_DTYPE_FLOAT32)
-    transform(action.narrow(), reinterpret_cast<float*>(scratch.data()));
+    transform(action.floats(), reinterpret_cast<float*>(scratch.data()));
   else
-    transform(action.wide(), scratch.data());
+    transform(action.doubles(), scratch.data());
   return {scratch.data(), action.dtype, action.count};
 }
 

@@ -66,20 +66,20 @@ void declare_env_options(Options& options) {
   options.integer("num_threads", 1, 0, kMaxThreads,
                   "how many threads step rows, at most one per row; 1: only the caller's; 0: one for each CPU that the "
                   "process may use",
-                  Scope::service);
+                  InIdentity::no);
   options.integer(
       "lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
       "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
       "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, as many as are fast here",
-      Scope::service);
-  options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", Scope::service);
+      InIdentity::no);
+  options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", InIdentity::no);
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
-               Scope::service);
+               InIdentity::no);
   options.integer("max_contacts", 0, 0, kMaxContacts,
                   "how many contacts of a row the exported arrays contact.* can hold, the first ones; 0: as many as "
                   "MuJoCo can find",
-                  Scope::service);
+                  InIdentity::no);
   declare_frame_options(options);
   declare_action_options(options);
 }

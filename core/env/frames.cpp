@@ -36,7 +36,7 @@ void declare_frame_options(Options& options) {
   options.text("observation", "auto",
                "what the observation is in Gymnasium: a Box (flat), or a Dict (dict) of the task's groups of terms, in "
                "which a term without a group is a key by itself; auto: a Dict if the task has groups",
-               "auto flat dict", Scope::service);
+               "auto flat dict", InIdentity::no);
   options.flag("time_aware", false,
                "add the time since the reset to the observation, as its term \"time\": Gymnasium's "
                "TimeAwareObservation, flattened");

@@ -291,7 +291,7 @@ Identity identity_of(const Options& options, const Task& task, const Frames& fra
   std::uint64_t value = hash(options.id().data(), options.id().size(), task.model->fingerprint());
   value = hash(&task.revision, sizeof task.revision, value);
   for (const auto& option : options.all()) {
-    if (option.scope == Scope::service) continue;
+    if (option.in_identity == InIdentity::no) continue;
     value = hash(&option.integer, sizeof option.integer, value);
     value = hash(option.reals.data(), option.reals.size() * sizeof(double), value);
     value = hash(option.text.data(), option.text.size(), value);

@@ -19,7 +19,7 @@ namespace mjenv::core {
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 
-  // a hash of the id, the model, the task's revision and the options of Scope::episodes
+  // a hash of the id, the model, the task's revision and the options with InIdentity::yes
   std::uint64_t hash;
   Rounding rounding;  // how Euclidean norms are rounded (the option "norm"); `any` if the task computes none
   // Fingerprints; 0 for none.

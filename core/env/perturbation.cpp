@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "error.hpp"
@@ -16,39 +17,25 @@ constexpr std::int64_t kMaxDelay = 1'000'000;
 constexpr std::int64_t kMaxInterval = std::int64_t{1} << 52;  // so that a double can count the steps exactly
 constexpr std::size_t kPushes = 1;                            // where the pushes begin in a record
 
-// Returns one standard deviation for each element; an empty list if there is no noise.
-std::vector<double> noise_of(const double* given, std::int64_t given_count, std::size_t count,
-                             const std::string& what) {
+// Returns `count` numbers. The caller gives all of them, one for all, or none: then the list is empty. Refuses numbers
+// below `least`. name, rule: for messages.
+std::vector<double> numbers_of(const double* given, std::int64_t given_count, std::int64_t count,
+                               const std::string& name, double least, const char* rule) {
   if (given_count == 0) return {};
-  if (given_count != 1) check_count((what + "_noise_count").c_str(), given_count, static_cast<std::int64_t>(count));
-  if (!given) fail(MJENV_E_ARGUMENT, what + "_noise is NULL");
-  std::vector<double> deviations(given, given + given_count);
-  for (std::size_t i = 0; i < deviations.size(); ++i)
-    if (!std::isfinite(deviations[i]) || deviations[i] < 0)
-      fail(MJENV_E_VALUE,
-           element_is(what + "_noise", i, deviations[i]) + ", but a standard deviation is finite and not negative");
-  if (given_count == 1) deviations.assign(count, deviations[0]);
-  return deviations;
+  if (given_count != 1) check_count((name + "_count").c_str(), given_count, count);
+  if (!given) fail(MJENV_E_ARGUMENT, name + " is NULL");
+  std::vector<double> numbers(given, given + given_count);
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    if (!std::isfinite(numbers[i]) || numbers[i] < least)
+      fail(MJENV_E_VALUE, element_is(name, i, numbers[i]) + ", but " + rule);
+  if (given_count == 1) numbers.assign(static_cast<std::size_t>(count), numbers[0]);
+  return numbers;
 }
 
-// Returns the action that the task sees until the first delayed action arrives; empty: zeros.
-std::vector<double> first_action_of(const double* given, std::int64_t given_count, std::size_t count) {
-  if (given_count == 0) return {};
-  if (given_count != 1) check_count("first_action_count", given_count, static_cast<std::int64_t>(count));
-  if (!given) fail(MJENV_E_ARGUMENT, "first_action is NULL");
-  std::vector<double> action(given, given + given_count);
-  for (std::size_t i = 0; i < action.size(); ++i)
-    if (!std::isfinite(action[i]))
-      fail(MJENV_E_VALUE, element_is("first_action", i, action[i]) + ", but must be finite");
-  if (given_count == 1) action.assign(count, action[0]);
-  return action;
-}
+constexpr const char* kDeviation = "a standard deviation is finite and not negative";
 
-std::size_t delay_of(std::int64_t given, std::int64_t least, const std::string& what) {
-  if (given < least || given > kMaxDelay)
-    fail(MJENV_E_VALUE,
-         what + " is " + std::to_string(given) + ", not " + std::to_string(least) + " to " + std::to_string(kMaxDelay));
-  return static_cast<std::size_t>(given);
+bool is_count(double steps, std::int64_t least, std::int64_t most) {
+  return steps >= static_cast<double>(least) && steps <= static_cast<double>(most) && steps == std::floor(steps);
 }
 
 }  // namespace
@@ -56,18 +43,20 @@ std::size_t delay_of(std::int64_t given, std::int64_t least, const std::string& 
 Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t action_count,
                            std::int64_t observation_count)
     : action_noise_(
-          noise_of(given.action_noise, given.action_noise_count, static_cast<std::size_t>(action_count), "action")),
-      observation_noise_(noise_of(given.observation_noise, given.observation_noise_count,
-                                  static_cast<std::size_t>(observation_count), "observation")),
-      first_action_(
-          first_action_of(given.first_action, given.first_action_count, static_cast<std::size_t>(action_count))),
+          numbers_of(given.action_noise, given.action_noise_count, action_count, "action_noise", 0, kDeviation)),
+      observation_noise_(numbers_of(given.observation_noise, given.observation_noise_count, observation_count,
+                                    "observation_noise", 0, kDeviation)),
+      first_action_(numbers_of(given.first_action, given.first_action_count, action_count, "first_action",
+                               std::numeric_limits<double>::lowest(), "must be finite")),
       actuators_(static_cast<std::size_t>(action_count)),
       observation_count_(static_cast<std::size_t>(observation_count)),
       redraws_delays_(given.redraws_delays != 0) {
   const auto take_delay = [](Delay& delay, std::int64_t least, std::int64_t most, const std::string& what) {
-    delay.least = delay.most = delay_of(least, 0, what);
+    check_range(what.c_str(), least, 0, kMaxDelay);
     delay.is_drawn = most != 0;
-    if (delay.is_drawn) delay.most = delay_of(most, least, "max_" + what);
+    if (delay.is_drawn) check_range(("max_" + what).c_str(), most, least, kMaxDelay);
+    delay.least = static_cast<std::size_t>(least);
+    delay.most = delay.is_drawn ? static_cast<std::size_t>(most) : delay.least;
   };
   take_delay(action_delay_, given.action_delay, given.max_action_delay, "action_delay");
   take_delay(observation_delay_, given.observation_delay, given.max_observation_delay, "observation_delay");
@@ -98,7 +87,8 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
 }
 
 void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& model) {
-  for_each_struct(given.pushes, given.push_count, model.nbody(), "push_count", "pushes", [&](const mjenv_push& one) {
+  const std::int64_t most = 2 * std::int64_t{model.nbody()};  // a force and a kick for each body
+  for_each_struct(given.pushes, given.push_count, most, "push_count", "pushes", [&](const mjenv_push& one) {
     const auto refuse = [&](const std::string& why) {
       fail(MJENV_E_VALUE, "pushes[" + std::to_string(pushes_.size()) + "]: " + why);
     };
@@ -149,7 +139,7 @@ double Perturbation::Delay::draw(np::Generator& rng) const {
 }
 
 bool Perturbation::Delay::contains(double steps) const {
-  return steps >= static_cast<double>(least) && steps <= static_cast<double>(most) && steps == std::floor(steps);
+  return is_count(steps, static_cast<std::int64_t>(least), static_cast<std::int64_t>(most));
 }
 
 std::size_t Perturbation::delay_now(const Delay& delay, std::size_t index, const double* record,
@@ -173,8 +163,8 @@ void Perturbation::begin(double* record, np::Generator& rng) const {
 
 Perturbation::Step Perturbation::make_step() const {
   Step step;
-  step.action.resize(actuators_);
-  step.narrow_action.resize(actuators_);
+  step.doubles.resize(actuators_);
+  step.floats.resize(actuators_);
   step.pushes.resize(2 * pushes_.size());
   step.done.forces.reserve(pushes_.size());
   step.done.kicks.reserve(pushes_.size());
@@ -199,17 +189,17 @@ void Perturbation::push(const Push& push, double& left, double& lasts, np::Gener
 
 Action Perturbation::act(const double* record, std::int64_t steps, const Action& action, np::Generator& rng,
                          Step& step) const {
-  const bool narrow = action.dtype == MJENV_DTYPE_FLOAT32;
+  const bool is_float32 = action.dtype == MJENV_DTYPE_FLOAT32;
   const std::size_t delay = delay_now(action_delay_, 0, record, rng), most = action_delay_.most;
   const bool is_delayed = delay > 0;
   const double* delayed =
       record + actions_ + (is_delayed ? (static_cast<std::size_t>(steps) + most - delay) % most * actuators_ : 0);
   for (std::size_t i = 0; i < actuators_; ++i) {
     double value = is_delayed ? delayed[i] : action[static_cast<std::int64_t>(i)];
-    if (narrow) value = static_cast<float>(value);
+    if (is_float32) value = static_cast<float>(value);
     if (!action_noise_.empty()) value += 0.0 + action_noise_[i] * rng.normal();
-    step.action[i] = value;
-    step.narrow_action[i] = static_cast<float>(value);
+    step.doubles[i] = value;
+    step.floats[i] = static_cast<float>(value);
   }
   step.done.clear();
   for (std::size_t i = 0; i < pushes_.size(); ++i) {
@@ -217,8 +207,8 @@ Action Perturbation::act(const double* record, std::int64_t steps, const Action&
     double& lasts = step.pushes[2 * i + 1] = record[kPushes + 2 * i + 1];
     push(pushes_[i], left, lasts, rng, step.done);
   }
-  const void* seen = narrow ? static_cast<const void*>(step.narrow_action.data()) : step.action.data();
-  return {seen, action.dtype, action.count};
+  if (is_float32) return {step.floats.data(), action.dtype, action.count};
+  return {step.doubles.data(), action.dtype, action.count};
 }
 
 void Perturbation::commit(double* record, std::int64_t steps, const Action& action, const Step& step) const {
@@ -268,11 +258,8 @@ bool Perturbation::is_valid(const double* record) const {
   if (record[0] != 0 && !has_begun) return false;
   for (std::size_t i = 0; i < pushes_.size(); ++i) {
     const double left = record[kPushes + 2 * i], lasts = record[kPushes + 2 * i + 1];
-    const auto counts = [](double steps, std::int64_t least, std::int64_t most) {
-      return steps >= static_cast<double>(least) && steps <= static_cast<double>(most) && steps == std::floor(steps);
-    };
-    if (has_begun && !counts(left, 1, pushes_[i].max_steps)) return false;
-    if (!counts(lasts, 0, pushes_[i].is_kick() ? 0 : pushes_[i].max_duration)) return false;
+    if (has_begun && !is_count(left, 1, pushes_[i].max_steps)) return false;
+    if (!is_count(lasts, 0, pushes_[i].is_kick() ? 0 : pushes_[i].max_duration)) return false;
   }
   if (!has_begun || !resets_draw_delays()) return true;
   return action_delay_.contains(record[delays_]) && observation_delay_.contains(record[delays_ + 1]);

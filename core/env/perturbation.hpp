@@ -50,9 +50,9 @@ class Perturbation {
 
   // What act computes for a step.
   struct Step {
-    std::vector<double> action;        // the action that the task sees, if it is float64
-    std::vector<float> narrow_action;  // the same, if it is float32
-    std::vector<double> pushes;        // the part of the record with the pushes, as it will be after the step
+    std::vector<double> doubles;  // the action that the task sees, if it is float64
+    std::vector<float> floats;    // the same, if it is float32
+    std::vector<double> pushes;   // the part of the record with the pushes, as it will be after the step
     Work::Pushes done;
   };
   // Allocates the memory that act uses.
@@ -101,8 +101,8 @@ class Perturbation {
   bool has_observations_ = false;
   // A record consists of
   //   - the phase
-  //   - for each push: in how many steps it begins next, and how many steps its force acts, counted from the last step
-  //     on (0: it did not act in the last step)
+  //   - for each push: in how many steps it begins next, and for how many steps its force acts, the last step included
+  //     (0: it did not act in the last step)
   //   - the delay of actions and that of observations, if resets draw any
   //   - the delayed actions and observations, as many as the greatest delays
   //   - the last observation

@@ -22,7 +22,8 @@ namespace mjenv::core {
 enum class Origin : std::uint8_t { cleared, forward, step, set };
 
 // Whether state or own values were written after the derived arrays were computed. by_task: the task's step wrote own
-// values, and carry was called afterwards. by_caller: the caller wrote, so carry must be called before the next step.
+// values or velocities, and carry was called afterwards. by_caller: the caller wrote, so carry must be called before
+// the next step.
 enum class Written : std::uint8_t { no, by_task, by_caller };
 
 class Rows {

@@ -151,6 +151,10 @@ std::unique_ptr<GlfwContext> open_window(int width, int height, const char* titl
 
 bool here() { return binding().process == platform::process_id(); }
 
+void check_here(const char* what) {
+  if (!here()) fail(MJENV_E_RENDER, std::string(what) + " was made before this process was forked");
+}
+
 Traits traits_of(const Context& current) {
   const unsigned char* (*get_string)(unsigned) = Symbol{current.function("glGetString")};
   void (*get_integers)(unsigned, int*) = Symbol{current.function("glGetIntegerv")};

@@ -45,6 +45,8 @@ std::unique_ptr<Context> open(std::int32_t back_end);
 
 // Whether this process can use OpenGL. A forked child cannot if its parent has used OpenGL before the fork.
 bool here();
+// Fails unless here(). what: "the renderer", for the message.
+void check_here(const char* what);
 
 // The names of the OpenGL implementation, and the largest picture that it draws.
 struct Traits {

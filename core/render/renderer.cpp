@@ -77,10 +77,6 @@ Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settin
 
 Renderer::~Renderer() { drawing_->free_in(*context_); }
 
-void Renderer::check_here() const {
-  if (!gl::here()) fail(MJENV_E_RENDER, "the renderer was made before this process was forked");
-}
-
 void Renderer::check_size() const {
   if (width_ > traits_.width || height_ > traits_.height)
     fail(MJENV_E_VALUE, "a picture of " + std::to_string(width_) + " x " + std::to_string(height_) +

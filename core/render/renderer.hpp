@@ -30,8 +30,6 @@ class Renderer {
   const std::string& gl() const { return traits_.text; }
   std::size_t pixels() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_); }
 
-  // Fails in a forked child, which cannot use its parent's OpenGL.
-  void check_here() const;
   // Sets the scene that `draw` draws. Does not change data.
   void look_at(const mjModel_& model, mjData_* data);
   // Writes the picture to rgb[height][width][3] and depth[height][width]. Either may be null.

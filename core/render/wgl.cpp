@@ -110,7 +110,7 @@ class HiddenWindow {
   HiddenWindow(const HiddenWindow&) = delete;
   HiddenWindow& operator=(const HiddenWindow&) = delete;
 
-  // The window's device context, to which OpenGL draws
+  // The window's device context, to which OpenGL draws.
   Handle device() const { return device_; }
 
  private:

@@ -65,10 +65,6 @@ Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& 
 
 Window::~Window() { drawing_.free_in(*context_); }
 
-void Window::check_here() const {
-  if (!gl::here()) fail(MJENV_E_RENDER, "the window was made before this process was forked");
-}
-
 void Window::begin() {
   waits_ = paused_;
   pictures_due_ += drawing_.model.opt.timestep / (seconds_per_picture_ * run_speed_);

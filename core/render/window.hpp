@@ -18,7 +18,6 @@ class Window {
   ~Window();
 
   bool is_open() const { return open_; }
-  void check_here() const;
   // Call this once per reset or step. Then draw as long as wants_picture() is true: once, as often as the chosen speed
   // requires, or while the user pauses.
   void begin();

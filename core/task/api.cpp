@@ -181,22 +181,14 @@ std::int64_t choice(mjenv_random* random, std::int64_t count, const double* p) {
 }
 
 void sample(mjenv_random* random, std::int64_t count, std::int64_t size, std::int64_t* chosen) {
-  if (size < 0 || size > count) {
+  if (size < 0 || size > count)
     refuse_draw(random, "sample: size is negative or larger than count", 0);
-    return;
-  }
-  attempt(random, [&](Rng& rng) {
-    rng.sample(count, size, chosen);
-    return 0;
-  });
+  else
+    attempt(random, [&](Rng& rng) { return rng.sample(count, size, chosen), 0; });
 }
 
 void permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
-  if (count < 1) return;
-  attempt(random, [&](Rng& rng) {
-    rng.permutation(count, order);
-    return 0;
-  });
+  if (count > 0) attempt(random, [&](Rng& rng) { return rng.permutation(count, order), 0; });
 }
 
 // ---- RandomState ----
@@ -240,14 +232,10 @@ std::int64_t state_choice(mjenv_random* random, std::int64_t count, const double
 }
 
 void state_permutation(mjenv_random* random, std::int64_t count, std::int64_t* order) {
-  if (count < 0 || count > kMaxChoices) {
+  if (count < 0 || count > kMaxChoices)
     refuse_draw(random, "permutation: count is not 0 to 2^32", 0);
-    return;
-  }
-  attempt_state(random, 0, [&](auto& state) {
-    state.permutation(count, order);
-    return 0;
-  });
+  else
+    attempt_state(random, 0, [&](auto& state) { return state.permutation(count, order), 0; });
 }
 
 std::int32_t state_is_new(mjenv_random* random) {

@@ -29,34 +29,35 @@ const char* kind_name(mjenv_kind kind) {
   return "unknown";
 }
 
-const Option& Options::flag(const char* name, bool value, const char* doc, Scope scope) {
-  Option option(MJENV_KIND_FLAG, name, doc, scope, 0, 1);
+const Option& Options::flag(const char* name, bool value, const char* doc, InIdentity in_identity) {
+  Option option(MJENV_KIND_FLAG, name, doc, in_identity, 0, 1);
   option.integer = value;
   return declare(std::move(option));
 }
 
 const Option& Options::integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high,
-                               const char* doc, Scope scope) {
-  Option option(MJENV_KIND_INTEGER, name, doc, scope, static_cast<double>(low), static_cast<double>(high));
+                               const char* doc, InIdentity in_identity) {
+  Option option(MJENV_KIND_INTEGER, name, doc, in_identity, static_cast<double>(low), static_cast<double>(high));
   option.integer = value;
   return declare(std::move(option));
 }
 
 const Option& Options::reals(const char* name, std::vector<double> values, const char* doc, double low, double high) {
-  Option option(MJENV_KIND_REALS, name, doc, Scope::episodes, low, high);
+  Option option(MJENV_KIND_REALS, name, doc, InIdentity::yes, low, high);
   option.reals = std::move(values);
   return declare(std::move(option));
 }
 
-const Option& Options::text(const char* name, const char* value, const char* doc, const char* choices, Scope scope) {
-  Option option(MJENV_KIND_STRING, name, doc, scope);
+const Option& Options::text(const char* name, const char* value, const char* doc, const char* choices,
+                            InIdentity in_identity) {
+  Option option(MJENV_KIND_STRING, name, doc, in_identity);
   option.text = value;
   option.choices = choices;
   return declare(std::move(option));
 }
 
 const Option& Options::text_or_index(const char* name, std::int64_t value, const char* doc) {
-  Option option(MJENV_KIND_STRING_OR_INT, name, doc, Scope::episodes, 0, std::numeric_limits<int>::max());
+  Option option(MJENV_KIND_STRING_OR_INT, name, doc, InIdentity::yes, 0, std::numeric_limits<int>::max());
   option.integer = value;
   option.given_as_integer = true;
   return declare(std::move(option));

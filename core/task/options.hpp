@@ -13,21 +13,27 @@ namespace mjenv::core {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Whether an image (mjenv_snapshot) fits only environments in which the option has the same value.
-enum class Scope {
-  episodes,  // yes: it changes the results of steps and resets
-  // No, for one of two reasons. The option changes only how results are computed and returned. Or an image's identity
-  // contains what the option decides (the model, the rounding of norms), so its own value need not be compared.
-  service
+// Whether the identity of images (env/image.hpp) contains the option's value, so that an image fits only environments
+// with the same value.
+enum class InIdentity {
+  yes,  // the option changes the results of steps and resets
+  // The option changes only how results are computed and returned. Or the identity contains what the option decides (the
+  // model, the rounding of norms).
+  no
 };
 
 struct Option {
-  Option(mjenv_kind its_kind, std::string its_name, std::string its_doc, Scope its_scope, double min = -kInfinity,
-         double max = kInfinity)
-      : kind(its_kind), scope(its_scope), name(std::move(its_name)), doc(std::move(its_doc)), low(min), high(max) {}
+  Option(mjenv_kind its_kind, std::string its_name, std::string its_doc, InIdentity is_in_identity,
+         double min = -kInfinity, double max = kInfinity)
+      : kind(its_kind),
+        in_identity(is_in_identity),
+        name(std::move(its_name)),
+        doc(std::move(its_doc)),
+        low(min),
+        high(max) {}
 
   mjenv_kind kind;
-  Scope scope;
+  InIdentity in_identity;
   std::string name, doc;
   double low, high;     // closed bounds
   std::string choices;  // the valid texts, separated by blanks; empty: any text is valid
@@ -55,13 +61,13 @@ class Options {
 
   // Each of these declares an option with its default and returns it. If it is already declared, it returns the option
   // with its present value.
-  const Option& flag(const char* name, bool value, const char* doc, Scope scope = Scope::episodes);
+  const Option& flag(const char* name, bool value, const char* doc, InIdentity in_identity = InIdentity::yes);
   const Option& integer(const char* name, std::int64_t value, std::int64_t low, std::int64_t high, const char* doc,
-                        Scope scope = Scope::episodes);
+                        InIdentity in_identity = InIdentity::yes);
   const Option& reals(const char* name, std::vector<double> values, const char* doc, double low = -kInfinity,
                       double high = kInfinity);
   const Option& text(const char* name, const char* value, const char* doc, const char* choices = "",
-                     Scope scope = Scope::episodes);
+                     InIdentity in_identity = InIdentity::yes);
   const Option& text_or_index(const char* name, std::int64_t value, const char* doc);
 
   const Option& add(Option option) { return declare(std::move(option)); }

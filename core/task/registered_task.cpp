@@ -101,7 +101,7 @@ void RegisteredTask::take_options(const mjenv_task& given) {
   for_each_struct(given.options, given.option_count, kMaxCount, "option_count", "options", [&](const auto& from) {
     const std::string name = checked_name(from.name, "an option"), what = "option " + quoted(name);
     const bool unbounded = from.low == 0 && from.high == 0;
-    Option option(from.kind, name, from.doc ? from.doc : "", Scope::episodes, unbounded ? -kInfinity : from.low,
+    Option option(from.kind, name, from.doc ? from.doc : "", InIdentity::yes, unbounded ? -kInfinity : from.low,
                   unbounded ? kInfinity : from.high);
     const auto check_default = [&](double value) {
       if (!(option.low <= value && value <= option.high))
@@ -212,20 +212,20 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
     options.text(
         "xml_file", model_.c_str(),
         "a built-in model (\"hopper.xml\"), or the path of an MJCF file, which begins with \".\", \"/\" or \"~\"", "",
-        Scope::service);
+        InIdentity::no);
   if (!given_.fixed_frame_skip)
     options.integer("frame_skip", given_.frame_skip, 1, kMaxFrameSkip, "how many times a step calls mj_step");
   for (const auto& option : of_task) options.add(option);
-  // xml_file, xml_string, trust_xml and norm are of Scope::service, because an image's identity contains the model and
-  // the rounding.
+  // xml_file, xml_string, trust_xml and norm have InIdentity::no, because the identity contains the model and the
+  // rounding.
   if (given_.fixed_model == 0) {
     options.text("xml_string", "", "the text of an MJCF model, instead of xml_file; empty: xml_file is used", "",
-                 Scope::service);
+                 InIdentity::no);
     options.text(
         "trust_xml", "auto",
         "yes: the model may have any size and read any file; no: its size is limited, and it reads only files in "
         "its folder, with xml_string none; auto: yes for xml_file, no for xml_string",
-        "auto yes no", Scope::service);
+        "auto yes no", InIdentity::no);
   }
   options.integer("max_episode_steps", given_.time_limit, 0, kMaxInteger,
                   "the number of steps after which an episode is truncated; 0: never");
@@ -233,7 +233,7 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
       "norm", "auto",
       "how Euclidean norms are rounded: as NumPy does on CPUs with AVX-512 (fused), on other x86-64 CPUs (plain), or "
       "here (auto)",
-      "auto fused plain", Scope::service);
+      "auto fused plain", InIdentity::no);
 }
 
 Outline RegisteredTask::outline() const {

@@ -90,15 +90,15 @@ class Calls {
   // Writes what the next step needs to know of the present state to SimView::carried.
   void carry(SimView& view) const;
   void observe(SimView& view, double* to) const;
-  // Turns the action into ctrl.
   bool has_before_step() const { return callbacks_.before_step != nullptr; }
   bool has_before_substep() const { return callbacks_.before_substep != nullptr; }
   bool has_control() const { return has_before_step() || has_before_substep(); }
+  // Turns the action into ctrl.
   void before_step(SimView& view, const Action& action, const Control& control, Random& random) const;
+  // Changes ctrl and forces before an mj_step.
   void before_substep(SimView& view, const Action& action, const Control& control, Random& random) const;
   // Calls step after the simulation has advanced with this action.
   mjenv_outcome step(SimView& view, const Action& action, Random& random, double* const* own) const;
-  bool has_compute_reward() const { return callbacks_.compute_reward != nullptr; }
   // The reward of one pair of goals of `size` numbers.
   double compute_reward(const double* achieved, const double* desired, std::int64_t size) const;
 

@@ -67,7 +67,7 @@ SETTINGS = {
     "Ant-v5": replace(WIDE, steps=2_000_000),
     "HalfCheetah-v5": replace(WIDE, steps=2_000_000, gamma=0.98),
     "Hopper-v5": Settings(steps=1_000_000),
-    "Humanoid-v5": replace(WIDE, steps=1_605_632, rate_steps=8_000_000),
+    "Humanoid-v5": replace(WIDE, steps=2_000_000, rate=5e-4, rate_steps=8_000_000),
     "HumanoidStandup-v5": replace(WIDE, steps=600_000),
     "InvertedDoublePendulum-v5": replace(WIDE, steps=400_000),
     "InvertedPendulum-v5": Settings(steps=100_000, rollout=256, epochs=5, minibatch=128, rate=1e-3),

@@ -681,6 +681,35 @@ static void test_refused_perturbations(void** state) {
   mjenv_destroy(env);
 }
 
+// A body can have a force and a kick, so there can be more pushes than bodies.
+static void test_force_and_kick_of_each_body(void** state) {
+  (void)state;
+  mjenv_options* options = options_of_id("Model-v0");
+  assert_ok(mjenv_options_set_string(options, "xml_string",
+                                     "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body><body pos='1 0 0'>"
+                                     "<freejoint/><geom size='.1'/></body></worldbody></mujoco>"));
+  mjenv_env* env = env_of_options(options, 1);
+  mjenv_push pushes[4];
+  for (int32_t i = 0; i < 4; ++i)
+    pushes[i] = (mjenv_push){PUSH,       .body = 1 + i / 2, .min_steps = 1,  .max_steps = 1,
+                             .low = {1}, .high = {1},       .is_kick = i % 2};
+  const mjenv_perturbation all = {PERTURBATION, .pushes = pushes, .push_count = 4};
+  assert_ok(mjenv_perturb(env, &all));
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  const double action[1] = {0};
+  assert_ok(mjenv_step(env, NULL, action, 0, MJENV_DTYPE_FLOAT64, NULL));
+  int64_t count;
+  double* forces = read_array(env, 0, "xfrc_applied", &count);
+  double* velocities = read_array(env, 0, "qvel", &count);
+  for (int body = 0; body < 2; ++body) {
+    assert_true(forces[6 * (body + 1)] == 1);
+    assert_true(velocities[6 * body] > 1);  // the kick's, and what the force adds
+  }
+  free(forces);
+  free(velocities);
+  mjenv_destroy(env);
+}
+
 // The processor's seconds that a reset takes, the fewest of some.
 static double reset_seconds(mjenv_env* env) {
   double least = INFINITY;
@@ -730,6 +759,7 @@ int main(int argc, char** argv) {
       WITH("Reacher-v5", 2, "next_step"),
       cmocka_unit_test(test_begin_with_a_reset),
       cmocka_unit_test(test_removed),
+      cmocka_unit_test(test_force_and_kick_of_each_body),
       cmocka_unit_test(test_cost_of_constants),
       cmocka_unit_test(test_observe),
       cmocka_unit_test(test_images),

@@ -121,7 +121,7 @@ std::string difference(Work& got, Work& want) {
   }
   const std::vector<Array> found = got.arrays(), expected = want.arrays();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!got.is_whole() && !is_after_every_step(found[i].name) && !(got.reads_forces() && is_force(found[i].name)))
+    if (!got.is_whole() && !is_always_readable(found[i].name) && !(got.reads_forces() && is_force(found[i].name)))
       continue;
     const std::size_t count = length(expected[i], want.model(), *want.data());
     if (found[i].stride) {

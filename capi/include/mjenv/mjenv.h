@@ -40,8 +40,9 @@
  * Handles
  *   The caller must destroy each handle that it creates; *_destroy does nothing for NULL. Texts and bounds that a
  *   function returns live as long as their handle; those without a handle live as long as the library is loaded. Only
- *   one thread at a time may use a handle; but functions that take a const handle, and mjenv_renderer_create,
- *   mjenv_window_create and mjenv_error_of, can be called at any time.
+ *   one thread at a time may use a handle (BUSY); but functions that take a const handle, and mjenv_renderer_create,
+ *   mjenv_window_create and mjenv_error_of, can be called at any time. Exception: a call that sets an option excludes
+ *   all other calls with the same options (BUSY).
  */
 #ifndef MJENV_MJENV_H
 #define MJENV_MJENV_H
@@ -124,8 +125,7 @@ enum mjenv_status_value {
 };
 
 /* The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that
- * Gymnasium returns; the library returns all fields as doubles, which represent the values of all of these types
- * exactly. */
+ * Gymnasium returns; the library returns all fields as doubles, which represent their values exactly. */
 typedef int32_t mjenv_dtype;
 enum mjenv_dtype_value {
   MJENV_DTYPE_FLOAT64 = 1,
@@ -196,7 +196,7 @@ typedef struct mjenv_space {
   int64_t count;      /* the number of elements */
   const double *low;  /* [count], owned by the environment */
   const double *high; /* [count], owned by the environment */
-  int32_t ndim;       /* how many dimensions: 2 if the option "history" stacks whole observations, else 1 */
+  int32_t ndim;       /* how many dimensions: 2 if the option "history" stacks whole observations of a Box, else 1 */
   int32_t reserved;   /* 0 */
   int64_t shape[4];   /* the first ndim elements are used; their product is count */
 } mjenv_space;
@@ -235,7 +235,7 @@ typedef struct mjenv_batch {
   uint32_t struct_size;
   mjenv_dtype obs_dtype; /* of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest */
   int64_t rows;          /* those of the environment; for mjenv_rollout, rows * steps */
-  /* How many elements one row has. A count, and obs_dtype, is checked only if one of its arrays is given. */
+  /* How many elements one row has. The counts and obs_dtype are checked only for arrays that are not NULL. */
   int64_t obs_count;        /* of obs and final_obs: the observation space's count */
   int64_t info_count;       /* of info and final_info: the sum of the counts of MJENV_ROLE_INFO's fields */
   int64_t reset_info_count; /* of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields */
@@ -598,15 +598,16 @@ MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, int64
 
 /* Begins new episodes, which draw their initial states from the rows' random streams.
  *   out       receives the outputs; may be NULL
- * Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize), FORKED. */
+ * Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize). */
 MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
 
-/* Steps rows. The option "autoreset_mode" says what resets a row whose episode has ended. If "strict" is 1, the
- * default, actions must be finite and such rows must be reset first; otherwise the call fails and steps no row.
+/* Steps rows. With the option "autoreset_mode" disabled, the default, a row whose episode has ended must be reset
+ * first; in the other modes, steps reset it. Actions must be finite. Otherwise the call fails and steps no row, unless
+ * the option "strict" is 0.
  *   action    [rows][actuators] of dtype; count = rows * actuators. As in NumPy, results depend on the dtype
  *   out       receives the outputs; may be NULL
  * If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0.
- * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; those of resets. */
+ * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK; those of resets. */
 MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count,
                                   mjenv_dtype dtype, const mjenv_batch *out);
 
@@ -615,7 +616,7 @@ MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const voi
  * thread, mjenv_recv steps the rows.
  *   rows      [row_count] the rows to step, each at most once; NULL: all rows
  *   action    [row_count][actuators] of dtype, copied: element i is for rows[i]; count = row_count * actuators
- * Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED. */
+ * Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice). */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t row_count, const void *action,
                                   int64_t count, mjenv_dtype dtype);
 
@@ -626,8 +627,8 @@ MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t r
  *   rows      [capacity] receives the rows; capacity >= least and >= 1. If more are done, a later call reports them
  *   count     receives how many rows are reported
  *   out       as for mjenv_step: the outputs of row r are element r. May be NULL
- * Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING, FORKED;
- * and if rows failed, what mjenv_step returns, with everything written. */
+ * Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING; and if rows
+ * failed, what mjenv_step returns, with everything written. */
 MJENV_API mjenv_status mjenv_recv(mjenv_env *env, int64_t least, double timeout, int64_t *rows, int64_t capacity,
                                   int64_t *count, const mjenv_batch *out);
 
@@ -641,7 +642,7 @@ MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t
                                      int64_t steps, const mjenv_batch *out);
 
 /* Writes out->obs and out->arrays of all rows for their present states, without a step; for instance after
- * mjenv_restore. Errors: SIZE, PHYSICS, TASK, FORKED. */
+ * mjenv_restore. Errors: SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
@@ -734,7 +735,7 @@ MJENV_API mjenv_status mjenv_render_defaults(const mjenv_env *env, mjenv_render_
 
 /* Creates a renderer with an OpenGL context of its own. settings NULL: the environment's defaults. It may be
  * destroyed before or after the environment. Errors: NAME (camera_name), VALUE, RENDER (no OpenGL, or a model too
- * large), MEMORY. */
+ * large). */
 MJENV_API mjenv_status mjenv_renderer_create(mjenv_env *env, const mjenv_render_settings *settings,
                                              mjenv_renderer **renderer);
 

@@ -60,7 +60,7 @@ typedef struct mjenv_task_option {
 
 /* One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With
  * the role REWARD (at most one field, a scalar), it sets the reward's type and doc. With the role STRUCTURE, it is an
- * entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the number. */
+ * entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the entry's value. */
 typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;   /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
@@ -180,8 +180,8 @@ typedef struct mjenv_outcome {
   double *info;         /* the INFO fields, one after the other; all NaN */
   double *carried;      /* [carry_count] as before the step; the memory that mjenv_sim.carried points to */
   mjenv_random *random; /* the row's random stream */
-  double *const *own;   /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds
-                         from the next step on; if the step fails, the row keeps its old values */
+  double *const *own;   /* own[i] is the row's own array for which mjenv_build_own returned i. What step writes takes
+                           effect in the next step; if the step fails, the row keeps its old values */
   double *qvel; /* [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the
                    next step see it. What MuJoCo has computed still belongs to the old velocities */
 } mjenv_outcome;
@@ -501,8 +501,9 @@ static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, con
  * mjenv_build_current; reset (mjenv_start) and step (mjenv_outcome) write them, and what they write stays, also after
  * resets. before_step, before_substep (mjenv_control) and step write qfrc_applied and xfrc_applied. A callback fails if
  * it writes numbers that mjenv_write refuses, and the row keeps its old values. The elements are doubles; where MuJoCo
- * has float32 (hfield_data, geom_rgba), they are rounded. Fails for arrays of which rows cannot have copies (see
- * mjenv_write), for integers, and if it was called for this array before. */
+ * has float32 (hfield_data, geom_rgba), they are rounded. Fails for all other arrays of mjData, for arrays of mjModel
+ * that mjenv_write refuses or that hold integers, for options such as "opt.timestep", and if it was called for this
+ * array before. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }
@@ -571,13 +572,12 @@ static inline double mjenv_random_state_randn(mjenv_random *random) { return ran
 static inline int64_t mjenv_random_state_randint(mjenv_random *random, int64_t low, int64_t high) {
   return random->api->state_randint(random, low, high);
 }
-/* choice(count, p=p): an integer in [0, count). count must be 1 to 2^32
- * p  [count] the probabilities, whose sum is 1; NULL: all numbers are equally likely */
+/* As mjenv_random_choice, where count is 1 to 2^32. */
 static inline int64_t mjenv_random_state_choice(mjenv_random *random, int64_t count, const double *p) {
   return random->api->state_choice(random, count, p);
 }
-/* permutation(count): writes the integers of [0, count) in random order into order[count], where count is at most 2^32.
- * shuffle(x), which draws the same numbers, moves x[order[i]] to x[i]. */
+/* As mjenv_random_permutation, where count is at most 2^32. shuffle(x), which draws the same numbers, moves x[order[i]]
+ * to x[i]. */
 static inline void mjenv_random_state_permutation(mjenv_random *random, int64_t count, int64_t *order) {
   random->api->state_permutation(random, count, order);
 }

@@ -297,30 +297,23 @@ struct Own {
   Eigen::Index count = 0;
 };
 
-/* The initial state of an episode. Before reset changes it, qpos is the model's qpos0, and qvel, act and what is
- * carried are 0. */
+/* The initial state of an episode. Before reset changes it, qpos is the model's qpos0, and qvel, act and carried numbers
+ * are 0, except those of Robot::keep, which have the values of the last episode. */
 struct Start {
-  explicit Start(mjenv_start *c)
-      : qpos(c->qpos, c->nq),
-        qvel(c->qvel, c->nv),
-        act(c->act, c->na),
-        carried_(c->carried),
-        arrays_(c->arrays),
-        parameters_(c->parameters),
-        c_(c) {}
+  explicit Start(mjenv_start *c) : qpos(c->qpos, c->nq), qvel(c->qvel, c->nv), act(c->act, c->na), c_(c) {}
 
   Eigen::Map<Eigen::VectorXd> qpos, qvel, act;
 
-  Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {carried_ + carry.first, carry.count}; }
+  Eigen::Map<Eigen::VectorXd> operator[](const Carry &carry) { return {c_->carried + carry.first, carry.count}; }
   /* A Robot::array of mjModel. Arrays of mjData are not valid here. */
   template <typename T>
   Eigen::Map<const Eigen::Matrix<T, Eigen::Dynamic, 1>> operator[](const Shared<T> &array) const {
-    return {static_cast<const T *>(arrays_[array.index]), array.count};
+    return {static_cast<const T *>(c_->arrays[array.index]), array.count};
   }
 
-  double operator[](const Live &live) const { return parameters_[live.index]; }
+  double operator[](const Live &live) const { return c_->parameters[live.index]; }
   Eigen::Map<const Eigen::VectorXd> operator[](const LiveVector &live) const {
-    return {parameters_ + live.first, live.count};
+    return {c_->parameters + live.first, live.count};
   }
 
   /* For tasks with Robot::current. sim() is up to date after forward, advance and restart, and at the beginning; qpos,
@@ -348,9 +341,6 @@ struct Start {
   }
 
  private:
-  double *carried_;
-  const void *const *arrays_;
-  const double *parameters_;
   mjenv_start *c_;
 
   void check_current() const {
@@ -614,8 +604,7 @@ namespace detail {
 
 /* The lambdas of a definition in one environment, and the fields that their trial calls found. */
 struct Functions {
-  /* Returns how many numbers the term has. Writes them to `to` if `room` is exactly this number; `to` may be null
-   * otherwise. */
+  /* Returns how many numbers the term has. Writes them to `to` if it is not null and `room` is this number. */
   using Write = std::function<Eigen::Index(const Sim &, double *to, Eigen::Index room)>;
   struct Term {
     std::string name, doc, group;

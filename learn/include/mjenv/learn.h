@@ -23,7 +23,8 @@
  * instruction set. docs/training.md has the algorithm in detail.
  *
  * Arrays, counts, errors and handles are as in mjenv.h: functions return statuses, and a call that fails changes
- * nothing. mjenv_learn_last_error has the reason.
+ * nothing. mjenv_learn_last_error has the reason. While one thread trains or changes a learner, all other calls with
+ * this learner return BUSY.
  */
 #ifndef MJENV_LEARN_H
 #define MJENV_LEARN_H
@@ -156,14 +157,14 @@ typedef struct mjenv_learn_report {
   double mean_return;        /* of the last `window` episodes of the training, whose actions were drawn */
   double mean_length;        /* of these, in steps */
   double learning_rate;      /* of the update */
-  double policy_loss;        /* this and the following: means over the update's minibatches */
+  double policy_loss;        /* this, value_loss, approx_kl, clip_fraction, grad_norm: means over the minibatches */
   double value_loss;         /* the mean squared error of the value */
-  double entropy;            /* of the policy, in nats */
+  double entropy;            /* of the policy after the update, in nats */
   double approx_kl;          /* how far the policy has moved: the mean of ratio - 1 - log(ratio) */
   double clip_fraction;      /* the share of steps whose ratio was clipped */
   double grad_norm;          /* before it is clipped */
   double explained_variance; /* 1 - var(returns - values) / var(returns), before the update */
-  double std;                /* the mean standard deviation of the actions */
+  double std;                /* the mean standard deviation of the actions, after the update */
   int64_t epochs;            /* that were done; fewer than the setting if target_kl ended the update */
 } mjenv_learn_report;
 
@@ -210,12 +211,13 @@ MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
 MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner *learner, int64_t steps);
 
 /* Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators.
- * Errors: SIZE, VALUE (the library steps the rows, or the last actions have no outcome yet). */
+ * Errors: SIZE, VALUE (the library steps the rows, the last actions lack an outcome, or the rollout was given up). */
 MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *action, int64_t count);
 
 /* Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of
- * rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (not finite, or
- * no actions were drawn); then the rollout is given up, and the next begins with mjenv_learner_restart. */
+ * rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were
+ * drawn, or a number is not finite). After a number that is not finite, in out or in the weights, the rollout is given
+ * up, and the next one begins with mjenv_learner_restart. */
 MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
 
 /* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE. */

@@ -132,7 +132,7 @@ class Learner {
     handle_.reset(made);
   }
 
-  /* Trains for at least so many more steps of all rows together. */
+  /* Trains until at least `steps` more steps of all rows together are done. */
   void train(std::int64_t steps) { check_learn(mjenv_learner_train(handle(), steps)); }
   /* Replaces the settings from the next rollout on. */
   void set(const LearnSettings &settings) {

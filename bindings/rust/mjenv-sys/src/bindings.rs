@@ -71,8 +71,7 @@ pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
 #[doc = " The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that"]
-#[doc = " Gymnasium returns; the library returns all fields as doubles, which represent the values of all of these types"]
-#[doc = " exactly."]
+#[doc = " Gymnasium returns; the library returns all fields as doubles, which represent their values exactly."]
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 1;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 2;
@@ -190,7 +189,7 @@ pub struct mjenv_space {
     pub low: *const f64,
     #[doc = " [count], owned by the environment"]
     pub high: *const f64,
-    #[doc = " how many dimensions: 2 if the option \"history\" stacks whole observations, else 1"]
+    #[doc = " how many dimensions: 2 if the option \"history\" stacks whole observations of a Box, else 1"]
     pub ndim: i32,
     #[doc = " 0"]
     pub reserved: i32,
@@ -793,7 +792,7 @@ extern "C" {
 extern "C" {
     #[doc = " Begins new episodes, which draw their initial states from the rows' random streams."]
     #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize), FORKED."]
+    #[doc = " Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize)."]
     pub fn mjenv_reset(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -801,12 +800,13 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Steps rows. The option \"autoreset_mode\" says what resets a row whose episode has ended. If \"strict\" is 1, the"]
-    #[doc = " default, actions must be finite and such rows must be reset first; otherwise the call fails and steps no row."]
+    #[doc = " Steps rows. With the option \"autoreset_mode\" disabled, the default, a row whose episode has ended must be reset"]
+    #[doc = " first; in the other modes, steps reset it. Actions must be finite. Otherwise the call fails and steps no row, unless"]
+    #[doc = " the option \"strict\" is 0."]
     #[doc = "   action    [rows][actuators] of dtype; count = rows * actuators. As in NumPy, results depend on the dtype"]
     #[doc = "   out       receives the outputs; may be NULL"]
     #[doc = " If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0."]
-    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK, FORKED; those of resets."]
+    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK; those of resets."]
     pub fn mjenv_step(
         env: *mut mjenv_env,
         mask: *const u8,
@@ -822,7 +822,7 @@ extern "C" {
     #[doc = " thread, mjenv_recv steps the rows."]
     #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows"]
     #[doc = "   action    [row_count][actuators] of dtype, copied: element i is for rows[i]; count = row_count * actuators"]
-    #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice), FORKED."]
+    #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice)."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
         rows: *const i64,
@@ -840,8 +840,8 @@ extern "C" {
     #[doc = "   rows      [capacity] receives the rows; capacity >= least and >= 1. If more are done, a later call reports them"]
     #[doc = "   count     receives how many rows are reported"]
     #[doc = "   out       as for mjenv_step: the outputs of row r are element r. May be NULL"]
-    #[doc = " Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING, FORKED;"]
-    #[doc = " and if rows failed, what mjenv_step returns, with everything written."]
+    #[doc = " Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING; and if rows"]
+    #[doc = " failed, what mjenv_step returns, with everything written."]
     pub fn mjenv_recv(
         env: *mut mjenv_env,
         least: i64,
@@ -870,7 +870,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Writes out->obs and out->arrays of all rows for their present states, without a step; for instance after"]
-    #[doc = " mjenv_restore. Errors: SIZE, PHYSICS, TASK, FORKED."]
+    #[doc = " mjenv_restore. Errors: SIZE, PHYSICS, TASK."]
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
@@ -1028,7 +1028,7 @@ extern "C" {
 extern "C" {
     #[doc = " Creates a renderer with an OpenGL context of its own. settings NULL: the environment's defaults. It may be"]
     #[doc = " destroyed before or after the environment. Errors: NAME (camera_name), VALUE, RENDER (no OpenGL, or a model too"]
-    #[doc = " large), MEMORY."]
+    #[doc = " large)."]
     pub fn mjenv_renderer_create(
         env: *mut mjenv_env,
         settings: *const mjenv_render_settings,
@@ -1135,7 +1135,7 @@ impl Default for mjenv_task_option {
 }
 #[doc = " One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With"]
 #[doc = " the role REWARD (at most one field, a scalar), it sets the reward's type and doc. With the role STRUCTURE, it is an"]
-#[doc = " entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the number."]
+#[doc = " entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the entry's value."]
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
@@ -1388,8 +1388,8 @@ pub struct mjenv_outcome {
     pub carried: *mut f64,
     #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes holds"]
-    #[doc = "from the next step on; if the step fails, the row keeps its old values"]
+    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes takes"]
+    #[doc = "effect in the next step; if the step fails, the row keeps its old values"]
     pub own: *const *mut f64,
     #[doc = " [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the"]
     #[doc = "next step see it. What MuJoCo has computed still belongs to the old velocities"]

@@ -208,11 +208,11 @@ pub struct mjenv_learn_report {
     pub mean_length: f64,
     #[doc = " of the update"]
     pub learning_rate: f64,
-    #[doc = " this and the following: means over the update's minibatches"]
+    #[doc = " this, value_loss, approx_kl, clip_fraction, grad_norm: means over the minibatches"]
     pub policy_loss: f64,
     #[doc = " the mean squared error of the value"]
     pub value_loss: f64,
-    #[doc = " of the policy, in nats"]
+    #[doc = " of the policy after the update, in nats"]
     pub entropy: f64,
     #[doc = " how far the policy has moved: the mean of ratio - 1 - log(ratio)"]
     pub approx_kl: f64,
@@ -222,7 +222,7 @@ pub struct mjenv_learn_report {
     pub grad_norm: f64,
     #[doc = " 1 - var(returns - values) / var(returns), before the update"]
     pub explained_variance: f64,
-    #[doc = " the mean standard deviation of the actions"]
+    #[doc = " the mean standard deviation of the actions, after the update"]
     pub std: f64,
     #[doc = " that were done; fewer than the setting if target_kl ended the update"]
     pub epochs: i64,
@@ -283,7 +283,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators."]
-    #[doc = " Errors: SIZE, VALUE (the library steps the rows, or the last actions have no outcome yet)."]
+    #[doc = " Errors: SIZE, VALUE (the library steps the rows, the last actions lack an outcome, or the rollout was given up)."]
     pub fn mjenv_learner_act(
         learner: *mut mjenv_learner,
         action: *mut f32,
@@ -292,8 +292,9 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of"]
-    #[doc = " rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (not finite, or"]
-    #[doc = " no actions were drawn); then the rollout is given up, and the next begins with mjenv_learner_restart."]
+    #[doc = " rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were"]
+    #[doc = " drawn, or a number is not finite). After a number that is not finite, in out or in the weights, the rollout is given"]
+    #[doc = " up, and the next one begins with mjenv_learner_restart."]
     pub fn mjenv_learner_feed(learner: *mut mjenv_learner, out: *const mjenv_batch)
         -> mjenv_status;
 }

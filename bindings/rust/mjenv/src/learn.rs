@@ -247,17 +247,17 @@ pub struct Report {
     pub steps: usize,
     /// How many episodes have ended.
     pub episodes: usize,
-    /// The mean return of the last episodes, which explored.
+    /// The mean return of the last episodes of the exploring policy.
     pub mean_return: f64,
     /// Their mean length in steps.
     pub mean_length: f64,
     /// The learning rate of the update.
     pub learning_rate: f64,
-    /// The mean of the policy's loss over the update's minibatches, as the following four.
+    /// The mean of the policy's loss over the update's minibatches.
     pub policy_loss: f64,
     /// The mean squared error of the value.
     pub value_loss: f64,
-    /// The entropy of the policy, in nats.
+    /// The entropy of the policy after the update, in nats.
     pub entropy: f64,
     /// How far the policy has moved.
     pub approx_kl: f64,
@@ -267,7 +267,7 @@ pub struct Report {
     pub grad_norm: f64,
     /// `1 - var(returns - values) / var(returns)` before the update.
     pub explained_variance: f64,
-    /// The mean standard deviation of the actions.
+    /// The mean standard deviation of the actions after the update.
     pub std: f64,
     /// How many epochs the update had.
     pub epochs: usize,

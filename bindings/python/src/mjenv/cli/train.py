@@ -128,8 +128,9 @@ def run(arguments: argparse.Namespace) -> int:
     last = training.curve[-1] if training.curve else None
     if last is not None:
         print(
-            f"{training.id}: {last.steps:,} steps in {display.seconds():.1f} s, mean return {last.mean_return:,.6g} "
-            f"and length {last.mean_length:,.6g} of the last {training.settings.window} episodes, which explored"
+            f"{training.id}: {last.steps:,} steps in {display.seconds():.1f} s, "
+            f"mean return {last.mean_return:,.6g} and length {last.mean_length:,.6g} of the exploring policy "
+            f"in its last {training.settings.window} episodes"
         )
     print(f"{folder / POLICY}, {folder / PICTURE}; watch it: mjenv view {training.id} --policy {folder / POLICY}")
     return 0
