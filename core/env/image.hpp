@@ -14,8 +14,8 @@
 
 namespace mjenv::core {
 
-// An image fits an environment with the same identity, version of MuJoCo, math library and number of rows, if this
-// version of the library wrote it.
+// An image fits an environment with the same identity, version of MuJoCo and math library, if this library reads its
+// version (ImageHeader). An image of all rows also needs the same number of rows.
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 

@@ -1,5 +1,5 @@
-// Steps rows from mjenv_send, which hands them over, to mjenv_recv, which reports them. In between, the rows are "under
-// way". The environment's other threads step them; the calling thread helps inside mjenv_recv.
+// Steps the rows that mjenv_send hands over. Until mjenv_recv reports them, they are "under way". The environment's
+// other threads step them; the calling thread helps inside mjenv_recv.
 #pragma once
 
 #include <cstddef>

@@ -102,7 +102,7 @@ void Worker::hold(Rows& rows, std::int64_t row) {
     if (is_shown) std::copy_n(before_.data(), raw.size(), work_.state().qpos);
   }
   load_carried(rows, row);
-  // The row has those of all timesteps of the step.
+  // The row has the warnings of the whole step, but the work space has those of its last timestep alone.
   work_.set_warnings(static_cast<std::uint8_t>(rows.head(row).warnings | work_.new_state_warnings()));
   rows.worker(row) = index;
   resident_ = row;

@@ -145,9 +145,9 @@ class Worker {
   void show_kept(Rows& rows, std::int64_t row);
   // `begin` for a task with Needs::current, whose reset can simulate.
   void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
-  // Copies the float32 numbers that a reset has written to inputs_. Throws if MuJoCo cannot compute with them.
+  // Copies to inputs_ the float32 numbers that a reset has written. Throws if MuJoCo cannot compute with them.
   void take_own();
-  // Copies the forces that the task has written to mjData. Throws if MuJoCo cannot compute with them.
+  // Copies to mjData the forces that the task has written. Throws if MuJoCo cannot compute with them.
   void apply_own_forces();
   void load_carried(Rows& rows, std::int64_t row) {
     std::copy_n(rows.carried(row), task_.carry_count, view_.carried());

@@ -223,8 +223,8 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
                  InIdentity::no);
     options.text(
         "trust_xml", "auto",
-        "yes: the model may have any size and read any file; no: its size is limited, and it reads only files in "
-        "its folder, with xml_string none; auto: yes for xml_file, no for xml_string",
+        "yes: the model may be very large and read any file; no: its size is limited, and it reads only files in its "
+        "folder, or no files if it is an xml_string; auto: yes for xml_file, no for xml_string",
         "auto yes no", InIdentity::no);
   }
   options.integer("max_episode_steps", given_.time_limit, 0, kMaxInteger,

@@ -123,9 +123,9 @@ class Check {
   Counts counts_;
   Sizes sizes_;
   bool has_muscles_ = false, has_meshes_ = false;
-  // copies_: how many copies of an element the enclosing replicas make; max_copies_: the most so far. replicas_,
-  // attachments_: how many there are in all. Each replica and attachment may also copy elements that refer to something
-  // in it (references_).
+  // copies_: how many copies of an element the enclosing replicas make; max_copies_: the most so far. replicas_: how
+  // many replicas and attachments there are in all; attachments_: how many of these attach a body or frame of their own
+  // model. Each replica and attachment may also copy elements that refer to something in it (references_).
   std::int64_t copies_ = 1, max_copies_ = 1, replicas_ = 0, attachments_ = 0, references_ = 0;
   // wide_samples_: how many samples there are of sensors that have several values for each pixel or vertex.
   std::int64_t wide_samples_ = 0, max_camera_pixels_ = 0, vertices_ = 0, triangles_ = 0;
