@@ -490,6 +490,19 @@ void test_stages(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
+// Fluids that act on bodies as on boxes and as on ellipsoids, with and without density, viscosity and wind
+void test_fluids(void** /*state*/) {
+  failures.clear();
+  for (const char* option :
+       {"", "<option density='0'/>", "<option viscosity='0'/>", "<option density='0' viscosity='0'/>",
+        "<option wind='0 0 0' integrator='RK4'/>", "<option><flag passive='disable'/></option>"}) {
+    const auto model = Model::parse("fluids.xml", in_front_of_body(option, odd_model("fluids.xml")));
+    const std::string found = compare(model, kFewRows);
+    if (!found.empty()) failures += option + (": " + found) + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
 // MuJoCo's search for pairs misses contacts that are shallower than its float32 numbers are precise. Rows with such contacts
 // are left to it.
 void test_missed_contacts(void** /*state*/) {
@@ -703,7 +716,7 @@ std::string compare_own(const std::shared_ptr<const Model>& model, const std::st
 // Rows stay in lanes with values of their own of any array of the model.
 void test_own_arrays(void** /*state*/) {
   failures.clear();
-  for (const char* name : {"lanes.xml", "actuators.xml", "equalities.xml", "sensing.xml", "shapes.xml"}) {
+  for (const char* name : {"lanes.xml", "actuators.xml", "equalities.xml", "sensing.xml", "shapes.xml", "fluids.xml"}) {
     const auto model = Model::parse(name, odd_model(name));
     const ErrorTrap trap;
     for (const Array& array : model->arrays()) {
@@ -845,6 +858,7 @@ int run(bool few) {
   const CMUnitTest tests[] = {cmocka_unit_test(test_built_in),
                               cmocka_unit_test(test_odd),
                               cmocka_unit_test(test_stages),
+                              cmocka_unit_test(test_fluids),
                               cmocka_unit_test(test_missed_contacts),
                               cmocka_unit_test(test_contacts),
                               cmocka_unit_test(test_many_dofs),

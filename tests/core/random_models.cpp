@@ -155,7 +155,8 @@ class Generator {
                    << perhaps(6, "condim", pick({"1", "3", "4", "6"})) << perhaps(6, "priority", "1")
                    << perhaps(6, "solmix", pick({"0", "2"})) << perhaps(6, "margin", "0.03")
                    << perhaps(6, "friction", numbers(3, 0, 1)) << perhaps(6, "fluidshape", "ellipsoid")
-                   << perhaps(8, "contype", "2") << perhaps(4, "conaffinity", "1") << "/>";
+                   << perhaps(10, "fluidcoef", numbers(5, 0, 2)) << perhaps(8, "contype", "2")
+                   << perhaps(4, "conaffinity", "1") << "/>";
   }
 
   std::string site() {

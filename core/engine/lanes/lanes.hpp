@@ -8,6 +8,7 @@
 namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
+constexpr int kEllipsoidNumbers = 21;  // the members of Ellipsoid in passive.hpp
 
 // Numbers that follow from the margins, gaps and bounding spheres of two geoms. limit: if the square of the distance
 // between the centres is greater, MuJoCo looks for no contacts, because the bounding spheres do not touch; if the first
@@ -145,6 +146,7 @@ struct Lanes {
       *actuator_ctrlrange, *actuator_forcerange, *actuator_actrange, *actuator_lengthrange, *actuator_acc0, *jnt_range,
       *jnt_margin, *qpos_spring;
   double *wrap_prm, *cam_quat, *geom_size, *site_size;
+  double* geom_fluid;  // only if fluids act on ellipsoids
   double *timestep, *gravity, *wind, *magnetic, *density, *viscosity;
   // Flags of mjModel, as the numbers 0 and 1.
   double *actuator_ctrllimited, *actuator_forcelimited;
@@ -158,7 +160,9 @@ struct Lanes {
   // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
   // torque and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
+  double* ellipsoids;       // for each geom, kEllipsoidNumbers by which mj_ellipsoidFluidModel multiplies
   bool has_fluid;           // a model has a fluid
+  bool has_wind;            // a model has wind
   bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
   unsigned damped;          // the lanes, as bits, in which a dof has damping
 
@@ -170,6 +174,7 @@ struct Lanes {
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
   bool has_moments;                      // there is an array of actuator_moment
+  const unsigned char* has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
   bool has_single_passive;               // MuJoCo's functions compute the passive forces row by row
   bool has_single_actuation;             // MuJoCo's functions compute tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0

@@ -13,12 +13,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Whether the fluid model of ellipsoids applies to a geom.
-bool has_ellipsoids(const mjModel& m) {
-  for (int g = 0; g < m.ngeom; ++g)
-    if (m.geom_fluid[mjNFLUID * g] > 0) return true;
-  return false;
-}
+bool is_ellipsoid(const mjModel& m, int geom) { return m.geom_fluid[mjNFLUID * geom] > 0; }
 
 // Whether the Jacobians of tendons are sparse, for which there is no lane code.
 bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
@@ -279,6 +274,12 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
 
 }  // namespace
 
+bool has_ellipsoids(const mjModel& m) {
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    if (is_ellipsoid(m, geom)) return true;
+  return false;
+}
+
 bool has_moments(const mjModel& m) {
   if (SingleStages(m).actuation) return false;
   for (int i = 0; i < m.nu; ++i)
@@ -319,10 +320,7 @@ std::string actuation_obstacle(const mjModel& m) {
   return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }
 
-std::string passive_obstacle(const mjModel& m) {
-  if (has_ellipsoids(m)) return "fluids on ellipsoids";
-  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
-}
+std::string passive_obstacle(const mjModel& m) { return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : ""; }
 
 std::string integration_obstacle(const mjModel& m) {
   return m.opt.integrator == mjINT_IMPLICIT ? "the integrator implicit" : "";
@@ -361,6 +359,9 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments, columns);
   }
   segment_adr.push_back(static_cast<int>(segments.size()));
+  has_ellipsoids.resize(static_cast<std::size_t>(m.nbody));
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    if (is_ellipsoid(m, geom)) has_ellipsoids[m.geom_bodyid[geom]] = 1;
   const bool has_limits = constrains(m, mjDSBL_LIMIT);
   for (int j = 0; j < m.njnt && has_limits; ++j)
     if (m.jnt_type[j] != mjJNT_FREE) joints.push_back(j);

@@ -193,8 +193,8 @@ const std::vector<Stage>& stages() {
        "all, if Jacobians of tendons are sparse, an actuator is a slider-crank or has a reference site, or the model "
        "disables actuation",
        "tendon transmission fwdVelocity fwdActuation advanceActivations", has_actuation, actuation, never},
-      {"passive forces", "springs and dampers; the fluid model of boxes",
-       "all, if fluids act on ellipsoids or Jacobians of tendons are sparse", "passive", always, passive, never},
+      {"passive forces", "springs and dampers; the fluid models of boxes and ellipsoids",
+       "all, if Jacobians of tendons are sparse", "passive", always, passive, never},
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
        "capsules with capsules; up to 6 dimensions",

@@ -230,6 +230,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
+  const int fluid_geoms = has_ellipsoids(m_) ? m_.ngeom : 0;
   // Arrays of Lanes that are not copied from or to mjData.
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
                                                             {&L::subtree_linvel, 3 * sensing},
@@ -251,7 +252,8 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::viscous_torque, nbody},
                                                             {&L::viscous_force, nbody},
                                                             {&L::torque_drag, 3 * nbody},
-                                                            {&L::force_drag, 3 * nbody}};
+                                                            {&L::force_drag, 3 * nbody},
+                                                            {&L::ellipsoids, kEllipsoidNumbers * fluid_geoms}};
   using M = mjModel;
   own_ = {{&L::body_mass, &M::body_mass, nbody},
           {&L::body_subtreemass, &M::body_subtreemass, sensing},
@@ -284,6 +286,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
           {&L::cam_quat, &M::cam_quat, 4 * ncam},
           {&L::wrap_prm, &M::wrap_prm, m_.nwrap},
           {&L::geom_size, &M::geom_size, 3 * m_.ngeom},
+          {&L::geom_fluid, &M::geom_fluid, mjNFLUID * fluid_geoms},
           {&L::site_size, &M::site_size, m_.nsensor > 0 ? 3 * m_.nsite : 0}};
   options_ = {{&L::timestep, [](const M& m) { return &m.opt.timestep; }, 1},
               {&L::gravity, [](const M& m) -> const mjtNum* { return m.opt.gravity; }, 3},
@@ -426,6 +429,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.segment_adr = tables_.segment_adr.data();
   lanes_.actuators = tables_.actuators.data();
   lanes_.has_moments = tables_.has_moments;
+  lanes_.has_ellipsoids = tables_.has_ellipsoids.data();
   lanes_.has_single_passive = single_.passive;
   lanes_.has_single_actuation = single_.actuation;
   lanes_.is_still_tendon = tables_.is_still_tendon.data();
