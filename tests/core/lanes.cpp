@@ -573,7 +573,6 @@ void test_contacts(void** /*state*/) {
   for (const auto& c : cases)
     for (const char* solver : {"Newton", "PGS", "CG"}) {
       const bool is_elliptic = c.cone == std::string("elliptic") || c.to.find("elliptic") != std::string::npos;
-      if (is_elliptic && solver == std::string("PGS")) continue;
       const std::string cone = std::string("<option cone=\"") + (is_elliptic ? "elliptic" : "pyramidal") + "\"/>";
       const std::string text = in_front_of_body(
           cone, with("<option", std::string("<option solver=\"") + solver + '"', odd_model("contacts.xml")));
@@ -585,6 +584,47 @@ void test_contacts(void** /*state*/) {
         failures +=
             std::string(solver) + ", " + c.to + ": made in lanes " + std::to_string(made_of_contacts) + " times\n";
     }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// After each main solver, noslip finds other forces of dry friction and of both kinds of cones.
+void test_noslip(void** /*state*/) {
+  const std::string contacts = with("name=\"x\"", "name=\"x\" frictionloss=\"0.1\"", odd_model("contacts.xml"));
+  failures.clear();
+  for (const char* solver : {"Newton", "PGS", "CG"})
+    for (const char* cone : {"pyramidal", "elliptic"})
+      for (const char* other : {"noslip_iterations='3'", "noslip_iterations='20' noslip_tolerance='1e-3' impratio='5'"})
+        for (const char* dim : {"3", "4", "6"}) {
+          if (share > 1 && *dim == '4' && *solver != 'P') continue;
+          const std::string option = std::string("<option solver='") + solver + "' cone='" + cone + "' " + other + "/>";
+          const auto model = Model::parse(
+              "contacts.xml",
+              in_front_of_body(option, with("<geom conaffinity",
+                                            std::string("<geom condim=\"") + dim + "\" conaffinity", contacts)));
+          const std::string found = compare(model, kFewRows);
+          if (!found.empty()) failures += option + ", condim " + dim + ": " + found + "\n";
+          if (made_of_contacts == 0) failures += option + ", condim " + dim + ": no contacts made in lanes\n";
+        }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Actuators whose moments depend on contacts, also on those in the gap
+void test_adhesion(void** /*state*/) {
+  const std::string sticky =
+      with("</mujoco>",
+           "<actuator><adhesion body='ball' ctrlrange='0 3' gain='20'/><motor joint='knee' gear='2'/>"
+           "<adhesion body='leg' ctrlrange='0 1' gain='50' forcelimited='true' forcerange='0 30'/></actuator></mujoco>",
+           with("<body pos=\"0.3 0.1 0.3\">", "<body name='ball' pos='0.3 0.1 0.3'>",
+                with("<body pos=\"0.3 0 0\">", "<body name='leg' pos='0.3 0 0'>", odd_model("contacts.xml"))));
+  failures.clear();
+  for (const char* option :
+       {"<option/>", "<option cone='elliptic' integrator='RK4'/>", "<option solver='PGS' integrator='implicit'/>",
+        "<option noslip_iterations='2'/>", "<option collision='dynamic'><flag actuation='disable'/></option>"}) {
+    const auto model = Model::parse("contacts.xml", in_front_of_body(option, sticky));
+    assert_string_equal(lanes::obstacle(*model).c_str(), "");
+    const std::string found = compare(model, kFewRows);
+    if (!found.empty()) failures += option + (": " + found) + "\n";
+  }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
@@ -745,7 +785,6 @@ void test_obstacles(void** /*state*/) {
   assert_names(obstacle("", "", ""), "no joints");
   assert_names(obstacle("<option><flag fwdinv='enable'/></option>", ""), "enableflags");
   assert_names(obstacle("<option><flag sensornoise='enable'/></option>", ""), "enableflags");
-  assert_names(obstacle("", "<actuator><adhesion body='b' ctrlrange='0 1'/></actuator>"), "adhesion");
 }
 
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
@@ -861,6 +900,8 @@ int run(bool few) {
                               cmocka_unit_test(test_fluids),
                               cmocka_unit_test(test_missed_contacts),
                               cmocka_unit_test(test_contacts),
+                              cmocka_unit_test(test_noslip),
+                              cmocka_unit_test(test_adhesion),
                               cmocka_unit_test(test_many_dofs),
                               cmocka_unit_test(test_rank_loss),
                               cmocka_unit_test(test_rows_of_lost_rank),

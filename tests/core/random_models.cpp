@@ -258,6 +258,12 @@ class Generator {
     const auto scalar = scalars();
     for (int i = below(5); i > 0; --i) {
       std::string target;
+      if (chance(12)) {
+        actuators_.push_back(name("a"));
+        text += "<adhesion" << attribute("name", actuators_.back()) << attribute("body", one_of(bodies_))
+                            << " ctrlrange='0 2'" << attribute("gain", number(in(0, 30))) << "/>";
+        continue;
+      }
       const int kind = below(8);
       if (kind < 4 && !scalar.empty())
         target = attribute(kind == 0 ? "jointinparent" : "joint",

@@ -6,6 +6,7 @@
 #include "engine/lanes/contacts.hpp"
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/make_constraint.hpp"
+#include "engine/lanes/noslip.hpp"
 #include "engine/lanes/passive.hpp"
 #include "engine/lanes/pgs.hpp"
 #include "engine/lanes/primal.hpp"

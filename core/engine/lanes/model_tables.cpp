@@ -18,12 +18,11 @@ bool is_ellipsoid(const mjModel& m, int geom) { return m.geom_fluid[mjNFLUID * g
 // Whether the Jacobians of tendons are sparse, for which there is no lane code.
 bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
 
-// Whether an actuator is a slider-crank, acts on a body (adhesion), or has a reference site.
+// Whether an actuator is a slider-crank or has a reference site.
 bool has_other_actuators(const mjModel& m) {
   for (int i = 0; i < m.nu; ++i) {
     const int type = m.actuator_trntype[i];
-    if (type == mjTRN_SLIDERCRANK || type == mjTRN_BODY || (type == mjTRN_SITE && m.actuator_trnid[2 * i + 1] >= 0))
-      return true;
+    if (type == mjTRN_SLIDERCRANK || (type == mjTRN_SITE && m.actuator_trnid[2 * i + 1] >= 0)) return true;
   }
   return false;
 }
@@ -274,6 +273,10 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
 
 }  // namespace
 
+bool has_adhesion(const mjModel& m) {
+  return std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; });
+}
+
 bool has_ellipsoids(const mjModel& m) {
   for (int geom = 0; geom < m.ngeom; ++geom)
     if (is_ellipsoid(m, geom)) return true;
@@ -316,6 +319,7 @@ double largest_square(double radius) {
 
 std::string actuation_obstacle(const mjModel& m) {
   if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
+  if (has_adhesion(m)) return "adhesion";
   if (has_other_actuators(m)) return "slider-cranks or reference sites";
   return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }

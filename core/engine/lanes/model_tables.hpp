@@ -51,6 +51,10 @@ struct ModelTables {
   void compare_boxes(const mjModel_& m);
 };
 
+// Whether an actuator is an adhesion. Its moment depends on contacts and their constraints, so MuJoCo's functions find
+// them row by row before they compute actuators.
+bool has_adhesion(const mjModel_& m);
+
 // Whether fluids act on some geoms as on ellipsoids.
 bool has_ellipsoids(const mjModel_& m);
 

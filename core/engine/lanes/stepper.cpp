@@ -327,6 +327,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   const Code& code_;
   ModelTables tables_;
   const SingleStages single_;
+  const bool has_adhesion_;
   Lanes lanes_{};
   Memory<Lanes> memory_, pair_memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
@@ -380,7 +381,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void compute_passive_row_by_row();
   void collide();
   void search();
-  void constrain(bool is_held);
+  void make_constraints();
+  void solve_constraints(bool is_held);
   void sense_in_lanes();
   void sense_row_by_row(bool holds_constraints);
   void show();
@@ -403,6 +405,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       code_(code),
       tables_(model),
       single_(m_),
+      has_adhesion_(has_adhesion(m_)),
       memory_(lanes_, code.width, counts_),
       pair_memory_(lanes_, code.width,
                    {{&Lanes::pair_limit, tables_.pairs.size()},
@@ -623,7 +626,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   is_whole_ =
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
-  makes_ = maker_ && maker_->follow(row_models_, count);
+  makes_ = maker_ && !has_adhesion_ && maker_->follow(row_models_, count);
   lanes_.left_to_mujoco = lanes_.unlike;
   if (live() == 0) return 0;
   gather(input_);
@@ -724,8 +727,11 @@ void LaneStepper::forward(Readers readers) {
   const bool is_held = (readers.after_step && is_whole_) || reads_constraints;
   if (!is_made) {
     scatter(for_limits_);
-    collide();
-    constrain(is_held);
+    if (!has_adhesion_) {
+      collide();
+      make_constraints();
+    }
+    solve_constraints(is_held);
   } else if (readers.after_step || readers.sensors) {
     scatter(from_solver_);
   }
@@ -737,10 +743,15 @@ void LaneStepper::forward(Readers readers) {
   if (readers.after_step) show();
 }
 
-// MuJoCo's functions compute tendons and actuators row by row.
+// MuJoCo's functions compute tendons and actuators row by row, and before the moments of adhesion contacts and
+// constraints.
 void LaneStepper::actuate_row_by_row() {
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_tendon(&m, &d); });
+  if (has_adhesion_) {
+    collide();
+    make_constraints();
+  }
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
-    mj_tendon(&m, &d);
     mj_transmission(&m, &d);
     if (mj_isSparse(&m))
       mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, d.ten_J_rownnz, d.ten_J_rowadr, d.ten_J_colind,
@@ -813,6 +824,7 @@ bool LaneStepper::constrain_in_lanes() {
   if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;
   solver_->solve(lanes_, maker_->found(), row_models_, data_);
   scatter(warmstart_);
+  solver_->remove_slip(lanes_, maker_->found());
   return true;
 }
 
@@ -843,17 +855,21 @@ void LaneStepper::search() {
   });
 }
 
-// MuJoCo makes the constraints row by row, and lanes solve them if they can. is_held: mjData must hold the constraints
-// and their forces afterwards.
-void LaneStepper::constrain(bool is_held) {
+// MuJoCo makes the constraints of the contacts in mjData row by row.
+void LaneStepper::make_constraints() {
   int contacts = 0;
-  std::uint32_t constrained = 0, solvable = 0;
   for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
   if (contacts > 0 || m_.neq > 0) scatter(for_contacts_);
   if (m_.neq > 0) scatter(for_equality_);
   if (!single_.actuation) scatter(tendons_);
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_makeConstraint(&m, &d); });
+}
+
+// Lanes solve the constraints that MuJoCo has made, if they can. is_held: mjData must hold the constraints and their
+// forces afterwards.
+void LaneStepper::solve_constraints(bool is_held) {
+  std::uint32_t constrained = 0, solvable = 0;
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    mj_makeConstraint(&m, &d);
     if (d.nefc > 0) constrained |= 1u << row;
     if (solver_ && solver_->solves(m, d)) solvable |= 1u << row;
   });
