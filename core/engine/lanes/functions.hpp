@@ -423,15 +423,13 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   offset_of(d, offset, body, point);
   while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
   if (!body) return;
-  // mj_jac, then mju_mulMatTVec, column by column
-  const int last = m.body_dofadr[body] + m.body_dofnum[body] - 1;
-  for (int i = last; i >= 0; i = m.dof_parentid[i]) {
+  // mj_jac, then mju_mulMatTVec for the force and for the torque, column by column
+  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) {
     V column[3];
     jac(d, column, i, offset);
     qfrc[i] += V{} + column[0] * force[0] + column[1] * force[1] + column[2] * force[2];
-  }
-  for (int i = last; i >= 0; i = m.dof_parentid[i])
     qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
+  }
 }
 
 // ---- engine_core_smooth.c: positions ----
