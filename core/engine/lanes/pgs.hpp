@@ -126,22 +126,19 @@ class Pgs : Dual {
   template <int kDim>
   void update_cone(int i, unsigned rows, V& improvement) {
     V* const force = vectors(c_.force) + i;
-    V res[kDim], block[kDim * kDim], ray[kDim], next[kDim];
+    V res[kDim], block[kDim * kDim], ray[kDim], next[kDim]{};
     for (int j = 0; j < kDim; ++j) res[j] = residual_at(i + j);
     extractBlock<kDim>(block, i);
 
-    // The normal update, and the ray update, which scales all forces
+    // The normal update, or the ray update, of which only the normal force matters to the friction update
     V normal = force[0] - res[0] * vectors(c_.ARinv)[i];
     normal = normal < V{} ? V{} : normal;
     for (int j = 0; j < kDim; ++j) ray[j] = dot(block + j * kDim, force, kDim);
     const V denom = dot(force, ray, kDim);
     V x = -dot(force, res, kDim) / denom;
     x = force[0] + x * force[0] < V{} ? -force[0] / force[0] : x;
-    const Mask is_small = force[0] < splat(mjMINVAL), is_scaled = denom >= splat(mjMINVAL);
-    for (int j = 0; j < kDim; ++j) {
-      next[j] = is_scaled ? force[j] + x * force[j] : force[j];
-      next[j] = is_small ? (j == 0 ? normal : V{}) : next[j];
-    }
+    const V scaled = denom >= splat(mjMINVAL) ? force[0] + x * force[0] : force[0];
+    next[0] = force[0] < splat(mjMINVAL) ? normal : scaled;
 
     // The friction update, with this normal force
     constexpr int kSize = kDim - 1;
