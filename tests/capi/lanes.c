@@ -477,9 +477,57 @@ static void test_small_stacks(void** state) {
   assert_true(counts[0] > 0 && counts[1] > 0);
 }
 
+// Models with features that no built-in id has: fluids on ellipsoids, adhesion, noslip, and PGS with elliptic cones. From
+// the fifth step on, rows have their own numbers of iterations of noslip, with which some rows have none.
+static void test_features(void** state) {
+  (void)state;
+  static const char* const options[] = {"density='900' viscosity='0.1'", "noslip_iterations='3'",
+                                        "noslip_iterations='2' cone='elliptic' integrator='RK4'",
+                                        "solver='PGS' cone='elliptic'", "solver='PGS' noslip_iterations='4'"};
+  enum { ROWS = 5, TURNS = 12 };
+  for (size_t i = 0; i < 2 * COUNT(options); ++i) {
+    const bool sticks = i % 2 == 1;
+    char xml[2000];
+    snprintf(
+        xml, sizeof xml,
+        "<mujoco><option %s/><default><geom conaffinity='0' fluidshape='ellipsoid'/></default><worldbody>"
+        "<geom type='plane' size='5 5 1' conaffinity='1'/><body name='trunk' pos='0 0 .15'><freejoint/>"
+        "<geom type='ellipsoid' size='.2 .1 .05'/><body pos='.2 0 0'><joint name='hip' axis='0 1 0' frictionloss='.2'/>"
+        "<geom type='capsule' size='.03' fromto='0 0 0 .1 0 -.12'/></body></body></worldbody><actuator>"
+        "<motor joint='hip' gear='3'/>%s</actuator></mujoco>",
+        options[i / 2], sticks ? "<adhesion body='trunk' ctrlrange='0 1' gain='5'/>" : "");
+    for (int64_t lanes = 2; lanes <= 4 && runs(lanes); lanes *= 2) {
+      mjenv_env* envs[2];
+      struct outputs* outs[2];
+      for (int k = 0; k < 2; ++k) {
+        envs[k] = env_of_options(options_of_model(xml, k * lanes), ROWS);
+        outs[k] = outputs_of(envs[k]);
+        seed_rows(envs[k], 1);
+        assert_ok(mjenv_reset(envs[k], NULL, NULL));
+      }
+      assert_lanes(envs[1], lanes, "");
+      for (int turn = 0; turn < TURNS; ++turn) {
+        double action[ROWS * 2];
+        const int64_t count = ROWS * (sticks ? 2 : 1);
+        for (int64_t n = 0; n < count; ++n) action[n] = noise();
+        for (int k = 0; k < 2; ++k) {
+          for (int64_t row = 0; row < ROWS && turn == 4; ++row)
+            fill_array(envs[k], row, "opt.noslip_iterations", (double)(row % 3));
+          assert_ok(mjenv_step(envs[k], NULL, action, count, MJENV_DTYPE_FLOAT64, &outs[k]->batch));
+        }
+        assert_memory_equal(outs[1]->obs, outs[0]->obs, (size_t)(ROWS * outs[0]->obs_count) * sizeof(double));
+      }
+      for (int k = 0; k < 2; ++k) {
+        outputs_free(outs[k]);
+        mjenv_destroy(envs[k]);
+      }
+    }
+  }
+}
+
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  struct CMUnitTest tests[ids + 5];
+  struct CMUnitTest tests[ids + 6];
   for (int64_t i = 0; i < ids; ++i)
     tests[i] = (struct CMUnitTest){mjenv_id_at(i), test_id, NULL, NULL, (void*)(uintptr_t)mjenv_id_at(i)};
   tests[ids] = (struct CMUnitTest)cmocka_unit_test(test_refused);
@@ -487,5 +535,6 @@ int main(void) {
   tests[ids + 2] = (struct CMUnitTest)cmocka_unit_test(test_forces);
   tests[ids + 3] = (struct CMUnitTest)cmocka_unit_test(test_bad_accelerations);
   tests[ids + 4] = (struct CMUnitTest)cmocka_unit_test(test_small_stacks);
+  tests[ids + 5] = (struct CMUnitTest)cmocka_unit_test(test_features);
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

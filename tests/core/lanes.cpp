@@ -236,7 +236,9 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
     std::vector<double> last(layout.size);
     begin(plain, static_cast<std::size_t>(i));
     if (!(done >> i & 1)) {
-      counts.left += !diverges(plain, frames, last.data());
+      // Lanes also leave rows whose numbers are bad between the stages of RK4, where MuJoCo does not check them. It finds
+      // them at the beginning of the next step.
+      counts.left += !diverges(plain, frames, last.data()) && !diverges(plain, 1, last.data());
       continue;
     }
     plain.step(frames, last.data());
@@ -477,8 +479,9 @@ void test_stages(void** /*state*/) {
     for (const char* option :
          {"", "<option solver='PGS'/>", "<option integrator='RK4'><flag energy='enable'/></option>",
           "<option solver='CG'/>", "<option solver='CG' cone='elliptic' iterations='30'/>",
-          "<option integrator='implicit'/>", "<option integrator='implicit' jacobian='sparse'/>",
-          "<option solver='Newton' cone='pyramidal'/>", "<option solver='Newton' cone='elliptic'/>",
+          "<option solver='PGS' cone='elliptic' noslip_iterations='2'/>", "<option integrator='implicit'/>",
+          "<option integrator='implicit' jacobian='sparse'/>", "<option solver='Newton' cone='pyramidal'/>",
+          "<option solver='Newton' cone='elliptic'/>",
           "<option><flag equality='disable' frictionloss='disable' warmstart='disable' "
           "sensor='disable'/></option>"}) {
       const auto model = Model::parse(m.name, in_front_of_body(option, m.text));
@@ -487,6 +490,19 @@ void test_stages(void** /*state*/) {
       if (!found.empty()) failures += which + found + "\n";
       if (m.are_made && made == 0 && !mj_isSparse(model->get())) failures += which + "no constraints made in lanes\n";
     }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Fluids that act on bodies as on boxes and as on ellipsoids, with and without density, viscosity and wind
+void test_fluids(void** /*state*/) {
+  failures.clear();
+  for (const char* option :
+       {"", "<option density='0'/>", "<option viscosity='0'/>", "<option density='0' viscosity='0'/>",
+        "<option wind='0 0 0' integrator='RK4'/>", "<option><flag passive='disable'/></option>"}) {
+    const auto model = Model::parse("fluids.xml", in_front_of_body(option, odd_model("fluids.xml")));
+    const std::string found = compare(model, kFewRows);
+    if (!found.empty()) failures += option + (": " + found) + "\n";
+  }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
@@ -560,7 +576,6 @@ void test_contacts(void** /*state*/) {
   for (const auto& c : cases)
     for (const char* solver : {"Newton", "PGS", "CG"}) {
       const bool is_elliptic = c.cone == std::string("elliptic") || c.to.find("elliptic") != std::string::npos;
-      if (is_elliptic && solver == std::string("PGS")) continue;
       const std::string cone = std::string("<option cone=\"") + (is_elliptic ? "elliptic" : "pyramidal") + "\"/>";
       const std::string text = in_front_of_body(
           cone, with("<option", std::string("<option solver=\"") + solver + '"', odd_model("contacts.xml")));
@@ -572,6 +587,47 @@ void test_contacts(void** /*state*/) {
         failures +=
             std::string(solver) + ", " + c.to + ": made in lanes " + std::to_string(made_of_contacts) + " times\n";
     }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// After each main solver, noslip finds other forces of dry friction and of both kinds of cones.
+void test_noslip(void** /*state*/) {
+  const std::string contacts = with("name=\"x\"", "name=\"x\" frictionloss=\"0.1\"", odd_model("contacts.xml"));
+  failures.clear();
+  for (const char* solver : {"Newton", "PGS", "CG"})
+    for (const char* cone : {"pyramidal", "elliptic"})
+      for (const auto& [other, dim] : {std::pair{"noslip_iterations='3'", "1"},
+                                       {"noslip_iterations='3'", "3"},
+                                       {"noslip_iterations='3'", "4"},
+                                       {"noslip_iterations='3'", "6"},
+                                       {"noslip_iterations='20' noslip_tolerance='1e-3' impratio='5'", "3"}}) {
+        const std::string option = std::string("<option solver='") + solver + "' cone='" + cone + "' " + other + "/>";
+        const std::string text =
+            with("<geom conaffinity", std::string("<geom condim=\"") + dim + "\" conaffinity", contacts);
+        const std::string found = compare(Model::parse("contacts.xml", in_front_of_body(option, text)), kFewRows);
+        if (!found.empty()) failures += option + ", condim " + dim + ": " + found + "\n";
+        if (made_of_contacts == 0) failures += option + ", condim " + dim + ": no contacts made in lanes\n";
+      }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Actuators whose moments depend on contacts, also on those in the gap
+void test_adhesion(void** /*state*/) {
+  const std::string sticky =
+      with("</mujoco>",
+           "<actuator><adhesion body='ball' ctrlrange='0 3' gain='20'/><motor joint='knee' gear='2'/>"
+           "<adhesion body='leg' ctrlrange='0 1' gain='50' forcelimited='true' forcerange='0 30'/></actuator></mujoco>",
+           with("<body pos=\"0.3 0.1 0.3\">", "<body name='ball' pos='0.3 0.1 0.3'>",
+                with("<body pos=\"0.3 0 0\">", "<body name='leg' pos='0.3 0 0'>", odd_model("contacts.xml"))));
+  failures.clear();
+  for (const char* option :
+       {"<option/>", "<option cone='elliptic' integrator='RK4'/>", "<option solver='PGS' integrator='implicit'/>",
+        "<option noslip_iterations='2'/>", "<option collision='dynamic'><flag actuation='disable'/></option>"}) {
+    const auto model = Model::parse("contacts.xml", in_front_of_body(option, sticky));
+    assert_string_equal(lanes::obstacle(*model).c_str(), "");
+    const std::string found = compare(model, kFewRows);
+    if (!found.empty()) failures += option + (": " + found) + "\n";
+  }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
@@ -703,7 +759,7 @@ std::string compare_own(const std::shared_ptr<const Model>& model, const std::st
 // Rows stay in lanes with values of their own of any array of the model.
 void test_own_arrays(void** /*state*/) {
   failures.clear();
-  for (const char* name : {"lanes.xml", "actuators.xml", "equalities.xml", "sensing.xml", "shapes.xml"}) {
+  for (const char* name : {"lanes.xml", "actuators.xml", "equalities.xml", "sensing.xml", "shapes.xml", "fluids.xml"}) {
     const auto model = Model::parse(name, odd_model(name));
     const ErrorTrap trap;
     for (const Array& array : model->arrays()) {
@@ -732,7 +788,6 @@ void test_obstacles(void** /*state*/) {
   assert_names(obstacle("", "", ""), "no joints");
   assert_names(obstacle("<option><flag fwdinv='enable'/></option>", ""), "enableflags");
   assert_names(obstacle("<option><flag sensornoise='enable'/></option>", ""), "enableflags");
-  assert_names(obstacle("", "<actuator><adhesion body='b' ctrlrange='0 1'/></actuator>"), "adhesion");
 }
 
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
@@ -845,8 +900,11 @@ int run(bool few) {
   const CMUnitTest tests[] = {cmocka_unit_test(test_built_in),
                               cmocka_unit_test(test_odd),
                               cmocka_unit_test(test_stages),
+                              cmocka_unit_test(test_fluids),
                               cmocka_unit_test(test_missed_contacts),
                               cmocka_unit_test(test_contacts),
+                              cmocka_unit_test(test_noslip),
+                              cmocka_unit_test(test_adhesion),
                               cmocka_unit_test(test_many_dofs),
                               cmocka_unit_test(test_rank_loss),
                               cmocka_unit_test(test_rows_of_lost_rank),

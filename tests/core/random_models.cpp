@@ -155,7 +155,8 @@ class Generator {
                    << perhaps(6, "condim", pick({"1", "3", "4", "6"})) << perhaps(6, "priority", "1")
                    << perhaps(6, "solmix", pick({"0", "2"})) << perhaps(6, "margin", "0.03")
                    << perhaps(6, "friction", numbers(3, 0, 1)) << perhaps(6, "fluidshape", "ellipsoid")
-                   << perhaps(8, "contype", "2") << perhaps(4, "conaffinity", "1") << "/>";
+                   << perhaps(10, "fluidcoef", numbers(5, 0, 2)) << perhaps(8, "contype", "2")
+                   << perhaps(4, "conaffinity", "1") << "/>";
   }
 
   std::string site() {
@@ -257,6 +258,12 @@ class Generator {
     const auto scalar = scalars();
     for (int i = below(5); i > 0; --i) {
       std::string target;
+      if (chance(12)) {
+        actuators_.push_back(name("a"));
+        text += "<adhesion" << attribute("name", actuators_.back()) << attribute("body", one_of(bodies_))
+                            << " ctrlrange='0 2'" << attribute("gain", number(in(0, 30))) << "/>";
+        continue;
+      }
       const int kind = below(8);
       if (kind < 4 && !scalar.empty())
         target = attribute(kind == 0 ? "jointinparent" : "joint",

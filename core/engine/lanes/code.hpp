@@ -2,9 +2,12 @@
 #pragma once
 
 #include "engine/lanes/actuation.hpp"
+#include "engine/lanes/adopt.hpp"
 #include "engine/lanes/contacts.hpp"
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/make_constraint.hpp"
+#include "engine/lanes/noslip.hpp"
+#include "engine/lanes/passive.hpp"
 #include "engine/lanes/pgs.hpp"
 #include "engine/lanes/primal.hpp"
 #include "engine/lanes/rejection.hpp"

@@ -250,8 +250,6 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   shared_rows_ = 0;
   contacts_.equality_count = contacts_.friction_count = 0;
   std::fill_n(contacts_.bounded, kMaxWidth, 0);
-  const auto has_noslip = [](const mjModel& m) { return m.opt.noslip_iterations > 0; };
-  if (rows_in_which(models, count, has_noslip) != 0) return false;
   contacts_.joint_count = list_limited(joints_, tables_.joints, &mjModel::jnt_limited, models, count);
   contacts_.tendon_count = list_limited(tendons_, tables_.tendons, &mjModel::tendon_limited, models, count);
   for (const Equality& equality : tables_.equalities)
@@ -321,7 +319,7 @@ bool ConstraintMaker::find(const Lanes& lanes, std::uint32_t rows, const Solver&
     if (!(rows >> lane & 1)) continue;
     if (c.found[lane] > m_.nconmax || c.constraints[lane] > m_.njmax) return false;
     if (c.are_searched && !has_room_to_search(m_, *data[lane])) return false;
-    if (!solver.can_solve(*data[lane], c.constraints[lane])) return false;
+    if (!solver.can_solve(*data[lane], c.constraints[lane]) || !solver.has_noslip_of(*models[lane])) return false;
   }
   if (!solver.has_room(c)) return false;
   for (int i = 0; i < c.limit_count; ++i)

@@ -131,7 +131,7 @@ class Constrained {
       if (c_.dims[i] == 1)
         force[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
       else
-        cone_force(i, jar);
+        cone_force(i, c_.dims[i], jar, force + i);
   }
 
   // A contact with an elliptic cone, and the zone of the cone in which mj_constraintUpdate finds it. In a lane without
@@ -142,10 +142,11 @@ class Constrained {
     Mask is_middle() const { return ~(is_top | is_bottom); }
   };
 
-  Cone cone_at(int i, const V* jar) const {
+  Cone cone_at(int i, const V* jar) const { return cone_at(i, c_.dims[i], jar); }
+  Cone cone_at(int i, int dim, const V* jar) const {
     Cone cone;
-    for (int j = 0; j < c_.dims[i]; ++j) cone.U[j] = jar[i + j] * vectors(c_.scale)[i + j];
-    const V mu = vectors(c_.scale)[i], N = cone.U[0], T = sqrt(dot(cone.U + 1, cone.U + 1, c_.dims[i] - 1));
+    for (int j = 0; j < dim; ++j) cone.U[j] = jar[i + j] * vectors(c_.scale)[i + j];
+    const V mu = vectors(c_.scale)[i], N = cone.U[0], T = sqrt(dot(cone.U + 1, cone.U + 1, dim - 1));
     const Mask is_frictionless = T <= V{};
     cone.mu = mu;
     cone.T = T;
@@ -156,12 +157,11 @@ class Constrained {
 
   V cone_D(int i, V mu) const { return vectors(c_.D)[i] / (mu * mu * (1.0 + mu * mu)); }
 
-  void cone_force(int i, const V* jar) {
-    const Cone cone = cone_at(i, jar);
+  void cone_force(int i, int dim, const V* jar, V* force) const {
+    const Cone cone = cone_at(i, dim, jar);
     const Mask is_middle = cone.is_middle();
-    V* const force = vectors(c_.force) + i;
     const V normal = -cone_D(i, cone.mu) * (cone.U[0] - cone.mu * cone.T) * cone.mu;
-    for (int j = 0; j < c_.dims[i]; ++j) {
+    for (int j = 0; j < dim; ++j) {
       const V quadratic = -vectors(c_.D)[i + j] * jar[i + j];
       const V middle = j == 0 ? normal : -normal / cone.T * cone.U[j] * vectors(c_.scale)[i + j];
       force[j] = is_middle ? middle : (cone.is_bottom ? quadratic : V{});

@@ -423,94 +423,13 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   offset_of(d, offset, body, point);
   while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
   if (!body) return;
-  // mj_jac, then mju_mulMatTVec, column by column
-  const int last = m.body_dofadr[body] + m.body_dofnum[body] - 1;
-  for (int i = last; i >= 0; i = m.dof_parentid[i]) {
+  // mj_jac, then mju_mulMatTVec for the force and for the torque, column by column
+  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) {
     V column[3];
     jac(d, column, i, offset);
     qfrc[i] += V{} + column[0] * force[0] + column[1] * force[1] + column[2] * force[2];
-  }
-  for (int i = last; i >= 0; i = m.dof_parentid[i])
     qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
-}
-
-// ---- The model's numbers ----
-
-inline V fourth_power(V x) { return x * x * x * x; }
-
-// One edge of the box in mj_inertiaBoxFluidModel. sum: the moments of inertia about the two other axes minus the one
-// about the axis of the edge.
-inline V edge_of_box(V sum, V mass) { return sqrt((splat(mjMINVAL) > sum ? splat(mjMINVAL) : sum) / mass * 6.0); }
-
-// Computes what mj_inertiaBoxFluidModel computes from the fluid and from masses and inertias alone. A factor is 0 where
-// MuJoCo adds nothing: for bodies without mass, and in a fluid without density or viscosity.
-void adopt_in_fluid(Lanes& d) {
-  const V zero{}, density = *vectors(d.density), viscosity = *vectors(d.viscosity);
-  const Mask is_dense = density > zero, is_viscous = viscosity > zero;
-  d.has_fluid = any(is_dense | is_viscous);
-  for (int body = 1; body < d.model->nbody && d.has_fluid; ++body) {
-    const V mass = vectors(d.body_mass)[body], *const inertia = vectors(d.body_inertia) + 3 * body;
-    const V box[3] = {edge_of_box(inertia[1] + inertia[2] - inertia[0], mass),
-                      edge_of_box(inertia[0] + inertia[2] - inertia[1], mass),
-                      edge_of_box(inertia[0] + inertia[1] - inertia[2], mass)};
-    const V diam = (box[0] + box[1] + box[2]) / 3.0;
-    const Mask is_light = mass < splat(mjMINVAL);
-    const auto set = [&](double* factors, int index, Mask is_there, V factor) {
-      vectors(factors)[index] = is_there & ~is_light ? factor : zero;
-    };
-    set(d.viscous_torque, body, is_viscous, -mjPI * diam * diam * diam * viscosity);
-    set(d.viscous_force, body, is_viscous, -3.0 * mjPI * diam * viscosity);
-    for (int k = 0; k < 3; ++k) {
-      const V first = box[k == 0 ? 1 : 0], second = box[k == 2 ? 1 : 2];
-      set(d.torque_drag, 3 * body + k, is_dense, density * box[k] * (fourth_power(first) + fourth_power(second)));
-      set(d.force_drag, 3 * body + k, is_dense, 0.5 * density * first * second);
-    }
   }
-}
-
-// Computes what mj_tendon and mj_transmission compute from nothing but gears and the coefficients of tendons along
-// joints. A lane is left to MuJoCo if a coefficient in it is not 0 although the tendon's Jacobian is always 0 in the
-// shared model (is_still_tendon).
-void adopt_transmissions(Lanes& d) {
-  const mjModel& m = *d.model;
-  const V* const wrap_prm = vectors(d.wrap_prm);
-  for (int i = 0; i < m.ntendon; ++i)
-    for (int j = m.tendon_adr[i]; j < m.tendon_adr[i] + m.tendon_num[i]; ++j) {
-      if (m.wrap_type[j] != mjWRAP_JOINT) continue;
-      vectors(d.ten_J)[i * m.nv + m.jnt_dofadr[m.wrap_objid[j]]] = wrap_prm[j];
-      if (d.is_still_tendon[i]) d.unlike |= bits(wrap_prm[j] != V{});
-    }
-  for (int i = 0; i < m.nu && d.has_moments; ++i) {
-    const Actuator& actuator = d.actuators[i];
-    const V gear = vectors(d.actuator_gear)[6 * i];
-    V* const moment = vectors(d.actuator_moment) + i * m.nv;
-    if (actuator.transmission == Actuator::Transmission::dof) moment[actuator.dof] = gear;
-    if (actuator.transmission != Actuator::Transmission::tendon) continue;
-    for (int k = 0; k < m.nv; ++k) moment[k] = vectors(d.ten_J)[actuator.object * m.nv + k] * gear;
-  }
-}
-
-// Computes what mj_comPos computes from the masses alone. Lanes are left to MuJoCo if the quaternion of a geom does not
-// have length 1, because such a geom may touch others beyond its bounding sphere.
-void adopt(Lanes& d) {
-  const mjModel& m = *d.model;
-  V* const scale = vectors(d.com_scale);
-  zero(scale, m.nbody);
-  for (int i = m.nbody - 1; i >= 0; --i) {
-    const V mass = scale[i] + vectors(d.body_mass)[i];
-    if (i > 0) scale[m.body_parentid[i]] += mass;
-    scale[i] = mass < splat(mjMINVAL) ? V{} : 1.0 / mass;
-  }
-
-  d.unlike = d.damped = 0;
-  for (int i = 0; i < m.nv; ++i) d.damped |= bits(vectors(d.dof_damping)[i] > V{});
-  if (!d.has_single_actuation) adopt_transmissions(d);
-  for (int i = 0; i < m.ngeom && d.has_own_frames; ++i) {
-    const V* const quat = vectors(d.geom_quat) + 4 * i;
-    const V square = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
-    d.unlike |= bits(~(abs(square - 1.0) < splat(1e-6)));
-  }
-  if (!d.has_single_passive) adopt_in_fluid(d);
 }
 
 // ---- engine_core_smooth.c: positions ----
@@ -779,61 +698,6 @@ void comVel(Lanes& d) {
     }
     copy(cvel + 6 * i, vel, 6);
   }
-}
-
-// mj_inertiaBoxFluidModel
-void inertiaBoxFluidModel(Lanes& d, int body) {
-  const mjModel& m = *d.model;
-  const V viscous_torque = vectors(d.viscous_torque)[body], viscous_force = vectors(d.viscous_force)[body],
-          *const torque_drag = vectors(d.torque_drag) + 3 * body, *const force_drag = vectors(d.force_drag) + 3 * body;
-  const V *const xipos = vectors(d.xipos) + 3 * body, *const ximat = vectors(d.ximat) + 9 * body,
-                 *const com = vectors(d.subtree_com) + 3 * m.body_rootid[body];
-  V vel[6], wind[6], local_wind[6], force[6], global[6];
-  transformMotion(vel, vectors(d.cvel) + 6 * body, xipos, com, ximat);  // mj_objectVelocity
-  zero(wind, 3);
-  copy(wind + 3, vectors(d.wind), 3);
-  transformMotion(local_wind, wind, xipos, com, ximat);
-  for (int k = 3; k < 6; ++k) vel[k] -= local_wind[k];
-
-  // Where MuJoCo adds nothing, this adds zeros. Their signs do not matter, because applyFT's sums begin at +0.
-  for (int k = 0; k < 3; ++k) {
-    force[k] = vel[k] * viscous_torque - torque_drag[k] * abs(vel[k]) * vel[k] / 64.0;
-    force[k + 3] = vel[k + 3] * viscous_force - force_drag[k] * abs(vel[k + 3]) * vel[k + 3];
-  }
-  rotVecMat(global, force, ximat);
-  rotVecMat(global + 3, force + 3, ximat);
-  applyFT(d, global + 3, global, xipos, body, vectors(d.qfrc_passive));
-}
-
-// mj_passive
-void passive(Lanes& d) {
-  const mjModel& m = *d.model;
-  V* const qfrc = vectors(d.qfrc_passive);
-  const V *const qpos = vectors(d.qpos), *const qvel = vectors(d.qvel);
-
-  zero(qfrc, m.nv);
-  if (m.opt.disableflags & mjDSBL_PASSIVE) return;
-  for (int i = 0; i < m.njnt; ++i) {
-    const V stiffness = vectors(d.jnt_stiffness)[i];
-    int adr = m.jnt_qposadr[i], dof = m.jnt_dofadr[i];
-    const bool is_free = m.jnt_type[i] == mjJNT_FREE, is_rotation = is_free || m.jnt_type[i] == mjJNT_BALL;
-    if (is_rotation && !any(stiffness != V{})) continue;  // MuJoCo subtracts zeros, which changes nothing
-    for (int end = dof + (is_free ? 3 : is_rotation ? 0 : 1); dof < end; ++adr, ++dof)
-      qfrc[dof] -= stiffness * (qpos[adr] - vectors(d.qpos_spring)[adr]);
-    if (!is_rotation) continue;
-    V dif[3];
-    subQuat(dif, qpos + adr, vectors(d.qpos_spring) + adr);
-    for (int k = 0; k < 3; ++k) qfrc[dof + k] -= stiffness * dif[k];
-  }
-  for (int i = 0; i < m.nv; ++i) qfrc[i] -= vectors(d.dof_damping)[i] * qvel[i];
-  for (int i = 0; i < m.ntendon; ++i) {
-    const V force = -vectors(d.tendon_stiffness)[i] * (vectors(d.ten_length)[i] - vectors(d.tendon_lengthspring)[i]) -
-                    vectors(d.tendon_damping)[i] * vectors(d.ten_velocity)[i];
-    for (int k = d.tendon_dof_adr[i]; k < d.tendon_dof_adr[i + 1]; ++k)
-      qfrc[d.tendon_dofs[k]] += vectors(d.ten_J)[i * m.nv + d.tendon_dofs[k]] * force;
-  }
-  for (int i = 1; i < m.nbody && d.has_fluid; ++i)
-    if (any(vectors(d.body_mass)[i] >= splat(mjMINVAL))) inertiaBoxFluidModel(d, i);
 }
 
 // mj_rne with flg_acc = 0: without accelerations

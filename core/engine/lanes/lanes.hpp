@@ -8,6 +8,7 @@
 namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
+constexpr int kEllipsoidNumbers = 21;  // the members of Ellipsoid in passive.hpp
 
 // Numbers that follow from the margins, gaps and bounding spheres of two geoms. limit: if the square of the distance
 // between the centres is greater, MuJoCo looks for no contacts, because the bounding spheres do not touch; if the first
@@ -145,6 +146,7 @@ struct Lanes {
       *actuator_ctrlrange, *actuator_forcerange, *actuator_actrange, *actuator_lengthrange, *actuator_acc0, *jnt_range,
       *jnt_margin, *qpos_spring;
   double *wrap_prm, *cam_quat, *geom_size, *site_size;
+  double* geom_fluid;  // only if fluids act on ellipsoids
   double *timestep, *gravity, *wind, *magnetic, *density, *viscosity;
   // Flags of mjModel, as the numbers 0 and 1.
   double *actuator_ctrllimited, *actuator_forcelimited;
@@ -158,7 +160,9 @@ struct Lanes {
   // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
   // torque and one for the force; for drag, one for each axis.
   double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
+  double* ellipsoids;       // for each geom, kEllipsoidNumbers by which mj_ellipsoidFluidModel multiplies
   bool has_fluid;           // a model has a fluid
+  bool has_wind;            // a model has wind
   bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
   unsigned damped;          // the lanes, as bits, in which a dof has damping
 
@@ -170,6 +174,7 @@ struct Lanes {
   const int* segment_adr;   // a tendon along joints has none
   const Actuator* actuators;
   bool has_moments;                      // there is an array of actuator_moment
+  const unsigned char* has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
   bool has_single_passive;               // MuJoCo's functions compute the passive forces row by row
   bool has_single_actuation;             // MuJoCo's functions compute tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
@@ -257,7 +262,8 @@ struct Contacts {
 // place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For
 // PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most three. So each lane has its
 // whole blocks at the first places and its remaining constraints at the last three places: the terms of all lanes' sums
-// are then added in the same order.
+// are then added in the same order. PGS with elliptic cones and noslip need the constraints of a contact at places that
+// follow each other, so constraint i of a lane is at place i (is_numbered).
 struct Constraints {
   static constexpr int kRest = 3;
   int size;                 // how many places there are
@@ -280,8 +286,8 @@ struct Constraints {
   int bounded;
   double *low, *high, *frictionloss, *bend;
 
-  // If cones are elliptic (is_aligned), a place belongs to the same friction, limit or contact in all lanes, also in
-  // lanes that lack it. Contacts begin at the place `cones`; if cones are not elliptic, it equals `size`. dims: at a
+  // For Newton's method and CG with elliptic cones (is_aligned), a place belongs to the same friction, limit or contact
+  // in all lanes, also in lanes that lack it. Contacts begin at the place `cones`; otherwise it equals `size`. dims: at a
   // contact's first place, how many places it has. scale: mjContact's mu at its first place, and its friction at the
   // others. middle: at its first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
   // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
@@ -299,9 +305,24 @@ struct Constraints {
   // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
   double *Mgrad, *Mgraddif;
 
-  // Only for PGS. JM2 is [size][nv], AR is [size][size], ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and
-  // greatest bound the force at each place before `bounded`.
-  double *R, *JM2, *AR, *ARinv, *A, *least, *greatest;
+  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has. starts: for each
+  // place, the lanes, as bits, in which these constraints begin there, by their number: 1 constraint that PGS updates
+  // alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4 or 6 constraints of a contact
+  // with an elliptic cone.
+  static constexpr int kMostNumbered = 64;
+  bool is_numbered;
+  struct Starts {
+    unsigned char blocks[7];
+  };
+  Starts* starts;
+  int noslip_most[kMaxWidth];  // opt.noslip_iterations of each lane
+  double* noslip_tolerance;    // a number for each lane
+
+  // Only for PGS and noslip. JM2 is [size][nv], AR is [size][size].
+  double *R, *JM2, *AR;
+  // Only for PGS. ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and greatest bound the force at each place
+  // before `bounded`.
+  double *ARinv, *A, *least, *greatest;
 };
 
 // Lists the functions of an instruction set: result, name and parameters. Each is named after the function of MuJoCo
@@ -335,6 +356,8 @@ struct Constraints {
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                  \
   FUNCTION(void, solCG, (Lanes&, Constraints&))                                                                      \
   FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                     \
+  /* Call this after one of them, which must have computed the forces and b. has_AR: it has also computed AR. */     \
+  FUNCTION(void, solNoSlip, (Lanes&, Constraints&, bool has_AR))                                                     \
   /* mj_sensorPos, mj_sensorVel and mj_sensorAcc, except for the sensors that sense_singly computes. Only sensors */ \
   /* of forces, torques, touch and limits read the contacts and constraints, which a solver must have solved. */     \
   FUNCTION(void, sensors, (Lanes&, const Contacts&, const Constraints&))                                             \

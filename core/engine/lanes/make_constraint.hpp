@@ -196,6 +196,7 @@ class MakeConstraint {
     for (int j = 0; j < dim; ++j) {
       const V other = friction(j > 0 ? j - 1 : 0);
       const V R = j == 0 ? normal : (j == 1 ? tangent : tangent * first * first / (other * other));
+      if (c_.R) set_one(c_.R, j, R);
       set_one(c_.D, j, 1.0 / R);
       set_one(c_.spring, j, j == 0 ? number(&N::stiffness) * imp * dif : V{});
       set_one(c_.scale, j, j == 0 ? first * sqrt(tangent / normal) : other);

@@ -13,22 +13,16 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// Whether the fluid model of ellipsoids applies to a geom.
-bool has_ellipsoids(const mjModel& m) {
-  for (int g = 0; g < m.ngeom; ++g)
-    if (m.geom_fluid[mjNFLUID * g] > 0) return true;
-  return false;
-}
+bool is_ellipsoid(const mjModel& m, int geom) { return m.geom_fluid[mjNFLUID * geom] > 0; }
 
 // Whether the Jacobians of tendons are sparse, for which there is no lane code.
 bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
 
-// Whether an actuator is a slider-crank, acts on a body (adhesion), or has a reference site.
+// Whether an actuator is a slider-crank or has a reference site.
 bool has_other_actuators(const mjModel& m) {
   for (int i = 0; i < m.nu; ++i) {
     const int type = m.actuator_trntype[i];
-    if (type == mjTRN_SLIDERCRANK || type == mjTRN_BODY || (type == mjTRN_SITE && m.actuator_trnid[2 * i + 1] >= 0))
-      return true;
+    if (type == mjTRN_SLIDERCRANK || (type == mjTRN_SITE && m.actuator_trnid[2 * i + 1] >= 0)) return true;
   }
   return false;
 }
@@ -279,6 +273,16 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
 
 }  // namespace
 
+bool has_adhesion(const mjModel& m) {
+  return std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; });
+}
+
+bool has_ellipsoids(const mjModel& m) {
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    if (is_ellipsoid(m, geom)) return true;
+  return false;
+}
+
 bool has_moments(const mjModel& m) {
   if (SingleStages(m).actuation) return false;
   for (int i = 0; i < m.nu; ++i)
@@ -315,14 +319,12 @@ double largest_square(double radius) {
 
 std::string actuation_obstacle(const mjModel& m) {
   if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
+  if (has_adhesion(m)) return "adhesion";
   if (has_other_actuators(m)) return "slider-cranks or reference sites";
   return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
 }
 
-std::string passive_obstacle(const mjModel& m) {
-  if (has_ellipsoids(m)) return "fluids on ellipsoids";
-  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
-}
+std::string passive_obstacle(const mjModel& m) { return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : ""; }
 
 std::string integration_obstacle(const mjModel& m) {
   return m.opt.integrator == mjINT_IMPLICIT ? "the integrator implicit" : "";
@@ -361,6 +363,9 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments, columns);
   }
   segment_adr.push_back(static_cast<int>(segments.size()));
+  has_ellipsoids.resize(static_cast<std::size_t>(m.nbody));
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    if (is_ellipsoid(m, geom)) has_ellipsoids[m.geom_bodyid[geom]] = 1;
   const bool has_limits = constrains(m, mjDSBL_LIMIT);
   for (int j = 0; j < m.njnt && has_limits; ++j)
     if (m.jnt_type[j] != mjJNT_FREE) joints.push_back(j);

@@ -46,9 +46,17 @@ struct ModelTables {
   std::vector<int> joints, tendons;  // those that can have limits
   std::vector<int> tendon_dof_adr, tendon_dofs;
   std::vector<unsigned char> is_still_tendon;  // for each tendon: its Jacobian is always 0
+  std::vector<unsigned char> has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
  private:
   void compare_boxes(const mjModel_& m);
 };
+
+// Whether an actuator is an adhesion. Its moment depends on contacts and their constraints, so MuJoCo's functions find
+// them row by row before they compute actuators.
+bool has_adhesion(const mjModel_& m);
+
+// Whether fluids act on some geoms as on ellipsoids.
+bool has_ellipsoids(const mjModel_& m);
 
 // Whether lanes need an array of moments, because an actuator acts on something other than a slide or a hinge.
 bool has_moments(const mjModel_& m);

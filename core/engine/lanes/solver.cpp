@@ -9,31 +9,53 @@
 namespace mjenv::core::lanes {
 namespace {
 
-Counts<Constraints> counts(std::size_t places, std::size_t nv, int solver, bool is_elliptic) {
+bool is_elliptic(const mjModel& m) { return m.opt.cone == mjCONE_ELLIPTIC; }
+bool removes_slip(const mjModel& m) { return m.opt.noslip_iterations > 0; }
+// Constraints::is_aligned and is_numbered of the main solver
+bool is_aligned(const mjModel& m) { return is_elliptic(m) && m.opt.solver != mjSOL_PGS; }
+bool is_numbered(const mjModel& m) { return !is_aligned(m) && (is_elliptic(m) || removes_slip(m)); }
+
+void append(Counts<Constraints>& counts, const Counts<Constraints>& more) {
+  counts.insert(counts.end(), more.begin(), more.end());
+}
+
+Counts<Constraints> counts(const mjModel& m, std::size_t places) {
   using C = Constraints;
+  const auto nv = static_cast<std::size_t>(m.nv);
   Counts<Constraints> result{
       {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},          {&C::aref, places},
       {&C::b, places},      {&C::jar, places},   {&C::force, places},        {&C::damping, places},
       {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},         {&C::meaninertia, 1},
       {&C::low, places},    {&C::high, places},  {&C::frictionloss, places}, {&C::bend, places}};
-  const auto add = [&](const Counts<Constraints>& more) { result.insert(result.end(), more.begin(), more.end()); };
-  if (solver == mjSOL_PGS) {
-    add({{&C::R, places},
-         {&C::JM2, places * nv},
-         {&C::AR, places * places},
-         {&C::ARinv, places},
-         {&C::A, places},
-         {&C::least, places},
-         {&C::greatest, places}});
+  const bool is_pgs = m.opt.solver == mjSOL_PGS;
+  if (is_pgs) {
+    append(result, {{&C::ARinv, places}, {&C::A, places}, {&C::least, places}, {&C::greatest, places}});
   } else {
-    add({{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv}, {&C::Mv, nv}, {&C::grad, nv}, {&C::search, nv}});
-    add(solver == mjSOL_CG ? Counts<Constraints>{{&C::Mgrad, nv}, {&C::Mgraddif, nv}}
-                           : Counts<Constraints>{{&C::vec, nv}, {&C::H, nv * nv}});
+    append(result,
+           {{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv}, {&C::Mv, nv}, {&C::grad, nv}, {&C::search, nv}});
+    append(result, m.opt.solver == mjSOL_CG ? Counts<Constraints>{{&C::Mgrad, nv}, {&C::Mgraddif, nv}}
+                                            : Counts<Constraints>{{&C::vec, nv}, {&C::H, nv * nv}});
   }
-  if (is_elliptic) add({{&C::scale, places}});
-  if (is_elliptic && solver == mjSOL_NEWTON) add({{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
+  if (is_pgs || is_numbered(m)) append(result, {{&C::JM2, places * nv}, {&C::AR, places * places}});
+  if (is_pgs || removes_slip(m)) append(result, {{&C::R, places}});
+  if (removes_slip(m)) append(result, {{&C::noslip_tolerance, 1}});
+  if (is_elliptic(m)) append(result, {{&C::scale, places}});
+  if (is_aligned(m) && m.opt.solver == mjSOL_NEWTON) append(result, {{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
   return result;
 }
+
+// Those of Solver::numbered_
+Counts<Constraints> numbered_counts(const mjModel& m) {
+  using C = Constraints;
+  if (!is_aligned(m) || !removes_slip(m)) return {};
+  constexpr std::size_t kPlaces = C::kMostNumbered;
+  const auto nv = static_cast<std::size_t>(m.nv);
+  return {{&C::J, kPlaces * nv}, {&C::JM2, kPlaces * nv}, {&C::AR, kPlaces * kPlaces}, {&C::b, kPlaces},
+          {&C::force, kPlaces},  {&C::R, kPlaces},        {&C::frictionloss, kPlaces}, {&C::scale, kPlaces}};
+}
+
+// The next multiple of four
+int in_fours(int count) { return (count + 3) / 4 * 4; }
 
 // MuJoCo's dualState for constraint i: whether the force that PGS has found is in the quadratic zone.
 bool is_quadratic_of(const mjData& d, int i) {
@@ -44,11 +66,7 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
-std::string Solver::unsupported_feature(const mjModel& m) {
-  if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
-  if (m.opt.noslip_iterations > 0) return "noslip";
-  return mj_isSparse(&m) ? "sparse Jacobians" : "";
-}
+std::string Solver::unsupported_feature(const mjModel& m) { return mj_isSparse(&m) ? "sparse Jacobians" : ""; }
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
   return unsupported_feature(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
@@ -56,29 +74,35 @@ std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
   if (!unsupported_feature(m).empty()) return 0;
-  const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
-  return Memory<Constraints>::bytes(
-      width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic));
+  return Memory<Constraints>::bytes(width, counts(m, is_aligned(m) ? kSharedPlaces : kPlaces)) +
+         Memory<Constraints>::bytes(width, numbered_counts(m));
 }
 
 Solver::Solver(const Code& code, const mjModel& m)
     : code_(code),
       nv_(m.nv),
       is_dual_(m.opt.solver == mjSOL_PGS),
-      is_elliptic_(m.opt.cone == mjCONE_ELLIPTIC),
-      places_(is_elliptic_ ? kSharedPlaces : kPlaces),
-      memory_(constraints_, code.width,
-              counts(static_cast<std::size_t>(places_), static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic_)),
+      is_elliptic_(is_elliptic(m)),
+      removes_slip_(removes_slip(m)),
+      places_(is_aligned(m) ? kSharedPlaces : kPlaces),
+      memory_(constraints_, code.width, counts(m, static_cast<std::size_t>(places_))),
+      numbered_memory_(numbered_, code.width, numbered_counts(m)),
       bits_(static_cast<std::size_t>(4 * places_)),
       columns_(static_cast<std::size_t>(places_ * (m.nv + 1))),
+      starts_(is_numbered(m) || removes_slip_ ? Constraints::kMostNumbered : 0),
       zeros_(static_cast<std::size_t>(m.nv)) {
   constraints_.quadratic = bits_.data();
   constraints_.old = bits_.data() + places_;
   constraints_.dims = bits_.data() + 2 * places_;
   constraints_.middle = bits_.data() + 3 * places_;
-  constraints_.is_aligned = is_elliptic_;
-  constraints_.column_counts = columns_.data();
-  constraints_.columns = columns_.data() + places_;
+  constraints_.is_aligned = is_aligned(m);
+  constraints_.is_numbered = is_numbered(m);
+  numbered_.is_numbered = true;
+  for (Constraints* c : {&constraints_, &numbered_}) {
+    c->starts = starts_.data();
+    c->column_counts = columns_.data();
+    c->columns = columns_.data() + places_;
+  }
 }
 
 // MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
@@ -88,7 +112,7 @@ bool Solver::can_solve(const mjData& d, int constraints) const {
   return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 
-// With elliptic cones: how many places belong to equalities, friction and limits.
+// If places are aligned: how many places belong to equalities, friction and limits.
 int Solver::places_without_contacts(const Contacts& contacts) {
   int places = contacts.friction_count + contacts.limit_count;
   for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].equality->size;
@@ -102,7 +126,9 @@ int Solver::shared_places(const Contacts& contacts) {
   return places;
 }
 
-bool Solver::has_room(const Contacts& contacts) const { return !is_elliptic_ || shared_places(contacts) <= places_; }
+bool Solver::has_room(const Contacts& contacts) const {
+  return !constraints_.is_aligned || shared_places(contacts) <= places_;
+}
 
 // The place of a constraint in a row that has `count` constraints.
 int Solver::place(int constraint, int count) const {
@@ -118,11 +144,12 @@ int Solver::constraint_at(int place, int count) const {
 }
 
 // rows: the rows that have constraints, as bits. most: the largest number of constraints in a row. bounded: the largest
-// number of equality and friction constraints in a row. cones: Constraints::cones; -1 if cones are not elliptic.
+// number of equality and friction constraints in a row. cones: Constraints::cones; -1 if places are not aligned.
 void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.rows = rows;
-  constraints_.size = is_dual_ ? most / 4 * 4 + Constraints::kRest : most;
-  constraints_.bounded = is_dual_ && bounded > 0 ? constraints_.size : bounded;
+  const bool is_numbered = constraints_.is_numbered, has_rest = is_dual_ && !is_numbered;
+  constraints_.size = is_numbered ? in_fours(most) : has_rest ? most / 4 * 4 + Constraints::kRest : most;
+  constraints_.bounded = has_rest && bounded > 0 ? constraints_.size : bounded;
   constraints_.cones = cones < 0 ? constraints_.size : cones;
 }
 
@@ -172,7 +199,7 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     rows |= 1U << lane;
   }
   if (rows != 0) {
-    if (is_elliptic_) {
+    if (constraints_.is_aligned) {
       const int cones = places_without_contacts(contacts);
       set_size(rows, shared_places(contacts), cones - contacts.limit_count, cones);
     } else {
@@ -188,18 +215,102 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     }
     code_.gather(constraints_.warmstart, warmstart.data(), nv_);
     code_.makeConstraint(lanes, contacts, constraints_);
+    if (!starts_.empty()) number(contacts);
     run(lanes);
   }
-  // What mj_fwdConstraint does for a row without constraints.
-  for (int lane = 0; lane < width; ++lane) {
-    if (rows >> lane & 1) continue;
-    for (int i = 0; i < nv_; ++i) {
-      lanes.qacc[i * width + lane] = lanes.qacc_smooth[i * width + lane];
-      lanes.qfrc_constraint[i * width + lane] = 0;
-    }
-  }
+  constraints_.rows = rows;
+  set_rest(lanes, rows);
   for (int lane = 0; lane < width; ++lane)
     if (contacts.rows >> lane & 1) data[lane]->nefc = contacts.constraints[lane];
+}
+
+// Does what mj_fwdConstraint does for a row without constraints, in all but these rows (bits).
+void Solver::set_rest(Lanes& lanes, std::uint32_t rows) const {
+  for (int lane = 0; lane < code_.width; ++lane) {
+    if (rows >> lane & 1) continue;
+    for (int i = 0; i < nv_; ++i) {
+      lanes.qacc[i * code_.width + lane] = lanes.qacc_smooth[i * code_.width + lane];
+      lanes.qfrc_constraint[i * code_.width + lane] = 0;
+    }
+  }
+}
+
+void Solver::remove_slip(Lanes& lanes, const Contacts& contacts) {
+  const std::uint32_t rows = constraints_.rows;
+  if (!removes_slip_ || rows == 0) return;
+  if (!constraints_.is_aligned) {
+    code_.solNoSlip(lanes, constraints_, is_dual_);
+  } else {
+    copy_to_numbered(contacts);
+    code_.solNoSlip(lanes, numbered_, false);
+    copy_forces_back();
+  }
+  set_rest(lanes, rows);
+}
+
+// Sets `starts`, and for each constraint of a lane its place if places are aligned.
+void Solver::number(const Contacts& contacts) {
+  std::fill(starts_.begin(), starts_.end(), Constraints::Starts{});
+  std::array<int, kMaxWidth> counts{};
+  int place = 0;
+  const auto add = [&](std::uint32_t rows, int size, int block) {
+    for (int k = 0; k < size; ++k, ++place)
+      for (int lane = 0; lane < code_.width; ++lane) {
+        if (!((rows & contacts.rows) >> lane & 1)) continue;
+        const int constraint = counts[lane]++;
+        origins_[lane][constraint] = place;
+        const auto bit = static_cast<unsigned char>(1U << lane);
+        if (k % block == 0) starts_[constraint].blocks[block] |= bit;
+        if (block == 2) starts_[constraint].blocks[1] |= bit;
+      }
+  };
+  for (int i = 0; i < contacts.equality_count; ++i) add(contacts.equals[i].rows, contacts.equals[i].equality->size, 1);
+  for (int i = 0; i < contacts.friction_count; ++i) add(contacts.frictions[i].rows, 1, 1);
+  for (int i = 0; i < contacts.limit_count; ++i) add(contacts.limits[i].rows, 1, 1);
+  for (int i = 0; i < contacts.contact_count; ++i) {
+    const ContactPair& pair = contacts.pairs[contacts.contacts[i].pair];
+    const int size = constraints_of(pair, is_elliptic_ ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL);
+    add(contacts.contacts[i].rows, size, size == 1 ? 1 : (is_elliptic_ ? size : 2));
+  }
+}
+
+// Copies what noslip reads from the aligned places.
+void Solver::copy_to_numbered(const Contacts& contacts) {
+  const Constraints& from = constraints_;
+  Constraints& to = numbered_;
+  const int width = code_.width;
+  to.rows = from.rows;
+  to.meaninertia = from.meaninertia;
+  to.noslip_tolerance = from.noslip_tolerance;
+  std::copy_n(from.noslip_most, width, to.noslip_most);
+  int most = 0;
+  to.bounded = 0;
+  for (int lane = 0; lane < width; ++lane) {
+    to.at_first[lane] = from.rows >> lane & 1 ? contacts.constraints[lane] : 0;
+    most = std::max(most, to.at_first[lane]);
+    if (to.at_first[lane] > 0) to.bounded = std::max(to.bounded, contacts.bounded[lane]);
+  }
+  to.size = to.cones = in_fours(most);
+  for (int i = 0; i < to.size; ++i)
+    for (int lane = 0; lane < width; ++lane) {
+      const bool is_there = i < to.at_first[lane];
+      const int place = is_there ? origins_[lane][i] : 0, number = i * width + lane, origin = place * width + lane;
+      const auto copied = [&](const double* array, int index) { return is_there ? array[index] : 0; };
+      to.b[number] = copied(from.b, origin);
+      to.force[number] = copied(from.force, origin);
+      to.R[number] = copied(from.R, origin);
+      to.scale[number] = copied(from.scale, origin);
+      to.frictionloss[number] = place < from.bounded ? copied(from.frictionloss, origin) : 0;
+      for (int k = 0; k < nv_; ++k)
+        to.J[(i * nv_ + k) * width + lane] = copied(from.J, (place * nv_ + k) * width + lane);
+    }
+}
+
+void Solver::copy_forces_back() {
+  const int width = code_.width;
+  for (int lane = 0; lane < width; ++lane)
+    for (int i = 0; i < numbered_.at_first[lane]; ++i)
+      constraints_.force[origins_[lane][i] * width + lane] = numbered_.force[i * width + lane];
 }
 
 void Solver::gather_J(const RowData& from) {
@@ -218,6 +329,9 @@ void Solver::load(int lane, const mjModel& m) {
   constraints_.tolerance[lane] = m.opt.tolerance;
   constraints_.meaninertia[lane] = m.stat.meaninertia;
   constraints_.most[lane] = std::max(0, m.opt.iterations);
+  if (!removes_slip_) return;
+  constraints_.noslip_most[lane] = m.opt.noslip_iterations;
+  constraints_.noslip_tolerance[lane] = m.opt.noslip_tolerance;
 }
 
 void Solver::load(int lane, const mjData& d) {

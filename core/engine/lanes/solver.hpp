@@ -26,10 +26,12 @@ class Solver {
   // How much memory a solver's arrays take.
   static std::size_t bytes(int width, const mjModel& m);
 
-  // Whether lanes can solve the constraints of this row.
+  // Whether lanes can solve the constraints that MuJoCo has made for this row.
   bool solves(const mjModel& m, const mjData& d) const {
-    return d.nefc > 0 && !is_elliptic_ && m.opt.noslip_iterations == 0 && can_solve(d, d.nefc);
+    return d.nefc > 0 && !is_elliptic_ && !removes_slip_ && m.opt.noslip_iterations == 0 && can_solve(d, d.nefc);
   }
+  // Whether noslip runs after the main solver, as MuJoCo decides for this row.
+  bool has_noslip_of(const mjModel& m) const { return removes_slip_ == (m.opt.noslip_iterations > 0); }
   // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;
 
@@ -45,32 +47,40 @@ class Solver {
   // Makes the constraints of these limits and contacts, then solves them in the same way. Writes to the rows' mjData
   // only what the next mj_step needs, and the number of constraints.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
+  // The part of mj_fwdConstraint after the main solver. qacc_warmstart must have been saved.
+  void remove_slip(Lanes& lanes, const Contacts& contacts);
 
  private:
   static constexpr int kMaxConstraints = 64;  // of one row
   static constexpr int kPlaces = kMaxConstraints + Constraints::kRest;
-  // With elliptic cones, a place belongs to the same contact in all rows. Each row has few contacts, but rows have
-  // different ones, so more places are needed.
+  // If a place belongs to the same contact in all rows (Constraints::is_aligned), more places are needed, because each
+  // row has few contacts, but rows have different ones.
   static constexpr int kSharedPlaces = 2 * kMaxConstraints;
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // the solver is PGS
-  const bool is_elliptic_;
+  const bool is_elliptic_, removes_slip_;
   const int places_;
-  Constraints constraints_{};
-  Memory<Constraints> memory_;
+  Constraints constraints_{}, numbered_{};  // numbered_: a copy for noslip if constraints_ are aligned
+  Memory<Constraints> memory_, numbered_memory_;
+  std::array<std::array<int, Constraints::kMostNumbered>, kMaxWidth> origins_{};  // the places of what is copied
   std::vector<unsigned char> bits_;
   std::vector<int> columns_;
+  std::vector<Constraints::Starts> starts_;
   std::vector<double> zeros_;  // the row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
   static int places_without_contacts(const Contacts& contacts);
   static int shared_places(const Contacts& contacts);
-  int in_blocks(int count) const { return is_dual_ ? count / 4 * 4 : count; }
+  void set_rest(Lanes& lanes, std::uint32_t rows) const;
+  int in_blocks(int count) const { return is_dual_ && !constraints_.is_numbered ? count / 4 * 4 : count; }
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;
   void run(Lanes& lanes);
+  void number(const Contacts& contacts);
+  void copy_to_numbered(const Contacts& contacts);
+  void copy_forces_back();
   void gather_J(const RowData& from);
   void load(int lane, const mjModel& m);
   void load(int lane, const mjData& d);

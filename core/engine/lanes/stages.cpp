@@ -77,14 +77,6 @@ std::string excess(const Model& model) {
 
 std::string no_joints(const Model& model) { return text_if(model.get()->nv == 0, "no joints"); }
 
-// The moments of adhesion actuators depend on contacts, which lanes find after they have computed the actuators.
-std::string adhesion(const Model& model) {
-  const mjModel& m = *model.get();
-  return text_if(
-      std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; }),
-      "adhesion");
-}
-
 std::string noise(const Model& model) {
   return text_if(model.get()->opt.enableflags & mjENBL_SENSORNOISE, "noise of sensors (opt.enableflags)");
 }
@@ -120,6 +112,7 @@ bool has_contacts(const Model& model) {
 
 // If lanes have no list of pairs of geoms, MuJoCo searches for them row by row.
 std::string contacts(const Model& model) {
+  if (has_adhesion(*model.get())) return "adhesion reads them";
   return text_if(!ModelTables(model).lists_pairs, "the search for pairs of geoms");
 }
 
@@ -173,7 +166,6 @@ std::string energies(const Model& /*model*/) { return "only where they are read"
 const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{
       {"no joints", "nothing moves", no_joints},
-      {"adhesion", "its moments depend on contacts, which lanes find last", adhesion},
       {"`sensornoise`", "all rows draw from one generator, so the results depend on their order", noise},
       {"`fwdinv`", "MuJoCo's comparison of forward and inverse dynamics reads and writes nearly all of mjData",
        comparison},
@@ -190,26 +182,26 @@ const std::vector<Stage>& stages() {
       {"tendons, actuators",
        "tendons along joints, sites and pulleys and around geoms; actuators of joints, tendons and sites, with all "
        "gains, biases and states",
-       "all, if Jacobians of tendons are sparse, an actuator is a slider-crank or has a reference site, or the model "
-       "disables actuation",
+       "all, if Jacobians of tendons are sparse, an actuator is an adhesion or a slider-crank or has a reference site, "
+       "or the model disables actuation",
        "tendon transmission fwdVelocity fwdActuation advanceActivations", has_actuation, actuation, never},
-      {"passive forces", "springs and dampers; the fluid model of boxes",
-       "all, if fluids act on ellipsoids or Jacobians of tendons are sparse", "passive", always, passive, never},
+      {"passive forces", "springs and dampers; the fluid models of boxes and ellipsoids",
+       "all, if Jacobians of tendons are sparse", "passive", always, passive, never},
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
        "capsules with capsules; up to 6 dimensions",
-       "other shapes and parallel capsules, where bounding spheres and boxes are near each other", "reject collision",
-       has_contacts, contacts, other_shapes},
+       "other shapes and parallel capsules, where bounding spheres and boxes are near each other; all in models with "
+       "adhesion",
+       "reject collision", has_contacts, contacts, other_shapes},
       {"constraints",
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
        "all constraints of a row that has an equality constraint, or a limit or friction of a tendon, with a Jacobian "
-       "of 0",
+       "of 0; all in models with adhesion",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
-      {"solver", "Newton and CG; PGS with pyramidal cones; up to 64 constraints",
-       "noslip, PGS with elliptic cones, sparse Jacobians; with elliptic cones also rows whose constraints are needed "
-       "in mjData",
-       "solNewton solCG solPGS", has_constraints, solver, never},
+      {"solver", "Newton, CG, PGS and noslip; up to 64 constraints",
+       "sparse Jacobians; with elliptic cones or noslip also rows whose constraints are needed in mjData",
+       "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
        "the integrator implicit", "fwdAcceleration Euler RungeKutta", always, never, integration},

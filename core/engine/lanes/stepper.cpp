@@ -230,6 +230,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
+  const int fluid_geoms = has_ellipsoids(m_) ? m_.ngeom : 0;
   // Arrays of Lanes that are not copied from or to mjData.
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
                                                             {&L::subtree_linvel, 3 * sensing},
@@ -251,7 +252,8 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::viscous_torque, nbody},
                                                             {&L::viscous_force, nbody},
                                                             {&L::torque_drag, 3 * nbody},
-                                                            {&L::force_drag, 3 * nbody}};
+                                                            {&L::force_drag, 3 * nbody},
+                                                            {&L::ellipsoids, kEllipsoidNumbers * fluid_geoms}};
   using M = mjModel;
   own_ = {{&L::body_mass, &M::body_mass, nbody},
           {&L::body_subtreemass, &M::body_subtreemass, sensing},
@@ -284,6 +286,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
           {&L::cam_quat, &M::cam_quat, 4 * ncam},
           {&L::wrap_prm, &M::wrap_prm, m_.nwrap},
           {&L::geom_size, &M::geom_size, 3 * m_.ngeom},
+          {&L::geom_fluid, &M::geom_fluid, mjNFLUID * fluid_geoms},
           {&L::site_size, &M::site_size, m_.nsensor > 0 ? 3 * m_.nsite : 0}};
   options_ = {{&L::timestep, [](const M& m) { return &m.opt.timestep; }, 1},
               {&L::gravity, [](const M& m) -> const mjtNum* { return m.opt.gravity; }, 3},
@@ -324,6 +327,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   const Code& code_;
   ModelTables tables_;
   const SingleStages single_;
+  const bool has_adhesion_;
   Lanes lanes_{};
   Memory<Lanes> memory_, pair_memory_;
   std::vector<std::unique_ptr<RowModel>> models_;
@@ -377,7 +381,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void compute_passive_row_by_row();
   void collide();
   void search();
-  void constrain(bool is_held);
+  void make_constraints();
+  void solve_constraints(bool is_held);
   void sense_in_lanes();
   void sense_row_by_row(bool holds_constraints);
   void show();
@@ -400,6 +405,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       code_(code),
       tables_(model),
       single_(m_),
+      has_adhesion_(has_adhesion(m_)),
       memory_(lanes_, code.width, counts_),
       pair_memory_(lanes_, code.width,
                    {{&Lanes::pair_limit, tables_.pairs.size()},
@@ -426,6 +432,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.segment_adr = tables_.segment_adr.data();
   lanes_.actuators = tables_.actuators.data();
   lanes_.has_moments = tables_.has_moments;
+  lanes_.has_ellipsoids = tables_.has_ellipsoids.data();
   lanes_.has_single_passive = single_.passive;
   lanes_.has_single_actuation = single_.actuation;
   lanes_.is_still_tendon = tables_.is_still_tendon.data();
@@ -619,7 +626,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   is_whole_ =
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
-  makes_ = maker_ && maker_->follow(row_models_, count);
+  makes_ = maker_ && !has_adhesion_ && maker_->follow(row_models_, count);
   lanes_.left_to_mujoco = lanes_.unlike;
   if (live() == 0) return 0;
   gather(input_);
@@ -720,8 +727,11 @@ void LaneStepper::forward(Readers readers) {
   const bool is_held = (readers.after_step && is_whole_) || reads_constraints;
   if (!is_made) {
     scatter(for_limits_);
-    collide();
-    constrain(is_held);
+    if (!has_adhesion_) {
+      collide();
+      make_constraints();
+    }
+    solve_constraints(is_held);
   } else if (readers.after_step || readers.sensors) {
     scatter(from_solver_);
   }
@@ -733,10 +743,15 @@ void LaneStepper::forward(Readers readers) {
   if (readers.after_step) show();
 }
 
-// MuJoCo's functions compute tendons and actuators row by row.
+// MuJoCo's functions compute tendons and actuators row by row, and before the moments of adhesion contacts and
+// constraints.
 void LaneStepper::actuate_row_by_row() {
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_tendon(&m, &d); });
+  if (has_adhesion_) {
+    collide();
+    make_constraints();
+  }
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
-    mj_tendon(&m, &d);
     mj_transmission(&m, &d);
     if (mj_isSparse(&m))
       mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m_.ntendon, d.ten_J_rownnz, d.ten_J_rowadr, d.ten_J_colind,
@@ -809,6 +824,7 @@ bool LaneStepper::constrain_in_lanes() {
   if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;
   solver_->solve(lanes_, maker_->found(), row_models_, data_);
   scatter(warmstart_);
+  solver_->remove_slip(lanes_, maker_->found());
   return true;
 }
 
@@ -839,17 +855,21 @@ void LaneStepper::search() {
   });
 }
 
-// MuJoCo makes the constraints row by row, and lanes solve them if they can. is_held: mjData must hold the constraints
-// and their forces afterwards.
-void LaneStepper::constrain(bool is_held) {
+// MuJoCo makes the constraints of the contacts in mjData row by row.
+void LaneStepper::make_constraints() {
   int contacts = 0;
-  std::uint32_t constrained = 0, solvable = 0;
   for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
   if (contacts > 0 || m_.neq > 0) scatter(for_contacts_);
   if (m_.neq > 0) scatter(for_equality_);
   if (!single_.actuation) scatter(tendons_);
+  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_makeConstraint(&m, &d); });
+}
+
+// Lanes solve the constraints that MuJoCo has made, if they can. is_held: mjData must hold the constraints and their
+// forces afterwards.
+void LaneStepper::solve_constraints(bool is_held) {
+  std::uint32_t constrained = 0, solvable = 0;
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    mj_makeConstraint(&m, &d);
     if (d.nefc > 0) constrained |= 1u << row;
     if (solver_ && solver_->solves(m, d)) solvable |= 1u << row;
   });
