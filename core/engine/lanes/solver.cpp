@@ -9,7 +9,12 @@
 namespace mjenv::core::lanes {
 namespace {
 
-Counts<Constraints> counts(std::size_t places, std::size_t nv, int solver, bool is_elliptic) {
+bool is_aligned(const mjModel& m) { return m.opt.cone == mjCONE_ELLIPTIC || mj_isSparse(&m); }
+
+Counts<Constraints> counts(std::size_t places, const mjModel& m) {
+  const auto nv = static_cast<std::size_t>(m.nv);
+  const int solver = m.opt.solver;
+  const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
   using C = Constraints;
   Counts<Constraints> result{
       {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},          {&C::aref, places},
@@ -31,6 +36,7 @@ Counts<Constraints> counts(std::size_t places, std::size_t nv, int solver, bool 
                            : Counts<Constraints>{{&C::vec, nv}, {&C::H, nv * nv}});
   }
   if (is_elliptic) add({{&C::scale, places}});
+  if (mj_isSparse(&m)) add({{&C::products, std::max(places, nv)}});
   if (is_elliptic && solver == mjSOL_NEWTON) add({{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
   return result;
 }
@@ -47,7 +53,9 @@ bool is_quadratic_of(const mjData& d, int i) {
 std::string Solver::unsupported_feature(const mjModel& m) {
   if (m.opt.solver == mjSOL_PGS && m.opt.cone != mjCONE_PYRAMIDAL) return "PGS with elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
-  return mj_isSparse(&m) ? "sparse Jacobians" : "";
+  if (!mj_isSparse(&m)) return "";
+  if (m.opt.solver == mjSOL_PGS) return "PGS with sparse Jacobians";
+  return m.ntendon > 0 ? "sparse Jacobians of tendons" : "";
 }
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
@@ -56,9 +64,7 @@ std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
   if (!unsupported_feature(m).empty()) return 0;
-  const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
-  return Memory<Constraints>::bytes(
-      width, counts(is_elliptic ? kSharedPlaces : kPlaces, static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic));
+  return Memory<Constraints>::bytes(width, counts(is_aligned(m) ? kSharedPlaces : kPlaces, m));
 }
 
 Solver::Solver(const Code& code, const mjModel& m)
@@ -66,9 +72,10 @@ Solver::Solver(const Code& code, const mjModel& m)
       nv_(m.nv),
       is_dual_(m.opt.solver == mjSOL_PGS),
       is_elliptic_(m.opt.cone == mjCONE_ELLIPTIC),
-      places_(is_elliptic_ ? kSharedPlaces : kPlaces),
-      memory_(constraints_, code.width,
-              counts(static_cast<std::size_t>(places_), static_cast<std::size_t>(m.nv), m.opt.solver, is_elliptic_)),
+      is_sparse_(mj_isSparse(&m) != 0),
+      is_aligned_(is_aligned(m)),
+      places_(is_aligned_ ? kSharedPlaces : kPlaces),
+      memory_(constraints_, code.width, counts(static_cast<std::size_t>(places_), m)),
       bits_(static_cast<std::size_t>(4 * places_)),
       columns_(static_cast<std::size_t>(places_ * (m.nv + 1))),
       zeros_(static_cast<std::size_t>(m.nv)) {
@@ -76,33 +83,59 @@ Solver::Solver(const Code& code, const mjModel& m)
   constraints_.old = bits_.data() + places_;
   constraints_.dims = bits_.data() + 2 * places_;
   constraints_.middle = bits_.data() + 3 * places_;
-  constraints_.is_aligned = is_elliptic_;
+  constraints_.is_aligned = is_aligned_;
   constraints_.column_counts = columns_.data();
   constraints_.columns = columns_.data() + places_;
+  constraints_.is_sparse = is_sparse_;
+  if (is_sparse_) make_pattern(m);
+}
+
+// The memory for sparse Jacobians. Without constraints, the Hessian has the elements of M.
+void Solver::make_pattern(const mjModel& m) {
+  const auto nv = static_cast<std::size_t>(nv_), places = static_cast<std::size_t>(places_), all = nv * nv;
+  elements_.resize(3 * all + 3 * nv + 2 * places + std::max(nv, places));
+  element_columns_.resize(nv * (nv + places) + 2 * nv);
+  unsigned char* byte = elements_.data();
+  const auto bytes = [&](std::size_t count) { return std::exchange(byte, byte + count); };
+  int* number = element_columns_.data();
+  const auto numbers = [&](std::size_t count) { return std::exchange(number, number + count); };
+  unsigned char* const of_M = bytes(all);
+  for (int i = 0; i < nv_; ++i)
+    for (int j = i; j >= 0; j = m.dof_simplenum[i] ? -1 : m.dof_parentid[j]) of_M[i * nv_ + j] = 255;
+  Pattern& pattern = constraints_.pattern;
+  pattern = {of_M, bytes(all), bytes(all), numbers(all), numbers(nv), bytes(nv), bytes(nv), bytes(nv)};
+  std::fill_n(pattern.is_changed, nv_, 1);  // nothing is listed yet
+  constraints_.most_places = places_;
+  constraints_.holders = bytes(places);
+  constraints_.couples = bytes(places);
+  constraints_.product_lanes = bytes(std::max(nv, places));
+  constraints_.dof_places = numbers(nv * places);
+  constraints_.dof_place_counts = numbers(nv);
 }
 
 // MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
-  const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
+  const int needed = 10 * constraints + 24 * nv_ + (is_sparse_ ? 6 : 3) * nv_ * nv_ + 2 * nv_ * constraints;
   return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 
-// With elliptic cones: how many places belong to equalities, friction and limits.
+// If a place belongs to the same constraint in all rows: how many places belong to equalities, friction and limits.
 int Solver::places_without_contacts(const Contacts& contacts) {
   int places = contacts.friction_count + contacts.limit_count;
   for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].equality->size;
   return places;
 }
 
-int Solver::shared_places(const Contacts& contacts) {
+int Solver::shared_places(const Contacts& contacts) const {
   int places = places_without_contacts(contacts);
   for (int i = 0; i < contacts.contact_count; ++i)
-    places += constraints_of(contacts.pairs[contacts.contacts[i].pair], mjCONE_ELLIPTIC);
+    places +=
+        constraints_of(contacts.pairs[contacts.contacts[i].pair], is_elliptic_ ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL);
   return places;
 }
 
-bool Solver::has_room(const Contacts& contacts) const { return !is_elliptic_ || shared_places(contacts) <= places_; }
+bool Solver::has_room(const Contacts& contacts) const { return !is_aligned_ || shared_places(contacts) <= places_; }
 
 // The place of a constraint in a row that has `count` constraints.
 int Solver::place(int constraint, int count) const {
@@ -172,9 +205,9 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     rows |= 1U << lane;
   }
   if (rows != 0) {
-    if (is_elliptic_) {
+    if (is_aligned_) {
       const int cones = places_without_contacts(contacts);
-      set_size(rows, shared_places(contacts), cones - contacts.limit_count, cones);
+      set_size(rows, shared_places(contacts), cones - contacts.limit_count, is_elliptic_ ? cones : -1);
     } else {
       set_size(rows, most, bounded);
     }

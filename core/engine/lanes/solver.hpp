@@ -28,7 +28,7 @@ class Solver {
 
   // Whether lanes can solve the constraints of this row.
   bool solves(const mjModel& m, const mjData& d) const {
-    return d.nefc > 0 && !is_elliptic_ && m.opt.noslip_iterations == 0 && can_solve(d, d.nefc);
+    return d.nefc > 0 && !is_aligned_ && m.opt.noslip_iterations == 0 && can_solve(d, d.nefc);
   }
   // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;
@@ -49,24 +49,28 @@ class Solver {
  private:
   static constexpr int kMaxConstraints = 64;  // of one row
   static constexpr int kPlaces = kMaxConstraints + Constraints::kRest;
-  // With elliptic cones, a place belongs to the same contact in all rows. Each row has few contacts, but rows have
-  // different ones, so more places are needed.
+  // If a place belongs to the same contact in all rows, more places are needed, because each row has few contacts, but
+  // rows have different ones.
   static constexpr int kSharedPlaces = 2 * kMaxConstraints;
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // the solver is PGS
-  const bool is_elliptic_;
+  const bool is_elliptic_, is_sparse_;
+  const bool is_aligned_;  // a place belongs to the same constraint in all rows
   const int places_;
   Constraints constraints_{};
   Memory<Constraints> memory_;
   std::vector<unsigned char> bits_;
   std::vector<int> columns_;
+  std::vector<unsigned char> elements_;  // of Constraints::pattern
+  std::vector<int> element_columns_;
   std::vector<double> zeros_;  // the row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
   static int places_without_contacts(const Contacts& contacts);
-  static int shared_places(const Contacts& contacts);
+  int shared_places(const Contacts& contacts) const;
   int in_blocks(int count) const { return is_dual_ ? count / 4 * 4 : count; }
+  void make_pattern(const mjModel& m);
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;

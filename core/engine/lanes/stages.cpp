@@ -207,8 +207,9 @@ const std::vector<Stage>& stages() {
        "of 0",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton and CG; PGS with pyramidal cones; up to 64 constraints",
-       "noslip, PGS with elliptic cones, sparse Jacobians; with elliptic cones also rows whose constraints are needed "
-       "in mjData",
+       "noslip, PGS with elliptic cones or sparse Jacobians, sparse Jacobians of tendons; with elliptic cones or "
+       "sparse "
+       "Jacobians also rows whose constraints are needed in mjData",
        "solNewton solCG solPGS", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
