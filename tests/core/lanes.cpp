@@ -597,10 +597,16 @@ void test_sparse(void** /*state*/) {
   const std::string text = odd_model("sparse.xml"),
                     contacts = with("<option", "<option jacobian=\"sparse\"", odd_model("contacts.xml"));
   const std::string free = with("<option", "<option><flag equality=\"disable\"/></option><option", text);
+  // MuJoCo makes no constraint of a contact that no dof moves.
+  const std::string unmoved = with("</worldbody>",
+                                   "<geom name='sunk' size='0.1' pos='2 2 0'/></worldbody>"
+                                   "<contact><pair geom1='floor' geom2='sunk'/></contact>",
+                                   text);
   const struct {
     const char* name;
     const std::string& text;
     std::vector<const char*> options;
+    bool are_made = true;
   } cases[] = {{"sparse.xml",
                 text,
                 {"", "<option solver='CG'/>", "<option cone='elliptic'/>", "<option solver='CG' cone='elliptic'/>"}},
@@ -608,7 +614,8 @@ void test_sparse(void** /*state*/) {
                 free,
                 {"", "<option cone='elliptic' impratio='10'/>", "<option integrator='RK4' iterations='3'/>",
                  "<option><flag warmstart='disable' frictionloss='disable' limit='disable'/></option>"}},
-               {"contacts.xml", contacts, {"", "<option solver='CG'/>", "<option cone='elliptic'/>"}}};
+               {"contacts.xml", contacts, {"", "<option solver='CG'/>", "<option cone='elliptic'/>"}},
+               {"sparse.xml with a contact of the world", unmoved, {""}, false}};
   failures.clear();
   for (const auto& c : cases)
     for (const char* option : c.options) {
@@ -616,7 +623,8 @@ void test_sparse(void** /*state*/) {
       assert_true(mj_isSparse(model->get()));
       const std::string found = compare(model, kFewRows), which = std::string(c.name) + ", " + option + ": ";
       if (!found.empty()) failures += which + found + "\n";
-      if (made_of_contacts == 0) failures += which + "no constraints made in lanes\n";
+      if ((made_of_contacts > 0) != c.are_made)
+        failures += which + "made in lanes " + std::to_string(made_of_contacts) + " times\n";
     }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
@@ -730,7 +738,7 @@ class SparseMatrices {
   Noise noise_;
   lanes::Constraints c_{};
   alignas(lanes::V) double J_[kMost * n_ * kWidth]{}, H_[n_ * n_ * kWidth]{}, qM_[n_ * n_ * kWidth]{},
-      x_[n_ * kWidth]{}, products_[n_ * kWidth]{}, solution_[n_ * kWidth]{};
+      x_[n_ * kWidth]{}, products_[2 * n_ * kWidth]{}, solution_[n_ * kWidth]{};
   unsigned char of_M_[n_ * n_]{}, of_J_[n_ * n_]{}, filled_[n_ * n_]{}, is_changed_[n_]{}, is_mixed_[n_]{},
       vector_[n_]{}, holders_[kMost]{}, couples_[kMost]{}, product_lanes_[n_]{};
   int columns_[n_ * n_]{}, counts_[n_]{}, chains_[kMost * n_]{}, chain_counts_[kMost]{}, places_[n_ * kMost]{},

@@ -331,7 +331,7 @@ struct Constraints {
   // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
   // constraint. couples: at a constraint's first place, Chain::couples; 0 at its others. For dof k, the places whose
   // columns contain it are dof_places[k * most_places] and the following dof_place_counts[k]. products and
-  // product_lanes: the terms of a sum, and the lanes, as bits, that have them.
+  // product_lanes: the terms of a sum, and the lanes, as bits, that have them. products is also room for 2 * nv vectors.
   bool is_sparse;
   int most_places;
   unsigned char *holders, *couples, *product_lanes;

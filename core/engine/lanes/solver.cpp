@@ -36,7 +36,7 @@ Counts<Constraints> counts(std::size_t places, const mjModel& m) {
                            : Counts<Constraints>{{&C::vec, nv}, {&C::H, nv * nv}});
   }
   if (is_elliptic) add({{&C::scale, places}});
-  if (mj_isSparse(&m)) add({{&C::products, std::max(places, nv)}});
+  if (mj_isSparse(&m)) add({{&C::products, std::max(places, 2 * nv)}});
   if (is_elliptic && solver == mjSOL_NEWTON) add({{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
   return result;
 }
