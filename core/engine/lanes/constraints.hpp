@@ -74,10 +74,7 @@ class Constrained {
     return (x <= splat(kLargest)) & (x >= splat(-kLargest));
   }
 
-  // Leaves the lanes with a huge number in J to MuJoCo, and finds the columns of J.
   void find_columns() {
-    if (c_.is_sparse) return leave_huge_sparse();
-    leave_huge(c_.J, size_ * nv_);
     for (int i = 0; i < size_; ++i) {
       int *const columns = c_.columns + i * nv_, count = 0;
       for (int k = 0; k < nv_; ++k)
@@ -86,6 +83,7 @@ class Constrained {
     }
   }
 
+  // leave_huge for a sparse Jacobian
   void leave_huge_sparse() {
     Mask good = V{} == V{};
     for (int i = 0; i < size_; ++i)

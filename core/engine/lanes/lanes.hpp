@@ -304,11 +304,12 @@ struct Constraints {
   int bounded;
   double *low, *high, *frictionloss, *bend;
 
-  // If cones are elliptic or Jacobians are sparse (is_aligned), a place belongs to the same friction, limit or contact
-  // in all lanes, also in lanes that lack it. Contacts begin at the place `cones`; if cones are not elliptic, it equals `size`. dims: at the
-  // first place of a friction, limit or contact, how many places it has. scale: mjContact's mu at its first place, and its friction at the
-  // others. middle: at its first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
-  // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
+  // If cones are elliptic or Jacobians are sparse (is_aligned), a place belongs to the same equality, friction, limit
+  // or contact in all lanes, also in lanes that lack it. Contacts begin at the place `cones`; if cones are not
+  // elliptic, it equals `size`. dims: at the first place of each of these, how many places it has. scale: mjContact's
+  // mu at a contact's first place, and its friction at the others. middle: at its first place, the lanes, as bits, in
+  // which it is in the middle zone. Hcone: H plus the part of the contacts in the middle zone. LTJ: the array of that
+  // name in MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;
@@ -329,9 +330,10 @@ struct Constraints {
 
   // Only for sparse Jacobians. `columns` are then the dofs at which MuJoCo's sparse matrix has numbers, also if these
   // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
-  // constraint. couples: at a constraint's first place, Chain::couples; 0 at its others. For dof k, the places whose
-  // columns contain it are dof_places[k * most_places] and the following dof_place_counts[k]. products and
-  // product_lanes: the terms of a sum, and the lanes, as bits, that have them. products is also room for 2 * nv vectors.
+  // constraint or take no part. couples: at a constraint's first place, Chain::couples; 0 at its others. For dof k, the
+  // places whose columns contain it are dof_places[k * most_places] and the following dof_place_counts[k]. products and
+  // product_lanes: the terms of a sum, and the lanes, as bits, that have them. products is also room for 2 * nv
+  // vectors.
   bool is_sparse;
   int most_places;
   unsigned char *holders, *couples, *product_lanes;

@@ -194,7 +194,12 @@ class Primal : Constrained {
       : Constrained(d, c), is_newton_(m_.opt.solver == mjSOL_NEWTON), H_(c, nv_, c.H), Hcone_(c, nv_, c.Hcone) {}
 
   void run() {
-    find_columns();
+    if (c_.is_sparse) {
+      leave_huge_sparse();
+    } else {
+      leave_huge(c_.J, size_ * nv_);
+      find_columns();
+    }
     leave_huge(c_.D, size_);
     referenceConstraint();
     warmstart();

@@ -29,8 +29,8 @@ inline V dotSparse(const V* row, const V* vec, const int* columns, int n) {
   return res;
 }
 
-// The sum that mju_dotSparse computes, where lanes lack some of the blocks of four products. lanes: for each product, the
-// lanes, as bits, that have it. n is a multiple of 4.
+// The sum that mju_dotSparse computes, where lanes lack some of the blocks of four products. lanes: for each product,
+// the lanes, as bits, that have it. n is a multiple of 4.
 inline V sum_of_blocks(const V* products, const unsigned char* lanes, int n) {
   V sums[4];
   for (V& sum : sums) sum = negative_zero();
@@ -235,7 +235,8 @@ class SparseFactor {
     for (int j = 0; j <= i; ++j) res[columns[j]] -= values[i] * values[j];
   }
 
-  // The same for a row in which lanes have different elements. lanes: for each column, the lanes, as bits, that have it.
+  // The same for a row in which lanes have different elements. lanes: for each column, the lanes, as bits, that have
+  // it.
   void subtract_mixed(const V* values, const int* columns, int count, const unsigned char* lanes) const {
     Mask* const masks = reinterpret_cast<Mask*>(products_ + nv_);
     for (int i = 0; i < count; ++i) {
