@@ -430,7 +430,7 @@ static void test_bad_accelerations(void** state) {
   }
 }
 
-static mjenv_options* options_with_stack(int64_t lanes, int size) {
+static mjenv_options* options_with_stack(int64_t lanes, int size, const char* jacobian) {
   enum { JOINTS = 10 };
   char joints[200 * JOINTS] = "", motors[100 * JOINTS] = "", xml[300 * JOINTS + 200];
   for (int i = 0, at = 0, end = 0; i < JOINTS; ++i) {
@@ -441,7 +441,8 @@ static mjenv_options* options_with_stack(int64_t lanes, int size) {
     end += snprintf(motors + end, sizeof motors - (size_t)end, "<general joint='joint%d' dyntype='integrator'/>", i);
   }
   int end =
-      snprintf(xml, sizeof xml, "<mujoco><size nstack='%d'/><option integrator='RK4'/><worldbody>%s", size, joints);
+      snprintf(xml, sizeof xml, "<mujoco><size nstack='%d'/><option integrator='RK4' jacobian='%s'/><worldbody>%s",
+               size, jacobian, joints);
   for (int i = 0; i < JOINTS; ++i) end += snprintf(xml + end, sizeof xml - (size_t)end, "</body>");
   snprintf(xml + end, sizeof xml - (size_t)end, "</worldbody><actuator>%s</actuator></mujoco>", motors);
   return options_of_model(xml, lanes);
@@ -449,15 +450,13 @@ static mjenv_options* options_with_stack(int64_t lanes, int size) {
 
 // A row whose constraints find too little room on the stack of mjData fails with lanes as it does without, also if
 // mj_RungeKutta takes a part of the stack.
-static void test_small_stacks(void** state) {
-  (void)state;
-  if (!runs(2)) return;
+static void compare_on_small_stacks(const char* jacobian, int most) {
   enum { ROWS = 2 };
   int counts[2] = {0};
-  for (int size = 420; size < 740; size += 16) {
+  for (int size = 420; size < most; size += 16) {
     int32_t statuses[2];
     for (int i = 0; i < 2; ++i) {
-      mjenv_env* env = env_of_options(options_with_stack(2 * i, size), ROWS);
+      mjenv_env* env = env_of_options(options_with_stack(2 * i, size, jacobian), ROWS);
       struct outputs* out = outputs_of(env);
       double* action = allocate((size_t)(ROWS * action_count(env)) * sizeof *action);
       memset(action, 0, (size_t)(ROWS * action_count(env)) * sizeof *action);
@@ -523,6 +522,13 @@ static void test_features(void** state) {
       }
     }
   }
+}
+
+static void test_small_stacks(void** state) {
+  (void)state;
+  if (!runs(2)) return;
+  compare_on_small_stacks("dense", 740);
+  compare_on_small_stacks("sparse", 1200);
 }
 
 int main(void) {

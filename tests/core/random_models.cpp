@@ -106,7 +106,7 @@ class Generator {
     return "<option" << attribute("timestep", number(in(0.001, 0.006)))
                      << perhaps(3, "integrator", pick({"RK4", "RK4", "implicit"})) << perhaps(3, "cone", "elliptic")
                      << attribute("solver", pick({"Newton", "Newton", "Newton", "PGS", "PGS", "CG", "CG"}))
-                     << perhaps(4, "jacobian", pick({"dense", "sparse"}))
+                     << perhaps(3, "jacobian", pick({"dense", "sparse", "sparse"}))
                      << perhaps(4, "iterations", std::to_string(1 + below(30)))
                      << perhaps(6, "tolerance", pick({"0", "1e-4", "1e-12"}))
                      << perhaps(4, "impratio", pick({"3", "0.5", "100"})) << perhaps(8, "noslip_iterations", "2")

@@ -3,16 +3,10 @@
 #pragma once
 
 #include "engine/lanes/functions.hpp"
+#include "engine/lanes/sparse.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
-
-// The mask of the lanes whose bits are set.
-inline Mask mask_of(unsigned rows) {
-  Mask mask{};
-  for (int lane = 0; lane < kWidth; ++lane) mask[lane] = rows >> lane & 1 ? -1 : 0;
-  return mask;
-}
 
 // Finds the places of constraints. They are made one after the other, each only in the lanes that have it.
 class Places {
@@ -36,7 +30,7 @@ class Places {
       next(contacts_.equals[i].rows, contacts_.equals[i].equality->size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
-  // With elliptic cones, where all lanes have the same places: the place of the next constraint.
+  // If all lanes have the same places: the place of the next constraint.
   int first() const { return numbers_[0]; }
   // For each lane, the place of constraint i of the limit, contact or equality to which `next` went.
   const int* of(int i) const { return places_[i]; }
@@ -71,11 +65,13 @@ class Constrained {
   // Leaves the lanes with a huge number to MuJoCo. The solvers leave out products with 0, which are 0 only if the other
   // factor is finite. The bound keeps products of four numbers finite.
   void leave_huge(const double* numbers, int count) {
-    constexpr double kLargest = 1e75;
-    const V* const x = vectors(numbers);
     Mask good = V{} == V{};
-    for (int i = 0; i < count; ++i) good &= (x[i] <= splat(kLargest)) & (x[i] >= splat(-kLargest));
+    for (int i = 0; i < count; ++i) good &= is_small(vectors(numbers)[i]);
     leave(bits(~good) & c_.rows);
+  }
+  static Mask is_small(V x) {
+    constexpr double kLargest = 1e75;
+    return (x <= splat(kLargest)) & (x >= splat(-kLargest));
   }
 
   void find_columns() {
@@ -87,11 +83,23 @@ class Constrained {
     }
   }
 
+  // leave_huge for a sparse Jacobian
+  void leave_huge_sparse() {
+    Mask good = V{} == V{};
+    for (int i = 0; i < size_; ++i)
+      for (int k = 0; k < c_.column_counts[i]; ++k) good &= is_small(vectors(c_.J)[i * nv_ + c_.columns[i * nv_ + k]]);
+    leave(bits(~good) & c_.rows);
+  }
+
   void mulJacVec(V* res, const V* vec) const {
+    for (int i = 0; i < size_ && c_.is_sparse; ++i)
+      res[i] = dotSparse(vectors(c_.J) + i * nv_, vec, c_.columns + i * nv_, c_.column_counts[i]);
+    if (c_.is_sparse) return;
     for (int i = 0; i < size_; ++i) res[i] = dot(vectors(c_.J) + i * nv_, vec, nv_);
   }
 
   void mulJacTVec(V* res, const V* vec) const {
+    if (c_.is_sparse) return mulJacTVecSparse(res, vec);
     zero(res, nv_);
     for (int i = 0; i < size_; ++i) {
       const V factor = vec[i];
@@ -99,6 +107,25 @@ class Constrained {
       const V* const row = vectors(c_.J) + i * nv_;
       const int *const columns = c_.columns + i * nv_, count = c_.column_counts[i];
       for (int k = 0; k < count; ++k) res[columns[k]] += row[columns[k]] * factor;
+    }
+  }
+
+  // mj_mulJacTVec with a sparse Jacobian. The rows of its transpose have an element for each constraint with this dof.
+  void mulJacTVecSparse(V* res, const V* vec) const {
+    V* const products = vectors(c_.products);
+    for (int dof = 0; dof < nv_; ++dof) {
+      const int *const places = c_.dof_places + dof * c_.most_places, count = c_.dof_place_counts[dof];
+      for (int i = 0; i < count; ++i) {
+        products[i] = vectors(c_.J)[places[i] * nv_ + dof] * vec[places[i]];
+        c_.product_lanes[i] = c_.holders[places[i]];
+      }
+      if (count < 4) {  // one sum, which begins at +0 and so never becomes -0
+        V sum{};
+        for (int i = 0; i < count; ++i) sum += products[i];
+        res[dof] = sum;
+        continue;
+      }
+      res[dof] = sum_of_each(products, c_.product_lanes, count);
     }
   }
 

@@ -49,6 +49,15 @@ inline unsigned bits(Mask mask) {
 #endif
 
 inline bool any(Mask mask) { return bits(mask) != 0; }
+// The mask of the lanes whose bits are set.
+inline Mask mask_of(unsigned rows) {
+  Mask bit{}, all{};
+  for (int lane = 0; lane < kWidth; ++lane) {
+    bit[lane] = 1 << lane;
+    all[lane] = rows;
+  }
+  return (all & bit) != Mask{};
+}
 // Returns a vector with x in each lane. Written as x - V{}, because V{} + x would turn -0 into +0.
 inline V splat(double x) { return x - V{}; }
 inline V splat(V x) { return x; }
@@ -410,7 +419,7 @@ inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, co
     V jac1[3]{}, jac2[3]{};
     if (n < second || n >= both) jac(d, jac1, columns[n], offset1);
     if (n >= second) jac(d, jac2, columns[n], offset2);
-    for (int k = 0; k < 3; ++k) jac2[k] -= jac1[k];
+    for (int k = 0; k < 3; ++k) jac2[k] = pair.negates && n < second ? -jac1[k] : jac2[k] - jac1[k];
     use(columns[n], jac2);
   }
 }

@@ -56,6 +56,14 @@ enum class Shapes {
   capsule_capsule
 };
 
+// In models with sparse Jacobians, the dofs at which the Jacobian of a constraint between two bodies has numbers, in
+// ascending order: `count` of them, from first_column on in Lanes::columns. couples: whether two of these dofs do not
+// have a number in the inertia matrix.
+struct Chain {
+  int first_column, count;
+  bool couples;
+};
+
 struct ContactPair {
   int geom1, geom2;
   Shapes shapes;     // others: MuJoCo's function computes these contacts row by row
@@ -64,6 +72,7 @@ struct ContactPair {
   // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
   // second. For dofs that move both, the Jacobian is 0.
   int first_column, count1, count2;
+  Chain chain;
   // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
   // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
   // times the coordinates.
@@ -71,10 +80,12 @@ struct ContactPair {
 };
 
 // Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
-// and those that move both.
+// and those that move both. negates: for dofs that move only body 1, MuJoCo negates the Jacobian instead of subtracting
+// it from 0, which gives 0 another sign.
 struct BodyPair {
   int body1, body2;
   int first_column, count1, count2, count_both;
+  bool negates;
 };
 
 // An equality constraint between bodies, joints or tendons.
@@ -83,6 +94,7 @@ struct Equality {
   int size;              // how many constraints it makes
   int object1, object2;  // object2 is -1 if a joint or tendon has no partner
   BodyPair bodies;       // of connect and weld: object2, then object1, because MuJoCo subtracts object2's Jacobian
+  Chain chain;
 };
 
 // A part of a tendon between two sites. divisor: that of the last pulley before this part.
@@ -258,6 +270,18 @@ struct Contacts {
   double *limit_dist, *limit_axis, *dist, *pos, *frame;
 };
 
+// Of Newton's method with sparse Jacobians: which numbers of H and of its Cholesky factor are part of MuJoCo's sparse
+// matrix. The matrices are [nv][nv], and have a number for each element of the lower triangle: the lanes, as bits.
+struct Pattern {
+  const unsigned char* of_M;  // the elements that M has: all bits
+  unsigned char* of_J;        // the elements that J' * J has, but not M
+  unsigned char* filled;      // the elements of the factor
+  int *columns, *counts;      // for each row of `filled`, the columns before the diagonal that some lane has, ascending
+  // For each row: whether it has elements that M does not have, and whether these are not the same in all lanes.
+  unsigned char *is_changed, *is_mixed;
+  unsigned char* of_vector;  // of a rank-one update of the factor: the elements of its vector
+};
+
 // The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
 // place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For
 // PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most three. So each lane has its
@@ -286,11 +310,12 @@ struct Constraints {
   int bounded;
   double *low, *high, *frictionloss, *bend;
 
-  // For Newton's method and CG with elliptic cones (is_aligned), a place belongs to the same friction, limit or contact
-  // in all lanes, also in lanes that lack it. Contacts begin at the place `cones`; otherwise it equals `size`. dims: at a
-  // contact's first place, how many places it has. scale: mjContact's mu at its first place, and its friction at the
-  // others. middle: at its first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
-  // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
+  // For Newton's method and CG with elliptic cones or sparse Jacobians (is_aligned), a place belongs to the same
+  // equality, friction, limit or contact in all lanes, also in lanes that lack it. With elliptic cones, contacts begin
+  // at the place `cones`; otherwise it equals `size`. dims: at the first place of each of these, how many places it has.
+  // scale: mjContact's mu at a contact's first place, and its friction at the others. middle: at its first place, the
+  // lanes, as bits, in which it is in the middle zone. Hcone: H plus the part of the contacts in the middle zone. LTJ:
+  // the array of that name in MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;
@@ -323,6 +348,19 @@ struct Constraints {
   // Only for PGS. ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and greatest bound the force at each place
   // before `bounded`.
   double *ARinv, *A, *least, *greatest;
+
+  // Only for sparse Jacobians. `columns` are then the dofs at which MuJoCo's sparse matrix has numbers, also if these
+  // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
+  // constraint or take no part. couples: at a constraint's first place, Chain::couples; 0 at its others. For dof k, the
+  // places whose columns contain it are dof_places[k * most_places] and the following dof_place_counts[k]. products and
+  // product_lanes: the terms of a sum, and the lanes, as bits, that have them. products is also room for 2 * nv
+  // vectors.
+  bool is_sparse;
+  int most_places;
+  unsigned char *holders, *couples, *product_lanes;
+  int *dof_places, *dof_place_counts;
+  double* products;
+  Pattern pattern;
 };
 
 // Lists the functions of an instruction set: result, name and parameters. Each is named after the function of MuJoCo

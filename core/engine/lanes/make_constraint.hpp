@@ -76,7 +76,8 @@ class MakeConstraint {
 
   // mj_makeConstraint
   void run() {
-    zero(vectors(c_.J), c_.size * nv_);
+    if (!c_.is_sparse) zero(vectors(c_.J), c_.size * nv_);
+    for (int k = 0; k < nv_ && c_.is_sparse; ++k) c_.dof_place_counts[k] = 0;
     double* const numbers[] = {c_.D, c_.damping, c_.spring, c_.R, c_.scale};
     for (double* array : numbers)
       if (array) zero(vectors(array), c_.size);
@@ -109,14 +110,37 @@ class MakeConstraint {
     return result;
   }
 
-  // mj_addConstraint
-  void begin(unsigned rows, const ConstraintNumbers* const* numbers, int size) {
+  // mj_addConstraint. columns, count: the dofs at which the constraint's sparse Jacobian has numbers, ascending.
+  void begin(unsigned rows, const ConstraintNumbers* const* numbers, int size, const int* columns, int count,
+             bool couples = false) {
     rows_ = rows;
     numbers_ = numbers;
     places_.next(rows, size);
+    if (c_.is_aligned) c_.dims[places_.at(0, 0)] = static_cast<unsigned char>(size);
+    if (!c_.is_sparse) return;
+    for (int i = 0; i < size; ++i) {
+      const int place = places_.at(i, 0);
+      c_.column_counts[place] = count;
+      c_.couples[place] = i == 0 && couples;
+      c_.holders[place] = static_cast<unsigned char>(rows | ~c_.rows);
+      for (int k = 0; k < count; ++k) {
+        const int dof = columns[k];
+        c_.columns[place * nv_ + k] = dof;
+        c_.dof_places[dof * c_.most_places + c_.dof_place_counts[dof]++] = place;
+        vectors(c_.J)[place * nv_ + dof] = V{};
+      }
+    }
+  }
+  void begin(unsigned rows, const ConstraintNumbers* const* numbers, int size, const Chain& chain) {
+    begin(rows, numbers, size, d_.columns + chain.first_column, chain.count, chain.couples);
   }
 
   void set_J(int i, int column, V value) {
+    if (c_.is_aligned) {
+      V& number = vectors(c_.J)[places_.at(i, 0) * nv_ + column];
+      number = mask_of(rows_) ? value : number;
+      return;
+    }
     for (int lane = 0; lane < kWidth; ++lane)
       if (rows_ >> lane & 1) c_.J[(places_.at(i, lane) * nv_ + column) * kWidth + lane] = value[lane];
   }
@@ -213,6 +237,7 @@ class MakeConstraint {
   // Except for contacts, MuJoCo makes no constraint whose Jacobian is 0. Lanes with such a constraint are left to
   // MuJoCo.
   void leave_empty(int size) {
+    if (c_.is_sparse) return;  // what counts is whether it has columns
     for (int lane = 0; lane < kWidth; ++lane) {
       if (!(rows_ >> lane & 1)) continue;
       bool is_empty = true;
@@ -225,7 +250,7 @@ class MakeConstraint {
   // mj_instantiateEquality
   void instantiateEquality(int i) {
     const Equality& equality = *contacts_.equals[i].equality;
-    begin(contacts_.equals[i].rows, contacts_.equals[i].numbers, equality.size);
+    begin(contacts_.equals[i].rows, contacts_.equals[i].numbers, equality.size, equality.chain);
     V pos[6];
     const V* const data = vectors(d_.eq_data) + mjNEQDATA * equality.id;
     switch (equality.type) {
@@ -276,13 +301,18 @@ class MakeConstraint {
     const BodyPair& pair = equality.bodies;
     const int *const columns = d_.columns + pair.first_column, second = pair.count1, both = second + pair.count2,
                      end = both + pair.count_both;
-    for (int dof = 0; dof < nv_; ++dof) {
+    const int* const chain = d_.columns + equality.chain.first_column;
+    const int count = c_.is_sparse ? equality.chain.count : nv_;
+    for (int i = 0; i < count; ++i) {
+      const int dof = c_.is_sparse ? chain[i] : i;
       int n = 0;
       while (n < end && columns[n] != dof) ++n;
       V axis[3]{}, half[4], turned[4];
       const V* const cdof = vectors(d_.cdof) + 6 * dof;
       for (int k = 0; k < 3 && n < end; ++k)
-        axis[k] = (n >= second ? cdof[k] : V{}) - (n < second || n >= both ? cdof[k] : V{});
+        axis[k] = pair.negates && n < second
+                      ? -cdof[k]
+                      : (n >= second ? cdof[k] : V{}) - (n < second || n >= both ? cdof[k] : V{});
       mulQuatAxis(half, negative, axis);
       mulQuat(turned, half, quat);
       for (int k = 0; k < 3; ++k) set_J(3 + k, dof, 0.5 * turned[k + 1] * data[10]);
@@ -306,6 +336,7 @@ class MakeConstraint {
       pos[0] -= data[1] * dif + data[2] * dif * dif + data[3] * dif * dif * dif + data[4] * dif * dif * dif * dif;
       derivative = data[1] + 2.0 * data[2] * dif + 3.0 * data[3] * dif * dif + 4.0 * data[4] * dif * dif * dif;
     }
+    if (c_.is_sparse) return couple_sparse(equality, -derivative);
     for (int k = 0; k < nv_; ++k) {
       const auto column = [&](int id) {
         return is_joint ? splat(k == m_.jnt_dofadr[id]) : vectors(d_.ten_J)[id * nv_ + k];
@@ -315,10 +346,18 @@ class MakeConstraint {
     }
   }
 
+  // The Jacobian of a joint whose position depends on that of another joint, made by mju_combineSparse
+  void couple_sparse(const Equality& equality, V factor) {
+    const int dof1 = m_.jnt_dofadr[equality.object1];
+    const int dof2 = equality.object2 < 0 ? -1 : m_.jnt_dofadr[equality.object2];
+    set_J(0, dof1, splat(1));
+    if (dof2 >= 0) set_J(0, dof2, dof1 == dof2 ? 1.0 + factor : factor);
+  }
+
   // mj_instantiateFriction
   void instantiateFriction(int i) {
     const Contacts::Friction& friction = contacts_.frictions[i];
-    begin(friction.rows, friction.numbers, 1);
+    begin(friction.rows, friction.numbers, 1, &friction.id, 1);
     if (friction.object == Object::tendon)
       set_tendon(friction.id, 1);
     else
@@ -337,17 +376,17 @@ class MakeConstraint {
   // The second half of mj_instantiateLimit
   void instantiateLimit(int i) {
     const Contacts::Limit& limit = contacts_.limits[i];
-    begin(limit.rows, limit.numbers, 1);
+    const bool is_ball = limit.object == Object::ball;
+    const int dof = limit.object == Object::tendon ? 0 : m_.jnt_dofadr[limit.id], dofs[3] = {dof, dof + 1, dof + 2};
+    begin(limit.rows, limit.numbers, 1, dofs, is_ball ? 3 : 1);
     const V dist = vectors(contacts_.limit_dist)[i];
     if (limit.object == Object::tendon) {
       set_tendon(limit.id, -limit.side);
       makeImpedance(1, dist, vectors(d_.tendon_margin)[limit.id]);
       return;
     }
-    const int dof = m_.jnt_dofadr[limit.id];
     if (limit.object == Object::joint) set_J(0, dof, splat(-limit.side));
-    for (int k = 0; k < 3 && limit.object == Object::ball; ++k)
-      set_J(0, dof + k, vectors(contacts_.limit_axis)[3 * i + k] * -1.0);
+    for (int k = 0; k < 3 && is_ball; ++k) set_J(0, dof + k, vectors(contacts_.limit_axis)[3 * i + k] * -1.0);
     makeImpedance(1, dist, vectors(d_.jnt_margin)[limit.id]);
   }
 
@@ -363,8 +402,7 @@ class MakeConstraint {
     const ContactPair& pair = contacts_.pairs[contact.pair];
     const bool is_elliptic = pair.dim > 1 && m_.opt.cone == mjCONE_ELLIPTIC;
     const int size = constraints_of(pair, m_.opt.cone);
-    if (c_.is_aligned) c_.dims[places_.first()] = static_cast<unsigned char>(size);
-    begin(contact.rows, contact.numbers, size);
+    begin(contact.rows, contact.numbers, size, pair.chain);
     V offset1[3], offset2[3];
     for (int k = 0; k < 3; ++k) {
       const V point = vectors(contacts_.pos)[3 * i + k];

@@ -176,9 +176,24 @@ int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const
   return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
 }
 
+// Appends the dofs that move one of two bodies, in ascending order, if Jacobians are sparse.
+Chain chain_of(const mjModel& m, std::vector<int> dofs, const std::vector<int>& others, std::vector<int>& columns) {
+  Chain chain{static_cast<int>(columns.size()), 0, false};
+  if (!mj_isSparse(&m)) return chain;
+  append(dofs, others);
+  std::sort(dofs.begin(), dofs.end());
+  dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
+  append(columns, dofs);
+  chain.count = static_cast<int>(dofs.size());
+  for (int i = 1; i < chain.count; ++i)
+    chain.couples |= m.dof_simplenum[dofs[i]] || m.dof_parentid[dofs[i]] != dofs[i - 1];
+  return chain;
+}
+
 BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& columns) {
   const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
-  BodyPair pair{body1, body2, static_cast<int>(columns.size()), 0, 0, 0};
+  BodyPair pair{body1, body2, static_cast<int>(columns.size()), 0, 0, 0, false};
+  pair.negates = mj_isSparse(&m) && m.body_simple[body1] && m.body_simple[body2];
   pair.count1 = append_difference(columns, dofs1, dofs2);
   pair.count2 = append_difference(columns, dofs2, dofs1);
   pair.count_both = append_shared(columns, dofs1, dofs2);
@@ -191,11 +206,17 @@ std::vector<Equality> possible_equalities(const mjModel& m, const std::vector<un
                                           std::vector<int>& columns) {
   std::vector<Equality> equalities;
   for (int i = 0; i < m.neq && constrains(m, mjDSBL_EQUALITY); ++i) {
-    Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], {}};
+    Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], {}, {}};
     if (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD) {
       equality.size = equality.type == mjEQ_WELD ? 6 : 3;
       equality.bodies = pair_of(m, equality.object2, equality.object1, columns);
       if (equality.bodies.count1 + equality.bodies.count2 + equality.bodies.count_both == 0) continue;
+      equality.chain = chain_of(m, dofs_of(m, equality.object1), dofs_of(m, equality.object2), columns);
+    } else if (equality.type == mjEQ_JOINT) {
+      std::vector<int> dofs;
+      for (const int joint : {equality.object1, equality.object2})
+        if (joint >= 0) dofs.push_back(m.jnt_dofadr[joint]);
+      equality.chain = chain_of(m, dofs, {}, columns);
     } else if (equality.type == mjEQ_TENDON) {
       const auto is_still = [&](int tendon) { return tendon < 0 || is_still_tendon[tendon]; };
       if (is_still(equality.object1) && is_still(equality.object2)) continue;
@@ -266,6 +287,7 @@ std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed,
     pair.first_column = static_cast<int>(columns.size());
     pair.count1 = append_difference(columns, dofs1, dofs2);
     pair.count2 = append_difference(columns, dofs2, dofs1);
+    pair.chain = chain_of(m, dofs1, dofs2, columns);
     pairs.push_back(pair);
   }
   return pairs;

@@ -190,12 +190,17 @@ class LineSearch {
 // mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG
 class Primal : Constrained {
  public:
-  Primal(Lanes& d, Constraints& c) : Constrained(d, c), is_newton_(m_.opt.solver == mjSOL_NEWTON) {}
+  Primal(Lanes& d, Constraints& c)
+      : Constrained(d, c), is_newton_(m_.opt.solver == mjSOL_NEWTON), H_(c, nv_, c.H), Hcone_(c, nv_, c.Hcone) {}
 
   void run() {
-    leave_huge(c_.J, size_ * nv_);
+    if (c_.is_sparse) {
+      leave_huge_sparse();
+    } else {
+      leave_huge(c_.J, size_ * nv_);
+      find_columns();
+    }
     leave_huge(c_.D, size_);
-    find_columns();
     referenceConstraint();
     warmstart();
     solve();
@@ -203,6 +208,7 @@ class Primal : Constrained {
 
  private:
   const bool is_newton_;
+  SparseFactor H_, Hcone_;  // c_.H and c_.Hcone if Jacobians are sparse
   V cost_{}, gauss_[3]{};
   V product_{};              // of CG: the dot product of the gradient and the gradient preconditioned by M
   bool has_middle_ = false;  // whether a contact is in the middle zone of its cone
@@ -289,6 +295,7 @@ class Primal : Constrained {
 
   void HessianDirect() {
     V* const H = of(c_.H);
+    if (c_.is_sparse) return HessianDirectSparse();
     zero(H, nv_ * nv_);
     // mju_sqrMatTD, of the lower triangle
     for (int j = 0; j < size_; ++j) {
@@ -313,6 +320,49 @@ class Primal : Constrained {
         H[i * nv_ + j] += vectors(d_.qM)[adr++];
     }
     cholFactor(H, nv_);
+  }
+
+  // The same for a sparse Jacobian, where the constraints of a contact have the same columns
+  void HessianDirectSparse() {
+    H_.find_pattern();
+    H_.clear();
+    // mju_sqrMatTDSparse, of the lower triangle
+    for (int first = 0; first < size_; first += c_.dims[first]) {
+      int places[4], count = 0;
+      for (int i = first; i < first + c_.dims[first]; ++i) {
+        if (!(c_.quadratic[i] & active_)) continue;
+        places[count++] = i;
+        if (count < 4) continue;
+        addJTDJ<4>(places);
+        count = 0;
+      }
+      if (count == 1) addJTDJ<1>(places);
+      if (count == 2) addJTDJ<2>(places);
+      if (count == 3) addJTDJ<3>(places);
+    }
+    H_.addM(m_, vectors(d_.qM));
+    leave(H_.factor() & active_);
+  }
+
+  // Adds the products of these constraints, which have the same columns, to H.
+  template <int kCount>
+  void addJTDJ(const int* places) {
+    const V* rows[kCount];
+    V D[kCount], scale[kCount];
+    for (int n = 0; n < kCount; ++n) {
+      rows[n] = of(c_.J) + places[n] * nv_;
+      D[n] = mask_of(c_.quadratic[places[n]]) ? of(c_.D)[places[n]] : V{};
+    }
+    const int *const columns = c_.columns + places[0] * nv_, count = c_.column_counts[places[0]];
+    for (int a = 0; a < count; ++a) {
+      V* const res = of(c_.H) + columns[a] * nv_;
+      for (int n = 0; n < kCount; ++n) scale[n] = rows[n][columns[a]] * D[n];
+      for (int b = 0; b <= a; ++b) {
+        V sum = res[columns[b]];
+        for (int n = 0; n < kCount; ++n) sum += rows[n][columns[b]] * scale[n];
+        res[columns[b]] = sum;
+      }
+    }
   }
 
   // The H of mjContact that mj_constraintUpdate computes. Computes only the lower triangle, because mju_cholFactor does
@@ -350,8 +400,24 @@ class Primal : Constrained {
           for (int n = 0; n < count; ++n) LTJ[c * nv_ + columns[n]] += row[columns[n]] * scale;
         }
       }
-      for (int r = 0; r < dim; ++r) cholUpdate(Hcone, LTJ + r * nv_, nv_, V{} == V{});
+      for (int r = 0; r < dim; ++r)
+        if (c_.is_sparse)
+          update_cone(i, LTJ + r * nv_);
+        else
+          cholUpdate(Hcone, LTJ + r * nv_, nv_, V{} == V{});
     }
+  }
+
+  // Updates Hcone by a vector that has the columns of the constraint at place i.
+  void update_cone(int i, const V* from) {
+    V* const vec = of(c_.vec);
+    Hcone_.begin_vector(vec);
+    for (int n = 0; n < c_.column_counts[i]; ++n) {
+      const int column = c_.columns[i * nv_ + n];
+      vec[column] = from[column];
+      Hcone_.add_element(column, c_.middle[i] & active_);
+    }
+    Hcone_.update(vec, V{} == V{});
   }
 
   // Updates H for the constraints whose state has changed. In each round, every lane that still has such a constraint
@@ -363,7 +429,10 @@ class Primal : Constrained {
     for (;;) {
       unsigned plus = 0;
       bool has_change = false;
-      zero(vec, nv_);
+      if (c_.is_sparse)
+        H_.begin_vector(vec);
+      else
+        zero(vec, nv_);
       for (int lane = 0; lane < kWidth; ++lane) {
         if (!(active_ >> lane & 1)) continue;
         int& i = next[lane];
@@ -372,11 +441,17 @@ class Primal : Constrained {
         has_change = true;
         plus |= (c_.quadratic[i] >> lane & 1u) << lane;
         const double scale = std::sqrt(c_.D[i * kWidth + lane]);
-        for (int k = 0; k < nv_; ++k) numbers[k * kWidth + lane] = c_.J[(i * nv_ + k) * kWidth + lane] * scale;
+        const auto set = [&](int k) { numbers[k * kWidth + lane] = c_.J[(i * nv_ + k) * kWidth + lane] * scale; };
+        for (int k = 0; k < nv_ && !c_.is_sparse; ++k) set(k);
+        for (int n = 0; n < c_.column_counts[i] && c_.is_sparse; ++n) {
+          const int k = c_.columns[i * nv_ + n];
+          set(k);
+          H_.add_element(k, 1U << lane);
+        }
         ++i;
       }
       if (!has_change) return;
-      leave(cholUpdate(of(c_.H), vec, nv_, mask_of(plus)));
+      leave(c_.is_sparse ? H_.update(vec, mask_of(plus)) : cholUpdate(of(c_.H), vec, nv_, mask_of(plus)));
     }
   }
 
@@ -508,7 +583,10 @@ class Primal : Constrained {
     if (!is_newton_) return updateConjugate(is_first);
     V* const vec = of(c_.search);
     if (has_middle_) HessianCone();
-    cholSolve(vec, of(has_middle_ ? c_.Hcone : c_.H), of(c_.grad), nv_);
+    if (c_.is_sparse)
+      (has_middle_ ? Hcone_ : H_).solve(vec, of(c_.grad));
+    else
+      cholSolve(vec, of(has_middle_ ? c_.Hcone : c_.H), of(c_.grad), nv_);
     for (int i = 0; i < nv_; ++i) vec[i] *= -1.0;
   }
 

@@ -12,7 +12,7 @@ namespace {
 bool is_elliptic(const mjModel& m) { return m.opt.cone == mjCONE_ELLIPTIC; }
 bool removes_slip(const mjModel& m) { return m.opt.noslip_iterations > 0; }
 // Constraints::is_aligned and is_numbered of the main solver
-bool is_aligned(const mjModel& m) { return is_elliptic(m) && m.opt.solver != mjSOL_PGS; }
+bool is_aligned(const mjModel& m) { return m.opt.solver != mjSOL_PGS && (is_elliptic(m) || mj_isSparse(&m)); }
 bool is_numbered(const mjModel& m) { return !is_aligned(m) && (is_elliptic(m) || removes_slip(m)); }
 
 void append(Counts<Constraints>& counts, const Counts<Constraints>& more) {
@@ -40,7 +40,8 @@ Counts<Constraints> counts(const mjModel& m, std::size_t places) {
   if (is_pgs || removes_slip(m)) append(result, {{&C::R, places}});
   if (removes_slip(m)) append(result, {{&C::noslip_tolerance, 1}});
   if (is_elliptic(m)) append(result, {{&C::scale, places}});
-  if (is_aligned(m) && m.opt.solver == mjSOL_NEWTON) append(result, {{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
+  if (mj_isSparse(&m)) append(result, {{&C::products, std::max(places, 2 * nv)}});
+  if (is_elliptic(m) && m.opt.solver == mjSOL_NEWTON) append(result, {{&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
   return result;
 }
 
@@ -66,7 +67,12 @@ bool is_quadratic_of(const mjData& d, int i) {
 
 }  // namespace
 
-std::string Solver::unsupported_feature(const mjModel& m) { return mj_isSparse(&m) ? "sparse Jacobians" : ""; }
+std::string Solver::unsupported_feature(const mjModel& m) {
+  if (!mj_isSparse(&m)) return "";
+  if (m.opt.solver == mjSOL_PGS) return "PGS with sparse Jacobians";
+  if (removes_slip(m)) return "noslip with sparse Jacobians";
+  return m.ntendon > 0 ? "sparse Jacobians of tendons" : "";
+}
 
 std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
   return unsupported_feature(m).empty() ? std::unique_ptr<Solver>(new Solver(code, m)) : nullptr;
@@ -83,6 +89,7 @@ Solver::Solver(const Code& code, const mjModel& m)
       nv_(m.nv),
       is_dual_(m.opt.solver == mjSOL_PGS),
       is_elliptic_(is_elliptic(m)),
+      is_sparse_(mj_isSparse(&m) != 0),
       removes_slip_(removes_slip(m)),
       places_(is_aligned(m) ? kSharedPlaces : kPlaces),
       memory_(constraints_, code.width, counts(m, static_cast<std::size_t>(places_))),
@@ -103,12 +110,37 @@ Solver::Solver(const Code& code, const mjModel& m)
     c->column_counts = columns_.data();
     c->columns = columns_.data() + places_;
   }
+  constraints_.is_sparse = is_sparse_;
+  if (is_sparse_) make_pattern(m);
+}
+
+// The memory for sparse Jacobians. Without constraints, the Hessian has the elements of M.
+void Solver::make_pattern(const mjModel& m) {
+  const auto nv = static_cast<std::size_t>(nv_), places = static_cast<std::size_t>(places_), all = nv * nv;
+  elements_.resize(3 * all + 3 * nv + 2 * places + std::max(nv, places));
+  element_columns_.resize(nv * (nv + places) + 2 * nv);
+  unsigned char* byte = elements_.data();
+  const auto bytes = [&](std::size_t count) { return std::exchange(byte, byte + count); };
+  int* number = element_columns_.data();
+  const auto numbers = [&](std::size_t count) { return std::exchange(number, number + count); };
+  unsigned char* const of_M = bytes(all);
+  for (int i = 0; i < nv_; ++i)
+    for (int j = i; j >= 0; j = m.dof_simplenum[i] ? -1 : m.dof_parentid[j]) of_M[i * nv_ + j] = 255;
+  Pattern& pattern = constraints_.pattern;
+  pattern = {of_M, bytes(all), bytes(all), numbers(all), numbers(nv), bytes(nv), bytes(nv), bytes(nv)};
+  std::fill_n(pattern.is_changed, nv_, 1);  // nothing is listed yet
+  constraints_.most_places = places_;
+  constraints_.holders = bytes(places);
+  constraints_.couples = bytes(places);
+  constraints_.product_lanes = bytes(std::max(nv, places));
+  constraints_.dof_places = numbers(nv * places);
+  constraints_.dof_place_counts = numbers(nv);
 }
 
 // MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
-  const int needed = 10 * constraints + 24 * nv_ + 3 * nv_ * nv_ + 2 * nv_ * constraints;
+  const int needed = 10 * constraints + 24 * nv_ + (is_sparse_ ? 6 : 3) * nv_ * nv_ + 2 * nv_ * constraints;
   return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 
@@ -119,10 +151,11 @@ int Solver::places_without_contacts(const Contacts& contacts) {
   return places;
 }
 
-int Solver::shared_places(const Contacts& contacts) {
+int Solver::shared_places(const Contacts& contacts) const {
   int places = places_without_contacts(contacts);
   for (int i = 0; i < contacts.contact_count; ++i)
-    places += constraints_of(contacts.pairs[contacts.contacts[i].pair], mjCONE_ELLIPTIC);
+    places +=
+        constraints_of(contacts.pairs[contacts.contacts[i].pair], is_elliptic_ ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL);
   return places;
 }
 
@@ -201,7 +234,7 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
   if (rows != 0) {
     if (constraints_.is_aligned) {
       const int cones = places_without_contacts(contacts);
-      set_size(rows, shared_places(contacts), cones - contacts.limit_count, cones);
+      set_size(rows, shared_places(contacts), cones - contacts.limit_count, is_elliptic_ ? cones : -1);
     } else {
       set_size(rows, most, bounded);
     }

@@ -28,7 +28,8 @@ class Solver {
 
   // Whether lanes can solve the constraints that MuJoCo has made for this row.
   bool solves(const mjModel& m, const mjData& d) const {
-    return d.nefc > 0 && !is_elliptic_ && !removes_slip_ && m.opt.noslip_iterations == 0 && can_solve(d, d.nefc);
+    return d.nefc > 0 && !constraints_.is_aligned && !is_elliptic_ && !removes_slip_ && m.opt.noslip_iterations == 0 &&
+           can_solve(d, d.nefc);
   }
   // Whether noslip runs after the main solver, as MuJoCo decides for this row.
   bool has_noslip_of(const mjModel& m) const { return removes_slip_ == (m.opt.noslip_iterations > 0); }
@@ -59,7 +60,7 @@ class Solver {
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // the solver is PGS
-  const bool is_elliptic_, removes_slip_;
+  const bool is_elliptic_, is_sparse_, removes_slip_;
   const int places_;
   Constraints constraints_{}, numbered_{};  // numbered_: a copy for noslip if constraints_ are aligned
   Memory<Constraints> memory_, numbered_memory_;
@@ -67,13 +68,16 @@ class Solver {
   std::vector<unsigned char> bits_;
   std::vector<int> columns_;
   std::vector<Constraints::Starts> starts_;
+  std::vector<unsigned char> elements_;  // of Constraints::pattern
+  std::vector<int> element_columns_;
   std::vector<double> zeros_;  // the row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
   static int places_without_contacts(const Contacts& contacts);
-  static int shared_places(const Contacts& contacts);
+  int shared_places(const Contacts& contacts) const;
   void set_rest(Lanes& lanes, std::uint32_t rows) const;
   int in_blocks(int count) const { return is_dual_ && !constraints_.is_numbered ? count / 4 * 4 : count; }
+  void make_pattern(const mjModel& m);
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   int place(int constraint, int count) const;
   int constraint_at(int place, int count) const;

@@ -200,7 +200,9 @@ const std::vector<Stage>& stages() {
        "of 0; all in models with adhesion",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints",
-       "sparse Jacobians; with elliptic cones or noslip also rows whose constraints are needed in mjData",
+       "PGS and noslip with sparse Jacobians, sparse Jacobians of tendons; with elliptic cones, noslip or sparse "
+       "Jacobians "
+       "also rows whose constraints are needed in mjData",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
