@@ -132,27 +132,31 @@ def keep(result: Result) -> None:
 
 
 def table(results: Iterable[Result]) -> Iterator[str]:
-    """Markdown: the returns of all seeds, and the medians of the times until the goals."""
-    trainings: dict[tuple[str, str], list[Result]] = {}
+    """Markdown: times and returns beside the script's, and the times until the goals."""
+    trainings: dict[str, dict[str, list[Result]]] = {}
     for one in results:
-        trainings.setdefault((one.id, one.trainer), []).append(one)
-    yield "| id | trainer | steps | CPU time, median | return by seed | shortest episode |"
-    yield "|---|---|---:|---:|---|---:|"
-    for (id, trainer), ones in trainings.items():
-        seconds = statistics.median(one.cpu_seconds for one in ones)
-        digits = 1 if abs(ones[0].mean_return) < 100 else 0
-        returns = " / ".join(f"{one.mean_return:,.{digits}f}" for one in ones)
-        shortest = min(one.shortest for one in ones)
-        yield f"| {id} | {trainer} | {ones[0].steps:,} | {seconds:.1f} s | {returns} | {shortest} |"
+        trainings.setdefault(one.id, {}).setdefault(one.trainer, []).append(one)
+    yield "| id | steps | CPU time | of the script | ratio | return by seed | of the script |"
+    yield "|---|---:|---:|---:|---:|---|---|"
+    ratios = []
+    for id, by in trainings.items():
+        learner, script = by["learner"], by["script"]
+        seconds = [statistics.median(one.cpu_seconds for one in ones) for ones in (learner, script)]
+        ratios.append(seconds[1] / seconds[0])
+        times = f"{shown(seconds[0])} | {shown(seconds[1])} | {ratios[-1]:.1f}"
+        yield f"| {id} | {learner[0].steps:,} | {times} | {returns_of(learner)} | {returns_of(script)} |"
+    yield f"| geometric mean | | | | {statistics.geometric_mean(ratios):.1f} | | |"
     yield ""
-    yield "| id | return | CPU time by seed | median | steps, median |"
-    yield "|---|---:|---|---:|---:|"
+    yield "| id | return | CPU time by seed | median |"
+    yield "|---|---:|---|---:|"
     for id, goal in GOALS.items():
-        if ones := trainings.get((id, "learner"), []):
-            times = [math.inf if math.isnan(one.goal_seconds) else one.goal_seconds for one in ones]
-            steps = [math.inf if math.isnan(one.goal_steps) else one.goal_steps for one in ones]
-            middle = statistics.median_high(times), statistics.median_high(steps)
-            yield f"| {id} | {goal:,} | {' / '.join(map(shown, times))} | {shown(middle[0])} | {middle[1]:,.0f} |"
+        times_of = [math.inf if math.isnan(one.goal_seconds) else one.goal_seconds for one in trainings[id]["learner"]]
+        yield f"| {id} | {goal:,} | {' / '.join(map(shown, times_of))} | {shown(statistics.median_high(times_of))} |"
+
+
+def returns_of(ones: list[Result]) -> str:
+    digits = 1 if abs(ones[0].mean_return) < 100 else 0
+    return " / ".join(f"{one.mean_return:,.{digits}f} ± {one.std_return:,.{digits}f}" for one in ones)
 
 
 def shown(seconds: float) -> str:

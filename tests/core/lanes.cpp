@@ -110,7 +110,7 @@ std::size_t length(const Array& array, const mjModel& m, const mjData& d) {
   // mj_Euler factorises the matrix with damping only if there is damping.
   const bool is_damped = std::any_of(m.dof_damping, m.dof_damping + m.nv, [](mjtNum damping) { return damping > 0; });
   if ((array.name == "qH" || array.name == "qHDiagInv") && !is_damped) return 0;
-  if (array.name.rfind("wrap_", 0) == 0 || array.name == "ten_J" || array.name == "ten_J_colind")
+  if (array.name.rfind("wrap_", 0) == 0 || (array.name.rfind("ten_J", 0) == 0 && array.held))
     return static_cast<std::size_t>(array.held());
   if (array.name.rfind("efc_", 0) != 0) return array.count();
   const auto rows = static_cast<std::size_t>(d.nefc);

@@ -12,7 +12,7 @@ constexpr int kEllipsoidNumbers = 21;  // the members of Ellipsoid in passive.hp
 
 // Numbers that follow from the margins, gaps and bounding spheres of two geoms. limit: if the square of the distance
 // between the centres is greater, MuJoCo looks for no contacts, because the bounding spheres do not touch; if the first
-// geom is a plane, the same holds for the distance from the plane to the other's centre. reach: the distance of the
+// geom is a plane, limit is compared with the distance from the plane to the other's centre. reach: the distance of the
 // centres at which the spheres, with their margin, touch.
 struct PairNumbers {
   double limit, margin, includemargin, reach;

@@ -207,7 +207,7 @@ const std::vector<Stage>& stages() {
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
        "the integrator implicit", "fwdAcceleration Euler RungeKutta", always, never, integration},
-      {"sensors", "all others",
+      {"sensors", "all but those of the next column",
        "rangefinders, frames of cameras; all sensors of a model with user sensors; all sensors of a row whose "
        "constraints are made row by row, if a sensor reads constraints",
        "sensors", has_sensors, sensors, other_sensors},

@@ -22,7 +22,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// Eight lanes are only about a tenth faster than four, and each lane takes the memory of an mjData.
+// Eight lanes are only about a quarter faster than four, and each lane takes the memory of an mjData.
 constexpr int kBestWidth = 4;
 
 // An array of Lanes, and the array of mjData from and to which it is copied.
@@ -443,9 +443,9 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.may_touch = may_touch_.data();
 }
 
-// Returns whether the rows have the shared model's values. must_hold: the lanes must hold the rows' values afterwards.
-// Then this gathers them, unless they are the shared ones and the lanes hold those already. All rows have their own
-// values of the same arrays, so the first row's pointers tell for all.
+// Returns whether the rows have the shared model's values. must_hold: gathers the rows' values, unless they are the
+// shared ones and the lanes hold those already. All rows have their own values of the same arrays, so the first row's
+// pointers tell for all.
 template <typename Own>
 bool LaneStepper::gather_own(Own& own, bool must_hold) {
   const bool are_shared = own.of(*row_models_[0]) == own.of(m_);
