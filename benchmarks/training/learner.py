@@ -8,8 +8,8 @@ Both trainers have the same settings and numbers of steps; for each id and seed 
 a line for each training: the CPU seconds of its process, start-up included, the mean and standard deviation of the
 returns of the deterministic policy over 20 episodes, which begin with the resets of the seeds 100 to 119, and the
 length of the shortest of them. For the learner it also has the CPU seconds and the steps after which the deterministic
-policy first had a mean return of the id's goal over these episodes; it plays them 40 times while it is trained, and the
-CPU seconds do not contain that. The script needs the Python of `tools/setup torch`.
+policy first had a mean return of the id's goal over these episodes. It plays them up to 40 times while it is trained;
+the CPU seconds do not contain that. The script needs the Python of `tools/setup torch`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "python" / "train_cl
 IDS = tuple(path.stem for path in sorted((SCRIPT.parents[1] / "policies").glob("*.txt")))
 TABLE = Path(__file__).with_suffix(".csv")
 EPISODES, SEED = 20, 100
-TRIALS = 40  # how often the policy plays for its goal
+TRIALS = 40  # how often a policy plays at most, to see whether it reaches its goal
 # Returns at which a robot hops, runs or walks well.
 GOALS = {"Hopper-v5": 3000, "HalfCheetah-v5": 5000, "Ant-v5": 4000, "Walker2d-v5": 3000, "Humanoid-v5": 5000}
 
@@ -69,11 +69,20 @@ def measure(id: str, seed: int, trainer: str) -> Result:
         with (Path(folder) / "curve.csv").open() as curve:
             steps = [int(row["steps"]) for row in csv.DictReader(curve)][-1]
         played = mjenv.evaluate(Path(folder) / "policy.txt", EPISODES, seed=SEED)
-    numbers = [float(word) for word in made.stdout.split()] if trainer == "learner" else []
-    goal, played_for = tuple(numbers[:2]), sum(numbers[2:])
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime - played_for
-    lengths = played.lengths
-    return Result(id, seed, trainer, steps, seconds, played.mean_return, played.std_return, int(lengths.min()), *goal)
+    learned = trainer == "learner"
+    goal_seconds, goal_steps, playing = map(float, made.stdout.split()) if learned else (math.nan, math.nan, 0.0)
+    return Result(
+        id,
+        seed,
+        trainer,
+        steps,
+        after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime - playing,
+        played.mean_return,
+        played.std_return,
+        int(played.lengths.min()),
+        goal_seconds,
+        goal_steps,
+    )
 
 
 def train(id: str, seed: int, out: Path) -> None:

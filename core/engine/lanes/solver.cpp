@@ -89,7 +89,6 @@ Solver::Solver(const Code& code, const mjModel& m)
       nv_(m.nv),
       is_dual_(m.opt.solver == mjSOL_PGS),
       is_elliptic_(is_elliptic(m)),
-      is_sparse_(mj_isSparse(&m) != 0),
       removes_slip_(removes_slip(m)),
       places_(is_aligned(m) ? kSharedPlaces : kPlaces),
       memory_(constraints_, code.width, counts(m, static_cast<std::size_t>(places_))),
@@ -110,8 +109,8 @@ Solver::Solver(const Code& code, const mjModel& m)
     c->column_counts = columns_.data();
     c->columns = columns_.data() + places_;
   }
-  constraints_.is_sparse = is_sparse_;
-  if (is_sparse_) make_pattern(m);
+  constraints_.is_sparse = mj_isSparse(&m) != 0;
+  if (constraints_.is_sparse) make_pattern(m);
 }
 
 // The memory for sparse Jacobians. Without constraints, the Hessian has the elements of M.
@@ -140,7 +139,7 @@ void Solver::make_pattern(const mjModel& m) {
 // MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
-  const int needed = 10 * constraints + 24 * nv_ + (is_sparse_ ? 6 : 3) * nv_ * nv_ + 2 * nv_ * constraints;
+  const int needed = 10 * constraints + 24 * nv_ + (constraints_.is_sparse ? 6 : 3) * nv_ * nv_ + 2 * nv_ * constraints;
   return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 

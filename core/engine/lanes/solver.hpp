@@ -60,7 +60,7 @@ class Solver {
   const Code& code_;
   const int nv_;
   const bool is_dual_;  // the solver is PGS
-  const bool is_elliptic_, is_sparse_, removes_slip_;
+  const bool is_elliptic_, removes_slip_;
   const int places_;
   Constraints constraints_{}, numbered_{};  // numbered_: a copy for noslip if constraints_ are aligned
   Memory<Constraints> memory_, numbered_memory_;

@@ -201,8 +201,7 @@ const std::vector<Stage>& stages() {
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints",
        "PGS and noslip with sparse Jacobians, sparse Jacobians of tendons; with elliptic cones, noslip or sparse "
-       "Jacobians "
-       "also rows whose constraints are needed in mjData",
+       "Jacobians also rows whose constraints are needed in mjData",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",

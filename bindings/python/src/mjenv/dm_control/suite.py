@@ -360,7 +360,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
 
     def _check_warnings(self) -> None:
         given = self.mjenv.arrays["warnings"]
-        if given.tobytes().strip(b"\0"):
+        if given.tobytes().strip(b"\0"):  # some are not 0; NumPy's functions take longer to find out
             self.physics.report(given)
 
     def _observation(self, values: NDArray[np.float64]) -> Observation:
