@@ -82,8 +82,10 @@ void Work::begin() {
   forces_lag_ = false;
 }
 
-void Work::load(const double* state) {
+void Work::load(const double* state, bool continues) {
   mjData* d = data_.get();
+  continues_ = continues && can_continue();
+  if (continues_) std::copy_n(d->qpos, layout_.nq, normalized_qpos_.begin());
   clear_stack(*d);  // an exception thrown out of MuJoCo leaves its stack in use
   clear_warnings();
   diverged_early_ = false;
@@ -97,6 +99,12 @@ void Work::load(const double* state) {
     state += count;
   }
   load_rest(state);
+}
+
+// RK4 does not use mj_step2. The parts of a state in StateLayout::more may change in mj_step1, so a step that does not
+// continue changes them a second time, and would give other results.
+bool Work::can_continue() {
+  return keeps_current_ && layout_.more == 0 && stepped().opt.integrator != mjINT_RK4 && !diverged();
 }
 
 void Work::load_rest(const double* rest) {
@@ -115,8 +123,9 @@ void Work::save(double* state) const {
 }
 
 void Work::keep_current() {
-  is_current_ = true;
+  keeps_current_ = true;
   raw_qpos_.resize(layout_.nq);
+  normalized_qpos_.resize(layout_.nq);
 }
 
 void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
@@ -152,7 +161,7 @@ Work::State Work::state() { return {&data_->time, data_->qpos, data_->qvel, data
 std::int64_t Work::contact_count() const { return data_->ncon; }
 
 void Work::forward() {
-  if (is_current_) {
+  if (keeps_current_) {
     keep_raw_qpos();
     mjModel passive = stepped();
     passive.opt.disableflags |= mjDSBL_ACTUATION;
@@ -171,7 +180,12 @@ void Work::act(const Action& action) {
 
 void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before_substep) {
   const auto advance = [&](std::int64_t i) {
-    mj_step(&stepped(), data_.get());
+    if (i == 0 && continues_) {
+      std::copy(normalized_qpos_.begin(), normalized_qpos_.end(), data_->qpos);
+      mj_step2(&stepped(), data_.get());
+    } else {
+      mj_step(&stepped(), data_.get());
+    }
     if (i == 0) drop_repeated_warnings();
   };
   for (std::int64_t i = 0; i < frames - 1; ++i) {
@@ -230,7 +244,7 @@ void Work::clear_warnings() {
 }
 
 void Work::drop_repeated_warnings() {
-  if (!is_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;
+  if (!keeps_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;
   for (const auto kind : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}) data_->warning[kind].number = 0;
 }
 

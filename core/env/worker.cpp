@@ -288,10 +288,12 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work
   } else {
     load_carried(rows, row);
   }
+  const Rows::Head& head = rows.head(row);
+  const bool continues = holds(rows, row) && head.origin == Origin::step && head.written == Written::no && !pushes;
   release();
   view_.show_parameters(rows.parameters(row));
   use(rows, row);
-  work_.load(rows.state(row));
+  work_.load(rows.state(row), continues);
   if (pushes) work_.apply(*pushes);
   work_.act(action);
   pushes_ = pushes;
