@@ -60,7 +60,7 @@ bool Work::has_forces() const {
 void Work::clear() {
   mj_resetData(&model(), data_.get());
   std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
-  forces_lag_ = frames_lag_ = false;
+  forces_lag_ = has_lost_forces_ = frames_lag_ = false;
   is_whole_ = true;
   ++computation_;
 }
@@ -79,7 +79,7 @@ void Work::begin() {
   clear_caches(*m, *d);
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
-  forces_lag_ = false;
+  forces_lag_ = has_lost_forces_ = false;
 }
 
 void Work::load(const double* state, bool continues) {
@@ -130,8 +130,8 @@ void Work::keep_current() {
 
 void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
 
-void Work::compute_current(bool is_whole) {
-  if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from
+void Work::compute_current() {
+  has_lost_forces_ = forces_lag_;  // mj_step1 overwrites what they are computed from
   keep_raw_qpos();
   mjData* d = data_.get();
   std::uint8_t of_step = warnings();
@@ -201,7 +201,10 @@ void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before
 
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
-  note_step();
+  forces_lag_ = true;
+  has_lost_forces_ = false;
+  if (keeps_current_) complete_forces();
+  note_step(true, false, keeps_current_);
 }
 
 void Work::complete() {
@@ -219,7 +222,7 @@ void Work::complete_frames() {
 }
 
 void Work::complete_forces() {
-  if (!forces_lag_) return;
+  if (!forces_lag_ || has_lost_forces_) return;
   mj_rnePostConstraint(&model(), data_.get());
   forces_lag_ = false;
 }

@@ -118,8 +118,12 @@ class Work {
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;
+    has_lost_forces_ = false;
     new_state_warnings_ = only_new_state_warnings_ = 0;
-    if (keeps_current_ && !shows_current) compute_current(is_whole);
+    if (keeps_current_ && !shows_current) {
+      if (is_whole && reads_forces_) complete_forces();
+      compute_current();
+    }
     is_whole_ = is_whole;
     ++computation_;
   }
@@ -131,6 +135,9 @@ class Work {
   void complete();
   void complete_forces();
   void complete_frames();
+  // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read forces
+  // (reads_forces) compute them.
+  bool has_lost_forces() const { return has_lost_forces_; }
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }
   int constraint_count() const;
@@ -159,6 +166,7 @@ class Work {
   StateLayout layout_;
   std::unique_ptr<mjData_, DeleteData> data_;
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
+  bool has_lost_forces_ = false;
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
@@ -169,7 +177,7 @@ class Work {
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
-  void compute_current(bool is_whole);
+  void compute_current();
   bool can_continue();
 };
 
