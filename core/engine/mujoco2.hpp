@@ -26,6 +26,14 @@ void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
+#ifdef MJ_STATIC  // the engine is compiled in
+// mj_ray for a rangefinder, with the same result (cmake/engine/rays.c).
+extern "C" mjtNum mjenv_ray(const mjModel*, const mjData*, const mjtNum* point, const mjtNum* direction,
+                            const mjtByte* groups, mjtByte counts_static, int excluded_body, int* found);
+#else
+constexpr auto mjenv_ray = &mj_ray;
+#endif
+
 using mjtSize = int;
 using mjtBool = mjtByte;
 
