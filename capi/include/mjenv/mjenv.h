@@ -290,9 +290,9 @@ typedef struct mjenv_randomization {
   mjenv_effect effect;
   int32_t shared;    /* 1: one draw for all elements; 0: one draw each */
   int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
-  int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: element i uses that of element i, or
-                        the shared one. For example, an actuator's kp is drawn for gainprm, and used again, with the
-                        factor -1, for biasprm. distribution, parameters and shared are not used */
+  int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that
+                        item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and
+                        used again, with the factor -1, for biasprm. distribution, parameters and shared are not used */
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
