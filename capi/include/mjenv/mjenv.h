@@ -722,8 +722,8 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * value that can be drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
-/* Sets noise, delays and pushes, which act on each row from its next reset on, instead of earlier ones. NULL: none.
- * Errors: VALUE, SIZE (a count). */
+/* Ends the present noise, delays and pushes at once, and sets others, which act on each row from its next reset on.
+ * NULL: none. Errors: VALUE, SIZE (a count). */
 MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----

@@ -1011,8 +1011,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets noise, delays and pushes, which act on each row from its next reset on, instead of earlier ones. NULL: none."]
-    #[doc = " Errors: VALUE, SIZE (a count)."]
+    #[doc = " Ends the present noise, delays and pushes at once, and sets others, which act on each row from its next reset on."]
+    #[doc = " NULL: none. Errors: VALUE, SIZE (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
