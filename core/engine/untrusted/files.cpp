@@ -114,8 +114,8 @@ class Obj {
         ((faces_ == 0 || begins_with_lines_) &&
          ((normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_))))
       refuse(
-          "MuJoCo sees no face in it, so it needs at least 4 vertices, and as many normals and texture coordinates as "
-          "vertices, or none; it has " +
+          "MuJoCo sees no face in it, so it needs at least 4 vertices, with a normal and a texture coordinate for each "
+          "vertex or for none; it has " +
           std::to_string(positions_) + " vertices, " + std::to_string(normals_) + " normals and " +
           std::to_string(texcoords_) + " texture coordinates");
     // If there are normals, every corner of a face must have one; the same holds for texture coordinates.
