@@ -107,13 +107,13 @@ bool has_contacts(const Model& model) {
   const mjModel& m = *model.get();
   if (is_disabled(m, mjDSBL_CONTACT) || is_disabled(m, mjDSBL_CONSTRAINT)) return false;
   const ModelTables tables(model);
-  return !tables.lists_pairs || !tables.pairs.empty();
+  return !tables.knows_pairs || !tables.pairs.empty();
 }
 
 // If lanes have no list of pairs of geoms, MuJoCo searches for them row by row.
 std::string contacts(const Model& model) {
   if (has_adhesion(*model.get())) return "adhesion reads them";
-  return text_if(!ModelTables(model).lists_pairs, "the search for pairs of geoms");
+  return text_if(!ModelTables(model).knows_pairs, "the search for pairs of geoms");
 }
 
 const char* shape(const mjModel& m, int geom) {

@@ -124,7 +124,7 @@ inline Evaluation evaluate(Env &env, const Policy &policy, std::size_t episodes,
 class Learner {
  public:
   /* The environment has settings.values.rows rows and the option "autoreset_mode" same_step. Until the learner is
-   * destroyed, it must not be destroyed or used by others. */
+   * destroyed, the environment must not be destroyed or used by others. */
   Learner(Env &env, const LearnSettings &settings) {
     const mjenv_learn_settings raw = settings.raw();
     mjenv_learner *made = nullptr;

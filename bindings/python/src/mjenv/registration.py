@@ -134,7 +134,7 @@ def spec_asked(id: str | EnvSpec, engine: str | None) -> EnvSpec:
 def _own(id: Any) -> str:
     """The library's name of an id: "Ant-v5" for Gymnasium's "mjenv/Ant-v5"."""
     if not isinstance(id, str):
-        hint = "; make builds environments itself" if hasattr(id, "step") else ""
+        hint = "; this is an environment, and make needs its id" if hasattr(id, "step") else ""
         raise OptionError(f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE)
     return id.removeprefix(f"{NAMESPACE}/")
 
