@@ -9,7 +9,7 @@ set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, 
 glibc's, compiled in (LGPL-2.1-or-later), for the same bits on every CPU and system")
 set_property(CACHE MJENV_MATH PROPERTY STRINGS system portable)
 set(MJENV_MATH_SOURCES "" CACHE PATH "Folder with the folder glibc; empty: tools/engine-sources fetches it")
-# mjenv_use_math(TARGET): its calls, too, go to mjenv_math if there is one.
+# mjenv_use_math(TARGET): makes the target call mjenv_math's functions, if there is mjenv_math.
 function(mjenv_use_math target)
   if(TARGET mjenv_math)
     # gcc would combine a sin and a cos into one call of the C library's sincos.
@@ -117,7 +117,7 @@ mjenv_fused(s_expm1 "expm1(double x)")
 mjenv_fused(s_log1p "log1p(double x)")
 mjenv_fused(e_pow "pow(double x, double y)")
 
-# glibc compiles these without FMA, and tables.
+# branred, which glibc compiles without FMA, and tables.
 foreach(name branred sincostab e_exp_data e_log_data e_pow_log_data)
   list(APPEND math_files ${math_glibc}/${name}.c)
 endforeach()

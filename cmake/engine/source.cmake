@@ -47,7 +47,7 @@ target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
 else()
-  # MuJoCo's code for AVX, whose sums the official library has, for all CPUs.
+  # All CPUs use MuJoCo's code for AVX, because the official library adds in its order.
   set(avx ${CMAKE_CURRENT_LIST_DIR}/avx.h)
   set(sums ${sources}/mujoco/src/engine/engine_util_blas.c ${sources}/mujoco/src/engine/engine_util_sparse.c)
   set_property(SOURCE ${sums} APPEND PROPERTY COMPILE_DEFINITIONS mjUSEAVX)

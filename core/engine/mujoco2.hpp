@@ -1,4 +1,4 @@
-// Adapts MuJoCo 2.2.2 to the names that mujoco.hpp lists.
+// Defines, for MuJoCo 2.2.2, the names by which the core uses every version (mujoco.hpp).
 #pragma once
 
 #include <mujoco/mjxmacro.h>

@@ -331,10 +331,10 @@ struct Constraints {
   // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
   double *Mgrad, *Mgraddif;
 
-  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has. starts: for each
-  // place, the lanes, as bits, in which these constraints begin there, by their number: 1 constraint that PGS updates
-  // alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4 or 6 constraints of a contact
-  // with an elliptic cone.
+  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has.
+  // starts[place].blocks[n]: the lanes, as bits, in which a group of n constraints begins at this place. A group is 1
+  // constraint that PGS updates alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4
+  // or 6 constraints of a contact with an elliptic cone.
   static constexpr int kMostNumbered = 64;
   bool is_numbered;
   struct Starts {

@@ -120,7 +120,7 @@ class LaneArrays {
   int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
-// The lists are in the order of mj_forward. shown_ lists what mjenv_sim shows to callbacks.
+// shown_ lists what mjenv_sim shows to callbacks.
 LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;
