@@ -40,6 +40,8 @@ class Worker {
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
   // Makes the work space hold the row's derived arrays, by computing them again if necessary.
   void hold(Rows& rows, std::int64_t row);
+  // Does the same, and makes sure that Work::complete can compute the forces.
+  void hold_forces(Rows& rows, std::int64_t row);
   // Records that the work space holds no row.
   void release() { resident_ = kNone; }
   // Call this when the row was changed without this worker: the work space no longer agrees with the row.
