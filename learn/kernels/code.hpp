@@ -26,12 +26,18 @@ inline V load(const float* from) { return *reinterpret_cast<const Unaligned*>(fr
 inline void store(float* to, V x) { *reinterpret_cast<Unaligned*>(to) = x; }
 inline V splat(float x) { return x - V{}; }
 
-// Copies of a number in memory. They are copied as integers, which leaves the units that add and multiply free.
+// Copies of a number in memory.
+#if MJENV_LEARN_WIDTH == 16
+// Made by the instruction for integers, because on AMD's CPUs the one for floats, which compilers choose, takes time of
+// the units that add and multiply.
 inline V spread(const float* from) {
-  std::int32_t bits;
-  std::memcpy(&bits, from, sizeof bits);
-  return reinterpret_cast<V>(bits - I{});
+  V copies;
+  __asm__("vpbroadcastd %1, %0" : "=v"(copies) : "m"(*from));
+  return copies;
 }
+#else
+inline V spread(const float* from) { return splat(*from); }
+#endif
 
 // min(x, y) is x < y ? x : y, and max(x, y) is x > y ? x : y, also for NaN and -0, as the instructions of x86 have it.
 #if defined(__aarch64__)
