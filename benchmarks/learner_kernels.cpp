@@ -48,10 +48,12 @@ void compare_sizes(int inputs, int outputs) {
         {kernels->name,
          [&, kernels] { kernels->product(x.data(), inputs, kRows, inputs, w.data(), outputs, bias.data(), y.data()); },
          {}});
-    gradients.push_back(
-        {kernels->name,
-         [&, kernels] { kernels->gradient(x.data(), inputs, kRows, inputs, y.data(), outputs, g.data(), h.data()); },
-         {}});
+    gradients.push_back({kernels->name,
+                         [&, kernels] {
+                           kernels->gradient(x.data(), inputs, kRows, inputs, y.data(), outputs, true, g.data());
+                           kernels->sum_rows(y.data(), kRows, outputs, true, h.data());
+                         },
+                         {}});
   }
   products.push_back({"Eigen", [&] { y.noalias() = (x * w).rowwise() + bias; }, {}});
   gradients.push_back({"Eigen",

@@ -10,13 +10,6 @@ namespace {
 constexpr int kChunk = 64;    // steps that are evaluated together: their activations stay in the cache
 constexpr int kMaxParts = 8;  // the most parts into which a minibatch is divided
 
-std::size_t transposed_size(const Network& network) {
-  std::size_t size = 0;
-  for (std::size_t l = 1; l < network.layers().size(); ++l)
-    size += static_cast<std::size_t>(network.layers()[l].padded_inputs) * network.layers()[l].padded_outputs;
-  return size;
-}
-
 }  // namespace
 
 Minibatch::Minibatch(const std::int32_t* first, int number, const Rollout& rollout, bool normalize)
@@ -51,8 +44,8 @@ Loss::Loss(const Agent& agent, const Kernels& kernels, core::Pool& pool)
     : agent_(agent),
       kernels_(kernels),
       pool_(pool),
-      actor_transposed_(transposed_size(agent.actor)),
-      critic_transposed_(transposed_size(agent.critic)),
+      actor_transposed_(agent.actor.transposed_size()),
+      critic_transposed_(agent.critic.transposed_size()),
       deviations_(agent) {
   for (int i = 0; i < kMaxParts; ++i) parts_.push_back(std::make_unique<Part>(agent));
 }
@@ -64,52 +57,57 @@ LossTerms Loss::differentiate(const std::vector<float>& parameters, const Rollou
   agent_.critic.transpose(&parameters[agent_.critic_at], critic_transposed_);
   deviations_.update(kernels_, parameters);
   const Task task{parameters.data(), rollout, batch, settings};
-  const auto work = [&](int worker) {
-    for (int part = worker; part < parts; part += threads) add_part(task, part, parts);
+  Part& first = *parts_[0];
+  const auto add = [&](const Part& part) {
+    kernels_.add(part.gradient.data(), first.gradient.data(), first.gradient.size());
+    first.terms.add(part.terms);
   };
-  if (threads == 1)
-    work(0);
-  else
-    pool_.run(work);
-  LossTerms terms = parts_[0]->terms;
-  std::vector<float>& gradient = parts_[0]->gradient;
-  for (int i = 1; i < parts; ++i) {
-    const Part& part = *parts_[static_cast<std::size_t>(i)];
-    kernels_.add(part.gradient.data(), gradient.data(), gradient.size());
-    terms.add(part.terms);
+  if (threads == 1) {  // the memory of two parts stays in the cache
+    differentiate_part(task, 0, parts, first);
+    for (int i = 1; i < parts; ++i) {
+      differentiate_part(task, i, parts, *parts_[1]);
+      add(*parts_[1]);
+    }
+  } else {
+    pool_.run([&](int worker) {
+      for (int i = worker; i < parts; i += threads)
+        differentiate_part(task, i, parts, *parts_[static_cast<std::size_t>(i)]);
+    });
+    for (int i = 1; i < parts; ++i) add(*parts_[static_cast<std::size_t>(i)]);
   }
   // The derivative of a normal distribution's entropy with respect to the logarithm of its standard deviation is 1.
   for (std::size_t j = 0; j < agent_.actuators; ++j)
-    gradient[agent_.log_std_at + j] -= static_cast<float>(settings.entropy_coef);
-  return terms;
+    first.gradient[agent_.log_std_at + j] -= static_cast<float>(settings.entropy_coef);
+  return first.terms;
 }
 
-// Adds the gradient of one part of the minibatch. A part consists of consecutive whole chunks.
-void Loss::add_part(const Task& task, int index, int parts) {
-  Part& part = *parts_[static_cast<std::size_t>(index)];
-  std::fill(part.gradient.begin(), part.gradient.end(), 0.0F);
-  part.terms = {};
+// Computes the gradient of one part of the minibatch. A part consists of consecutive whole chunks.
+void Loss::differentiate_part(const Task& task, int index, int parts, Part& part) {
   const int count = task.batch.count, chunks = padded(count, kChunk) / kChunk;
-  for (int chunk = index * chunks / parts; chunk < (index + 1) * chunks / parts; ++chunk)
-    add_chunk(task, chunk * kChunk, std::min(kChunk, count - chunk * kChunk), part);
+  const int first = index * chunks / parts, end = (index + 1) * chunks / parts;
+  part.terms = {};
+  std::fill_n(&part.gradient[agent_.log_std_at], agent_.actuators, 0.0F);
+  for (int chunk = first; chunk < end; ++chunk)
+    add_chunk(task, chunk * kChunk, std::min(kChunk, count - chunk * kChunk), chunk > first, part);
 }
 
-void Loss::add_chunk(const Task& task, int from, int count, Part& part) {
+// Adds the gradient of a chunk to that of its part, or writes it there if it is the first chunk.
+void Loss::add_chunk(const Task& task, int from, int count, bool adds, Part& part) {
   const std::size_t stride = agent_.stride();
   const int rows = padded(count, kRowBlock);
   const std::int32_t* steps = task.batch.steps + from;
   for (int i = 0; i < count; ++i)
     std::memcpy(&part.inputs[static_cast<std::size_t>(i) * stride],
                 &task.rollout.inputs[static_cast<std::size_t>(steps[i]) * stride], stride * sizeof(float));
-  const float* x = part.inputs.data();
+  const float *x = part.inputs.data(), *critic = task.parameters + agent_.critic_at;
   const float* mean = part.actor.forward(kernels_, task.parameters, x, rows);
-  const float* value = part.critic.forward(kernels_, task.parameters + agent_.critic_at, x, rows);
+  const float* value = part.critic.forward(kernels_, critic, x, rows);
   std::fill_n(part.actor.output_gradient(), rows * agent_.actor.output_stride(), 0.0F);
   std::fill_n(part.critic.output_gradient(), rows * agent_.critic.output_stride(), 0.0F);
   add_policy_gradient(task, steps, count, mean, part);
   add_value_gradient(task, steps, count, value, part);
-  part.actor.backward(kernels_, actor_transposed_.data(), x, rows, part.gradient.data());
-  part.critic.backward(kernels_, critic_transposed_.data(), x, rows, &part.gradient[agent_.critic_at]);
+  part.actor.backward(kernels_, task.parameters, actor_transposed_.data(), x, rows, adds, part.gradient.data());
+  part.critic.backward(kernels_, critic, critic_transposed_.data(), x, rows, adds, &part.gradient[agent_.critic_at]);
 }
 
 // The objective is min(ratio * advantage, bounded * advantage). ratio is the probability of the action under the

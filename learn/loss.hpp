@@ -70,8 +70,8 @@ class Loss {
   std::vector<float> actor_transposed_, critic_transposed_;
   Deviations deviations_;
 
-  void add_part(const Task& task, int index, int parts);
-  void add_chunk(const Task& task, int from, int count, Part& part);
+  void differentiate_part(const Task& task, int index, int parts, Part& part);
+  void add_chunk(const Task& task, int from, int count, bool adds, Part& part);
   void add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part);
   void add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part);
 };

@@ -27,7 +27,7 @@ void scale_to_unit(std::vector<double>& v) {
 
 // Sets the weights so that their rows, or their columns if there are fewer of them, are orthogonal vectors of length
 // `gain`.
-void fill_orthogonal(float* weights, const Layer& layer, double gain, Random& random) {
+void fill_orthogonal(float* parameters, const Layer& layer, double gain, Random& random) {
   const bool by_inputs = layer.inputs < layer.outputs;
   const int count = by_inputs ? layer.inputs : layer.outputs, length = by_inputs ? layer.outputs : layer.inputs;
   std::vector<std::vector<double>> basis;
@@ -37,7 +37,7 @@ void fill_orthogonal(float* weights, const Layer& layer, double gain, Random& ra
     make_orthogonal(v, basis);
     scale_to_unit(v);
     for (int j = 0; j < length; ++j)
-      weights[by_inputs ? i * layer.padded_outputs + j : j * layer.padded_outputs + i] =
+      parameters[by_inputs ? layer.weight(i, j) : layer.weight(j, i)] =
           static_cast<float>(gain * v[static_cast<std::size_t>(j)]);
     basis.push_back(std::move(v));
   }
@@ -48,35 +48,43 @@ void fill_orthogonal(float* weights, const Layer& layer, double gain, Random& ra
 Network::Network(int inputs, const std::vector<int>& hidden, int outputs, mjenv_activation activation,
                  std::vector<std::uint8_t> seen)
     : activation_(activation), seen_(std::move(seen)) {
-  int before = inputs, padded_before = padded(inputs, kInputBlock);
-  const auto add = [&](int width) {
-    const int stride = padded(width, kLaneBlock);
-    const std::size_t weights = size_, bias = weights + static_cast<std::size_t>(padded_before) * stride;
-    layers_.push_back({before, width, padded_before, stride, weights, bias});
+  int before = inputs, padded_before = padded(inputs, hidden.empty() ? kLaneBlock : kInputBlock);
+  const auto add = [&](int width, bool last) {
+    const int stride = padded(width, kLaneBlock), stored = last ? padded(width, kInputBlock) : stride;
+    const std::size_t weights = size_, bias = weights + static_cast<std::size_t>(padded_before) * stored;
+    layers_.push_back({before, width, padded_before, stride, weights, bias, last});
     size_ = bias + stride;
     before = width;
     padded_before = stride;
   };
-  for (const int width : hidden) add(width);
-  add(outputs);
+  for (const int width : hidden) add(width, false);
+  add(outputs, true);
 }
 
 void Network::initialize(float* parameters, double gain, Random& random) const {
   std::fill(parameters, parameters + size_, 0.0F);
-  for (const Layer& layer : layers_)
-    fill_orthogonal(parameters + layer.weights, layer, &layer == &layers_.back() ? gain : std::sqrt(2.0), random);
-  clear_unseen(parameters + layers_.front().weights);
+  for (const Layer& layer : layers_) fill_orthogonal(parameters, layer, layer.last ? gain : std::sqrt(2.0), random);
+  clear_unseen(parameters);
 }
 
-void Network::clear_unseen(float* first_weights) const {
+// Sets the weights of inputs that have no effect, or their derivatives, to 0.
+void Network::clear_unseen(float* parameters) const {
   const Layer& first = layers_.front();
   for (int i = 0; i < first.inputs; ++i)
-    if (!sees(i)) std::fill_n(first_weights + i * first.padded_outputs, first.padded_outputs, 0.0F);
+    if (!sees(i))
+      for (int o = 0; o < first.outputs; ++o) parameters[first.weight(i, o)] = 0;
+}
+
+std::size_t Network::transposed_size() const {
+  std::size_t size = 0;
+  for (std::size_t l = 1; l + 1 < layers_.size(); ++l)
+    size += static_cast<std::size_t>(layers_[l].padded_inputs) * layers_[l].padded_outputs;
+  return size;
 }
 
 void Network::transpose(const float* parameters, std::vector<float>& transposed) const {
   std::size_t at = 0;
-  for (std::size_t l = 1; l < layers_.size(); ++l) {
+  for (std::size_t l = 1; l + 1 < layers_.size(); ++l) {
     const Layer& layer = layers_[l];
     const float* from = parameters + layer.weights;
     for (int o = 0; o < layer.padded_outputs; ++o)
@@ -93,41 +101,44 @@ Network::Pass::Pass(const Network& network, int rows) : network_(network) {
 }
 
 const float* Network::Pass::forward(const Kernels& kernels, const float* parameters, const float* x, int rows) {
-  int stride = network_.input_stride();
   for (std::size_t l = 0; l < outputs_.size(); ++l) {
     const Layer& layer = network_.layers_[l];
+    const float *weights = parameters + layer.weights, *bias = parameters + layer.bias;
     float* y = outputs_[l].data();
-    kernels.product(x, stride, rows, layer.padded_inputs, parameters + layer.weights, layer.padded_outputs,
-                    parameters + layer.bias, y);
-    stride = layer.padded_outputs;
-    if (l + 1 < outputs_.size()) kernels.activate(network_.activation_, y, static_cast<std::size_t>(rows) * stride);
+    if (layer.last) {
+      kernels.dots(x, rows, layer.padded_inputs, weights, layer.outputs, bias, layer.padded_outputs, y);
+    } else {
+      kernels.product(x, layer.padded_inputs, rows, layer.padded_inputs, weights, layer.padded_outputs, bias, y);
+      kernels.activate(network_.activation_, y, static_cast<std::size_t>(rows) * layer.padded_outputs);
+    }
     x = y;
   }
   return x;
 }
 
-void Network::Pass::backward(const Kernels& kernels, const float* transposed, const float* x, int rows,
-                             float* gradient) {
+// Padding outputs are left out where their gradients, which are 0, would be multiplied by weights.
+void Network::Pass::backward(const Kernels& kernels, const float* parameters, const float* transposed, const float* x,
+                             int rows, bool adds, float* gradient) {
   const auto& layers = network_.layers_;
-  std::size_t at = 0;  // where the layer's transposed weights begin
-  for (std::size_t l = 1; l < layers.size(); ++l)
-    at += static_cast<std::size_t>(layers[l].padded_inputs) * layers[l].padded_outputs;
-  for (std::size_t l = layers.size() - 1; l > 0; --l) {
+  const float* weights = parameters + layers.back().weights;  // of the present layer, [outputs][inputs]
+  transposed += network_.transposed_size();
+  for (std::size_t l = layers.size(); l-- > 0;) {
     const Layer& layer = layers[l];
-    const float *before = outputs_[l - 1].data(), *output_gradient = output_gradients_[l].data();
-    kernels.gradient(before, layer.padded_inputs, rows, layer.padded_inputs, output_gradient, layer.padded_outputs,
-                     gradient + layer.weights, gradient + layer.bias);
-    at -= static_cast<std::size_t>(layer.padded_inputs) * layer.padded_outputs;
-    // Padding outputs are left out, because their gradients are 0.
-    kernels.product(output_gradient, layer.padded_outputs, rows, layer.outputs, transposed + at, layer.padded_inputs,
-                    nullptr, output_gradients_[l - 1].data());
-    kernels.derive(network_.activation_, before, output_gradients_[l - 1].data(),
-                   static_cast<std::size_t>(rows) * layer.padded_inputs);
+    const int inputs = layer.padded_inputs, outputs = layer.padded_outputs;
+    const float *before = l == 0 ? x : outputs_[l - 1].data(), *output_gradient = output_gradients_[l].data();
+    float* to = gradient + layer.weights;
+    if (layer.last)
+      kernels.gradient(output_gradient, outputs, rows, padded(layer.outputs, kInputBlock), before, inputs, adds, to);
+    else
+      kernels.gradient(before, inputs, rows, inputs, output_gradient, outputs, adds, to);
+    kernels.sum_rows(output_gradient, rows, outputs, adds, gradient + layer.bias);
+    if (l == 0) break;
+    if (!layer.last) weights = transposed -= static_cast<std::size_t>(inputs) * outputs;
+    float* input_gradient = output_gradients_[l - 1].data();
+    kernels.product(output_gradient, outputs, rows, layer.outputs, weights, inputs, nullptr, input_gradient);
+    kernels.derive(network_.activation_, before, input_gradient, static_cast<std::size_t>(rows) * inputs);
   }
-  const Layer& first = layers.front();
-  kernels.gradient(x, first.padded_inputs, rows, first.padded_inputs, output_gradients_.front().data(),
-                   first.padded_outputs, gradient + first.weights, gradient + first.bias);
-  if (!network_.seen_.empty()) network_.clear_unseen(gradient + first.weights);
+  if (!network_.seen_.empty()) network_.clear_unseen(gradient);
 }
 
 }  // namespace mjenv::learn

@@ -11,11 +11,17 @@
 namespace mjenv::learn {
 
 // Where a layer's parameters lie: weights [inputs][outputs], then bias [outputs], both padded with zeros, which stay
-// zero.
+// zero. The weights of the last layer, which has few outputs, are [outputs][inputs].
 struct Layer {
   int inputs, outputs;                // as the caller counts them
   int padded_inputs, padded_outputs;  // as they are stored
   std::size_t weights, bias;          // the offsets of the first elements
+  bool last;
+
+  // The offset of a weight.
+  std::size_t weight(int input, int output) const {
+    return weights + static_cast<std::size_t>(last ? output * padded_inputs + input : input * padded_outputs + output);
+  }
 };
 
 class Network {
@@ -45,17 +51,19 @@ class Network {
     // backward(), those of padding outputs to 0.
     float* output_gradient() { return output_gradients_.back().data(); }
 
-    // Adds the derivatives with respect to the parameters to `gradient`. Call forward() with the same x and rows
-    // before. transposed: the weights that transpose() wrote.
-    void backward(const Kernels& kernels, const float* transposed, const float* x, int rows, float* gradient);
+    // Writes the derivatives with respect to the parameters to `gradient`, or adds them if `adds`. Call forward() with
+    // the same x and rows before. transposed: the weights that transpose() wrote.
+    void backward(const Kernels& kernels, const float* parameters, const float* transposed, const float* x, int rows,
+                  bool adds, float* gradient);
 
    private:
     const Network& network_;
     std::vector<std::vector<float>> outputs_, output_gradients_;  // of each layer
   };
 
-  // Writes the transposed weights of all layers except the first. backward() needs them.
+  // Writes the transposed weights of the hidden layers after the first. backward() needs them.
   void transpose(const float* parameters, std::vector<float>& transposed) const;
+  std::size_t transposed_size() const;
 
  private:
   std::vector<Layer> layers_;
@@ -63,7 +71,7 @@ class Network {
   std::vector<std::uint8_t> seen_;
   std::size_t size_ = 0;
 
-  void clear_unseen(float* first_weights) const;
+  void clear_unseen(float* parameters) const;
 };
 
 }  // namespace mjenv::learn

@@ -56,7 +56,7 @@ std::string policy_text(const Settings& settings, const Spaces& spaces, const Ne
     const bool last = &layer == &actor.layers().back(), scale_outputs = last && settings->scale_actions != 0;
     text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(layer.inputs) + ' ' +
             (last ? "identity" : name_of(settings->activation)) + "\nbias";
-    const float *weights = parameters + layer.weights, *bias = parameters + layer.bias;
+    const float* bias = parameters + layer.bias;
     const auto append = [&](int output, float value, double offset) {
       const auto j = static_cast<std::size_t>(output);
       text += ' ';
@@ -69,7 +69,7 @@ std::string policy_text(const Settings& settings, const Spaces& spaces, const Ne
     text += '\n';
     for (int o = 0; o < layer.outputs; ++o) {
       text += "weights";
-      for (int i = 0; i < layer.inputs; ++i) append(o, weights[i * layer.padded_outputs + o], 0.0);
+      for (int i = 0; i < layer.inputs; ++i) append(o, parameters[layer.weight(i, o)], 0.0);
       text += '\n';
     }
   }
@@ -169,7 +169,7 @@ class Policy::Parser {
   }
 
   void begin_layer() {
-    if (!policy_.layers_.empty()) finish_layer("line " + std::to_string(number_) + " comes too early");
+    if (!policy_.layers_.empty()) finish_layer(false, "line " + std::to_string(number_) + " comes too early");
     PolicyLayer made{};
     made.outputs = width();
     made.inputs = width();
@@ -200,27 +200,28 @@ class Policy::Parser {
     ++rows_;
   }
 
-  // why: what is wrong with the present line if the layer is not complete.
-  void finish_layer(const std::string& why) {
+  // why: what is wrong with the text if the layer is not complete.
+  void finish_layer(bool is_last, const std::string& why) {
     PolicyLayer& done = layer();
     if (rows_ != done.outputs || done.bias.empty())
       fail_whole(why + ": layer " + std::to_string(policy_.layers_.size()) + " has " + std::to_string(rows_) + " of " +
                  std::to_string(done.outputs) + " lines \"weights\"" + (done.bias.empty() ? " and no bias" : ""));
-    // Copies the weights to float32, padded as the kernels need them.
+    // Copies the weights to float32, padded and in the order that the kernels need.
     const auto inputs = static_cast<std::size_t>(done.inputs), outputs = static_cast<std::size_t>(done.outputs);
     const auto stride = static_cast<std::size_t>(done.padded_outputs);
-    done.weights32.resize(inputs * stride);
+    const auto row = static_cast<std::size_t>(done.padded_inputs());
+    done.weights32.resize(is_last ? outputs * row : row * stride);
     done.bias32.resize(stride);
     for (std::size_t o = 0; o < outputs; ++o) {
       done.bias32[o] = static_cast<float>(done.bias[o]);
       for (std::size_t i = 0; i < inputs; ++i)
-        done.weights32[i * stride + o] = static_cast<float>(done.weights[i * outputs + o]);
+        done.weights32[is_last ? o * row + i : i * stride + o] = static_cast<float>(done.weights[i * outputs + o]);
     }
   }
 
   void finish() {
     if (policy_.layers_.empty()) fail_whole("it has no layer");
-    finish_layer("it ends too early");
+    finish_layer(true, "it ends too early");
     if (clip_.size() != 1 || !(clip_[0] > 0)) fail_whole("clip is missing, or not one number greater than 0");
     policy_.clip_ = clip_[0];
     int before = static_cast<int>(policy_.mean_.size());
@@ -288,20 +289,24 @@ void Policy::act64(std::size_t rows, const double* obs, float* actions) const {
   }
 }
 
+// Computes the actions as a learner computes their means.
 void Policy::act32(std::size_t rows, const double* obs, float* actions) const {
   const Kernels& kernels = chosen_kernels(MJENV_INSTRUCTIONS_AUTO);
   const int count = padded(static_cast<int>(rows), kRowBlock);
-  int stride = static_cast<int>(observations());
-  std::vector<float> values(static_cast<std::size_t>(count) * observations()), next;
+  int stride = padded(static_cast<int>(observations()), kLaneBlock);
+  std::vector<float> values(static_cast<std::size_t>(count) * stride), next;
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t j = 0; j < observations(); ++j) {
       const double x = (obs[i * observations() + j] - mean_[j]) * (1 / scale_[j]);
-      values[i * observations() + j] = static_cast<float>(std::min(clip_, std::max(-clip_, x)));
+      values[i * static_cast<std::size_t>(stride) + j] = static_cast<float>(std::min(clip_, std::max(-clip_, x)));
     }
   for (const PolicyLayer& layer : layers_) {
+    const float *weights = layer.weights32.data(), *bias = layer.bias32.data();
     next.resize(static_cast<std::size_t>(count) * layer.padded_outputs);
-    kernels.product(values.data(), stride, count, layer.inputs, layer.weights32.data(), layer.padded_outputs,
-                    layer.bias32.data(), next.data());
+    if (&layer == &layers_.back())
+      kernels.dots(values.data(), count, stride, weights, layer.outputs, bias, layer.padded_outputs, next.data());
+    else
+      kernels.product(values.data(), stride, count, stride, weights, layer.padded_outputs, bias, next.data());
     stride = layer.padded_outputs;
     if (layer.activation != Activation::kIdentity)
       kernels.activate(static_cast<mjenv_activation>(layer.activation), next.data(), next.size());

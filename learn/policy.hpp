@@ -43,8 +43,11 @@ class Policy {
   struct PolicyLayer {
     Activation activation;
     int inputs, outputs, padded_outputs;
-    std::vector<double> weights, bias;     // [inputs][outputs]
-    std::vector<float> weights32, bias32;  // [inputs][padded_outputs]
+    std::vector<double> weights, bias;  // [inputs][outputs]
+    // [padded_inputs][padded_outputs], those of the last layer [outputs][padded_inputs]
+    std::vector<float> weights32, bias32;
+
+    int padded_inputs() const { return padded(inputs, kLaneBlock); }
   };
 
   std::string id_;

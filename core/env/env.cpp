@@ -68,9 +68,10 @@ void declare_env_options(Options& options) {
                   "process may use",
                   InIdentity::no);
   options.integer(
-      "lanes", -1, -1, static_cast<std::int64_t>(Team::kMaxSize),
+      "lanes", -1, -2, static_cast<std::int64_t>(Team::kMaxSize),
       "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
-      "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, as many as are fast here",
+      "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, as many as are fast here; "
+      "-2: likewise, but as many as the CPU has, which is faster still and takes more memory",
       InIdentity::no);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", InIdentity::no);
   options.text("arrays", "",

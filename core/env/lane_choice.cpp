@@ -23,9 +23,9 @@ std::string obstacle_of(const Task& task) {
   return obstacle.empty() ? "" : "lanes cannot compute this model: " + obstacle;
 }
 
-LaneChoice best(const Task& task, std::int64_t rows, int threads) {
+LaneChoice best(const Task& task, std::int64_t rows, int threads, int most) {
   if (std::string obstacle = obstacle_of(task); !obstacle.empty()) return {0, std::move(obstacle)};
-  const int width = lanes::best_width(*task.model, rows / threads);
+  const int width = lanes::best_width(*task.model, rows / threads, most);
   if (width > 0) return {width, ""};
   if (rows == 1) return {0, "the environment has only one row"};
   return {0, "the environment has only " + counted(rows, "row") + " for " + counted(threads, "thread")};
@@ -35,10 +35,10 @@ LaneChoice best(const Task& task, std::int64_t rows, int threads) {
 
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads) {
   const std::int64_t option = options.get("lanes").integer;
-  const bool is_explicit = option != -1;
+  const bool is_explicit = option >= 0;
   const std::string source = is_explicit ? "option \"lanes\"" : std::string("environment variable ") + kVariable;
   const std::string chosen = is_explicit ? std::to_string(option) : platform::environment(kVariable).value_or("");
-  if (chosen.empty()) return best(task, rows, threads);
+  if (chosen.empty()) return best(task, rows, threads, option == -1 ? lanes::kThriftyWidth : lanes::kWidths.back());
   if (chosen == "0") return {0, "the " + source + " is 0"};
   const auto refuse = [&](const std::string& why) { fail(MJENV_E_VALUE, source + " is " + chosen + ", but " + why); };
   const auto find = [&](const std::vector<int>& widths) {

@@ -9,6 +9,7 @@
 #endif
 
 #include <cstdint>
+#include <cstring>
 
 #include "kernels/kernels.hpp"
 
@@ -25,36 +26,60 @@ inline V load(const float* from) { return *reinterpret_cast<const Unaligned*>(fr
 inline void store(float* to, V x) { *reinterpret_cast<Unaligned*>(to) = x; }
 inline V splat(float x) { return x - V{}; }
 
-#if defined(__aarch64__)
-inline V sqrt(V x) { return vsqrtq_f32(x); }
-#elif MJENV_LEARN_WIDTH == 4
-inline V sqrt(V x) { return _mm_sqrt_ps(x); }
-#elif MJENV_LEARN_WIDTH == 8
-inline V sqrt(V x) { return _mm256_sqrt_ps(x); }
+// Copies of a number in memory.
+#if MJENV_LEARN_WIDTH == 16
+// Made by the instruction for integers, because on AMD's CPUs the one for floats, which compilers choose, takes time of
+// the units that add and multiply.
+inline V spread(const float* from) {
+  V copies;
+  __asm__("vpbroadcastd %1, %0" : "=v"(copies) : "m"(*from));
+  return copies;
+}
 #else
-inline V sqrt(V x) { return _mm512_maskz_sqrt_ps(0xffff, x); }  // gcc 12 warns of _mm512_sqrt_ps
+inline V spread(const float* from) { return splat(*from); }
 #endif
 
+// min(x, y) is x < y ? x : y, and max(x, y) is x > y ? x : y, also for NaN and -0, as the instructions of x86 have it.
+#if defined(__aarch64__)
+inline V sqrt(V x) { return vsqrtq_f32(x); }
 inline V min(V x, V y) { return x < y ? x : y; }
 inline V max(V x, V y) { return x > y ? x : y; }
+#elif MJENV_LEARN_WIDTH == 4
+inline V sqrt(V x) { return _mm_sqrt_ps(x); }
+inline V min(V x, V y) { return _mm_min_ps(x, y); }
+inline V max(V x, V y) { return _mm_max_ps(x, y); }
+#elif MJENV_LEARN_WIDTH == 8
+inline V sqrt(V x) { return _mm256_sqrt_ps(x); }
+inline V min(V x, V y) { return _mm256_min_ps(x, y); }
+inline V max(V x, V y) { return _mm256_max_ps(x, y); }
+#else  // gcc 12 warns of the functions without a mask
+inline V sqrt(V x) { return _mm512_maskz_sqrt_ps(0xffff, x); }
+inline V min(V x, V y) { return _mm512_maskz_min_ps(0xffff, x, y); }
+inline V max(V x, V y) { return _mm512_maskz_max_ps(0xffff, x, y); }
+#endif
+
+// Calls body(0) to body(kCount - 1), where the index is a constant: arrays of vectors then stay in registers.
+template <int kCount, typename Body>
+inline void repeat(const Body& body) {
+#pragma GCC unroll 16
+  for (int i = 0; i < kCount; ++i) body(i);
+}
 
 // Computes one tile of `product`: kRows rows of kVectors vectors of outputs. Their sums stay in registers.
 template <int kRows, int kVectors>
 inline void product_tile(const float* x, int stride, int inputs, const float* w, int outputs, const float* bias,
                          float* y) {
   V sum[kRows][kVectors];
-  for (int r = 0; r < kRows; ++r)
-    for (int v = 0; v < kVectors; ++v) sum[r][v] = bias ? load(bias + kWidth * v) : V{};
+  repeat<kRows>([&](int r) { repeat<kVectors>([&](int v) { sum[r][v] = bias ? load(bias + kWidth * v) : V{}; }); });
   for (int a = 0; a < inputs; ++a) {
     V row[kVectors];
-    for (int v = 0; v < kVectors; ++v) row[v] = load(w + a * outputs + kWidth * v);
-    for (int r = 0; r < kRows; ++r) {
-      const V factor = splat(x[r * stride + a]);
-      for (int v = 0; v < kVectors; ++v) sum[r][v] += factor * row[v];
-    }
+    repeat<kVectors>([&](int v) { row[v] = load(w + a * outputs + kWidth * v); });
+    repeat<kRows>([&](int r) {
+      const V factor = spread(x + r * stride + a);
+      repeat<kVectors>([&](int v) { sum[r][v] += factor * row[v]; });
+    });
   }
-  for (int r = 0; r < kRows; ++r)
-    for (int v = 0; v < kVectors; ++v) store(y + r * outputs + kWidth * v, sum[r][v]);
+  repeat<kRows>([&](int r) { repeat<kVectors>([&](int v) { store(y + r * outputs + kWidth * v, sum[r][v]); }); });
 }
 
 // Computes whole tiles from `column` on, as many as fit. Returns the first column that is left.
@@ -81,39 +106,84 @@ void product(const float* x, int stride, int rows, int inputs, const float* w, i
 }
 
 template <int kInputs, int kVectors>
-inline void gradient_tile(const float* x, int stride, int rows, const float* d, int outputs, float* g) {
-  V sum[kInputs][kVectors] = {};
+inline void gradient_tile(const float* x, int stride, int rows, const float* d, int outputs, bool adds, float* g) {
+  V sum[kInputs][kVectors];
+  repeat<kInputs>([&](int a) { repeat<kVectors>([&](int v) { sum[a][v] = V{}; }); });
   for (int i = 0; i < rows; ++i) {
     V row[kVectors];
-    for (int v = 0; v < kVectors; ++v) row[v] = load(d + i * outputs + kWidth * v);
-    for (int a = 0; a < kInputs; ++a) {
-      const V factor = splat(x[i * stride + a]);
-      for (int v = 0; v < kVectors; ++v) sum[a][v] += factor * row[v];
-    }
+    repeat<kVectors>([&](int v) { row[v] = load(d + i * outputs + kWidth * v); });
+    repeat<kInputs>([&](int a) {
+      const V factor = spread(x + i * stride + a);
+      repeat<kVectors>([&](int v) { sum[a][v] += factor * row[v]; });
+    });
   }
-  for (int a = 0; a < kInputs; ++a)
-    for (int v = 0; v < kVectors; ++v) {
+  repeat<kInputs>([&](int a) {
+    repeat<kVectors>([&](int v) {
       float* to = g + a * outputs + kWidth * v;
-      store(to, load(to) + sum[a][v]);
-    }
+      store(to, adds ? load(to) + sum[a][v] : sum[a][v]);
+    });
+  });
 }
 
-void gradient(const float* x, int stride, int rows, int inputs, const float* d, int outputs, float* g, float* h) {
-  int column = 0;
-  for (; outputs - column >= kTile * kWidth; column += kTile * kWidth)
+template <int kVectors>
+inline int gradient_columns(int column, const float* x, int stride, int rows, int inputs, const float* d, int outputs,
+                            bool adds, float* g) {
+  for (; outputs - column >= kVectors * kWidth; column += kVectors * kWidth)
     for (int a = 0; a < inputs; a += kInputBlock)
-      gradient_tile<kInputBlock, kTile>(x + a, stride, rows, d + column, outputs, g + a * outputs + column);
-  for (; column < outputs; column += kWidth)
-    for (int a = 0; a < inputs; a += kInputBlock)
-      gradient_tile<kInputBlock, 1>(x + a, stride, rows, d + column, outputs, g + a * outputs + column);
-  for (column = 0; column < outputs; column += kWidth) {
+      gradient_tile<kInputBlock, kVectors>(x + a, stride, rows, d + column, outputs, adds, g + a * outputs + column);
+  return column;
+}
+
+void gradient(const float* x, int stride, int rows, int inputs, const float* d, int outputs, bool adds, float* g) {
+  const int column = gradient_columns<kTile>(0, x, stride, rows, inputs, d, outputs, adds, g);
+  gradient_columns<1>(column, x, stride, rows, inputs, d, outputs, adds, g);
+}
+
+void sum_rows(const float* d, int rows, int outputs, bool adds, float* h) {
+  for (int column = 0; column < outputs; column += kWidth) {
     V sum{};
     for (int i = 0; i < rows; ++i) sum += load(d + i * outputs + column);
-    store(h + column, load(h + column) + sum);
+    store(h + column, adds ? load(h + column) + sum : sum);
   }
 }
 
-// 2^n for whole n between -126 and 127.
+// The sum of kLaneBlock lanes, whose second half is added to the first until one is left.
+inline float sum_of(const V* sum) {
+  typedef float Quad __attribute__((vector_size(16)));
+  static_assert(kLaneBlock == 16);
+  float lanes[kLaneBlock];
+  Quad part[4];
+  repeat<kLaneBlock / kWidth>([&](int v) { store(lanes + kWidth * v, sum[v]); });
+  std::memcpy(part, lanes, sizeof part);
+  const Quad last = (part[0] + part[2]) + (part[1] + part[3]);
+  return (last[0] + last[2]) + (last[1] + last[3]);
+}
+
+// Computes kRows rows of one output of `dots`.
+template <int kRows>
+inline void dots_tile(const float* x, int inputs, const float* w, float bias, int stride, float* y) {
+  constexpr int kVectors = kLaneBlock / kWidth;
+  V sum[kRows][kVectors];
+  repeat<kRows>([&](int r) { repeat<kVectors>([&](int v) { sum[r][v] = V{}; }); });
+  for (int a = 0; a < inputs; a += kLaneBlock)
+    repeat<kVectors>([&](int v) {
+      const V weights = load(w + a + kWidth * v);
+      repeat<kRows>([&](int r) { sum[r][v] += load(x + r * inputs + a + kWidth * v) * weights; });
+    });
+  repeat<kRows>([&](int r) { y[r * stride] = sum_of(sum[r]) + bias; });
+}
+
+void dots(const float* x, int rows, int inputs, const float* w, int outputs, const float* bias, int stride, float* y) {
+  constexpr int kRows = kWidth == 4 ? 2 : 4;
+  for (int i = 0; i < rows; i += kRows)
+    for (int o = 0; o < outputs; ++o)
+      dots_tile<kRows>(x + i * inputs, inputs, w + o * inputs, bias[o], stride, y + i * stride + o);
+}
+
+// Adding and subtracting it rounds a number to a whole one, which after the addition is in the lowest bits.
+constexpr float kShift = 12582912.0F;  // 1.5 * 2^23
+
+// 2^n for whole n between -126 and 127. The bits of n from the tenth on are ignored.
 inline V power_of_two(I n) { return reinterpret_cast<V>((n + 127) << 23); }
 
 // exp(x) - 1 = 2^n (1 + q) - 1 with the n for which |r| = |x - n log 2| <= log(2) / 2, where q = exp(r) - 1 is the
@@ -124,10 +194,9 @@ struct Reduced {
 };
 
 inline Reduced reduce(V x) {
-  constexpr float kShift = 12582912.0F;  // 1.5 * 2^23: adding and subtracting it rounds to a whole number
   constexpr double kLog2 = 0.693147180559945309;
   constexpr float kLog2High = 0.693359375F, kLog2Low = static_cast<float>(kLog2 - 0.693359375);  // the first is exact
-  const V whole = (x * static_cast<float>(1 / kLog2) + kShift) - kShift;
+  const V shifted = x * static_cast<float>(1 / kLog2) + kShift, whole = shifted - kShift;
   const V r = (x - whole * kLog2High) - whole * kLog2Low;
   V q = r * (1.0F / 5040) + 1.0F / 720;
   q = q * r + 1.0F / 120;
@@ -135,7 +204,7 @@ inline Reduced reduce(V x) {
   q = q * r + 1.0F / 6;
   q = q * r + 0.5F;
   q = (q * r) * r + r;
-  return {power_of_two(__builtin_convertvector(whole, I)), q};
+  return {power_of_two(reinterpret_cast<I>(shifted)), q};
 }
 
 inline V expm1(V x) {
@@ -148,12 +217,21 @@ inline V exp(V x) {
   return part.scale * part.q + part.scale;
 }
 
-// (exp(2 |x|) - 1) / (exp(2 |x|) + 1) with the sign of x. From |x| = 10 on it rounds to 1.
+// tanh x with x = n log(2) / 2 + r, |r| <= log(2) / 4, follows from t = tanh r and tanh(n log(2) / 2) = (s - 1) / (s + 1)
+// with s = 2^n by the addition theorem: (t (s + 1) + (s - 1)) / (t (s - 1) + (s + 1)). t is r + r^3 (a + b r^2), where a
+// and b make the greatest relative error least: 6e-8. From |x| = 10 on, the result rounds to 1.
 inline V tanh(V x) {
-  const V size = min(x < 0.0F ? -x : x, splat(10.0F));
-  const V e = expm1(size + size);
-  const V y = e / (e + 2.0F);
-  return x < 0.0F ? -y : y;
+  constexpr double kHalfLog2 = 0.346573590279972655;
+  constexpr float kHigh = 0.3466796875F, kLow = static_cast<float>(kHalfLog2 - 0.3466796875);  // kHigh n is exact
+  constexpr float kA = -0.33331276F, kB = 0.13110795F;
+  const V bounded = min(max(x, splat(-10.0F)), splat(10.0F));
+  const V shifted = bounded * static_cast<float>(1 / kHalfLog2) + kShift;
+  const V n = shifted - kShift;
+  const V r = (bounded - n * kHigh) - n * kLow, square = r * r;
+  const V t = (r * square) * (kA + square * kB) + r;
+  const V s = power_of_two(reinterpret_cast<I>(shifted));
+  const V below = s - 1.0F, above = s + 1.0F;
+  return (t * above + below) / (t * below + above);
 }
 
 inline V elu(V x) { return x > 0.0F ? x : expm1(min(x, V{})); }
@@ -222,7 +300,7 @@ void adam(const AdamStep& step, const float* gradient, float* first, float* seco
 }
 
 constexpr Kernels make_kernels(mjenv_instructions instructions, const char* name) {
-  return {instructions, name, product, gradient, activate, derive, exp_all, add, squares, adam};
+  return {instructions, name, product, dots, gradient, sum_rows, activate, derive, exp_all, add, squares, adam};
 }
 
 }  // namespace

@@ -31,9 +31,16 @@ struct Kernels {
   // bias and adds its products in the order of the inputs. rows: a multiple of kRowBlock; outputs: of kLaneBlock.
   void (*product)(const float* x, int stride, int rows, int inputs, const float* w, int outputs, const float* bias,
                   float* y);
-  // g[inputs][outputs] += x[rows][inputs]^T d[rows][outputs], and h[outputs] += the sum of d's rows. Sums are in the
-  // order of the rows. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
-  void (*gradient)(const float* x, int stride, int rows, int inputs, const float* d, int outputs, float* g, float* h);
+  // y[rows][outputs] = x[rows][inputs] w[outputs][inputs]^T + bias[outputs], for layers of few outputs. stride: of y. In
+  // each sum, lane l of kLaneBlock adds the products l, l + kLaneBlock and so on; then the second half of the lanes is
+  // added to the first until one is left, and at last the bias. rows: a multiple of kRowBlock; inputs: of kLaneBlock.
+  void (*dots)(const float* x, int rows, int inputs, const float* w, int outputs, const float* bias, int stride,
+               float* y);
+  // g[inputs][outputs] = x[rows][inputs]^T d[rows][outputs], or += if `adds`. Sums are in the order of the rows, and are
+  // then added to g. inputs: a multiple of kInputBlock; outputs: of kLaneBlock.
+  void (*gradient)(const float* x, int stride, int rows, int inputs, const float* d, int outputs, bool adds, float* g);
+  // h[outputs] = the sum of the rows of d[rows][outputs] in their order, or += if `adds`.
+  void (*sum_rows)(const float* d, int rows, int outputs, bool adds, float* h);
 
   // The others work on count numbers, a multiple of kLaneBlock.
   void (*activate)(mjenv_activation activation, float* y, std::size_t count);

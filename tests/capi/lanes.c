@@ -343,11 +343,15 @@ static void assert_refused_lanes(mjenv_options* options, int64_t rows, const cha
 static void test_reasons(void** state) {
   (void)state;
   const bool has = runs(2);
+  const int64_t widest = runs(8) ? 8 : runs(4) ? 4 : has ? 2 : 0;
   const char* const obstacle = has ? "opt.enableflags" : "lanes";
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", -2), 64, widest, has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", -2), 7, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", 0), 64, 0, "option \"lanes\" is 0");
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only one row" : "this library");
   assert_lanes_of(options_with_obstacle(-1), 64, 0, obstacle);
+  assert_lanes_of(options_with_obstacle(-2), 64, 0, obstacle);
   assert_refused_lanes(options_with_obstacle(2), 64, obstacle);
   if (has)
     assert_lanes_of(options_with_lanes("Hopper-v5", 2), 2, 2, "");
@@ -355,7 +359,8 @@ static void test_reasons(void** state) {
     assert_refused_lanes(options_with_lanes("Hopper-v5", 2), 64, "this library");
   assert_refused_lanes(options_with_lanes("Hopper-v5", 2), 1, has ? "only 1 row" : "this library");
   set_variable("MJENV_LANES", "2");
-  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, has ? 2 : 0, has ? "" : "this library");
+  for (int64_t option = -2; option < 0; ++option)
+    assert_lanes_of(options_with_lanes("Hopper-v5", option), 64, has ? 2 : 0, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only 1 row" : "this library");
   assert_lanes_of(options_with_obstacle(-1), 64, 0, obstacle);
   set_variable("MJENV_LANES", "0");

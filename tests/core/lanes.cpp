@@ -1141,20 +1141,22 @@ void test_callbacks(void** /*state*/) {
   assert_string_equal(lanes::obstacle(*model).c_str(), "");
 }
 
-// As many lanes as a thread has rows, at most four; none for a model with obstacles.
+// As many lanes as a thread has rows, at most as many as asked for; none for a model with obstacles.
 void test_best_width(void** /*state*/) {
   const auto model = Model::open("hopper.xml");
   const std::vector<int> widths = lanes::widths();
-  const bool has_four = std::count(widths.begin(), widths.end(), 4) > 0;
-  assert_int_equal(lanes::best_width(*model, 1), 0);
-  assert_int_equal(lanes::best_width(*model, 2), 2);
-  assert_int_equal(lanes::best_width(*model, 3), 2);
-  assert_int_equal(lanes::best_width(*model, 4), has_four ? 4 : 2);
-  assert_int_equal(lanes::best_width(*model, 64), has_four ? 4 : 2);
+  const auto has = [&](int width) { return std::count(widths.begin(), widths.end(), width) > 0; };
+  const int four = has(4) ? 4 : 2, eight = has(8) ? 8 : four;
+  assert_int_equal(lanes::best_width(*model, 1, 8), 0);
+  assert_int_equal(lanes::best_width(*model, 2, 8), 2);
+  assert_int_equal(lanes::best_width(*model, 3, 8), 2);
+  assert_int_equal(lanes::best_width(*model, 4, 8), four);
+  assert_int_equal(lanes::best_width(*model, 64, 4), four);
+  assert_int_equal(lanes::best_width(*model, 64, 8), eight);
   assert_int_equal(
       lanes::best_width(*Model::parse("sensors.xml", in_front_of_body("<option><flag sensornoise='enable'/></option>",
                                                                       odd_model("sensors.xml"))),
-                        64),
+                        64, 8),
       0);
 }
 

@@ -65,16 +65,22 @@ std::vector<float> outputs_of(const Kernels& kernels) {
       const auto count = [](int a, int b) { return static_cast<std::size_t>(a) * static_cast<std::size_t>(b); };
       const auto x = randoms(count(kRows, inputs), 1, random), w = randoms(count(inputs, outputs), 1, random);
       const auto bias = randoms(static_cast<std::size_t>(outputs), 1, random);
-      std::vector<float> y(count(kRows, outputs)), g = w, h = bias;
+      std::vector<float> y(count(kRows, outputs)), z = y, g = w, h = bias;
       kernels.product(x.data(), inputs, kRows, inputs, w.data(), outputs, bias.data(), y.data());
       keep(y);
-      kernels.gradient(x.data(), inputs, kRows, inputs, y.data(), outputs, g.data(), h.data());
-      keep(g);
-      keep(h);
+      for (const bool adds : {true, false}) {
+        kernels.gradient(x.data(), inputs, kRows, inputs, y.data(), outputs, adds, g.data());
+        kernels.sum_rows(y.data(), kRows, outputs, adds, h.data());
+        keep(g);
+        keep(h);
+      }
+      kernels.dots(y.data(), kRows, outputs, w.data(), std::min(inputs, outputs), bias.data(), outputs, z.data());
+      keep(z);
       kernels.product(x.data(), inputs, kRows, inputs, w.data(), outputs, nullptr, y.data());
       keep(y);
       for (const mjenv_activation activation : {MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_RELU, MJENV_ACTIVATION_ELU}) {
-        auto z = y, d = y;
+        auto d = y;
+        z = y;
         kernels.activate(activation, z.data(), z.size());
         kernels.derive(activation, z.data(), d.data(), d.size());
         keep(z);
@@ -247,7 +253,7 @@ void for_each_parameter(const Network& network, std::size_t at, const std::vecto
     assert_int_equal(theirs[2 * l].size(), inputs * outputs);
     for (std::size_t o = 0; o < outputs; ++o) {
       for (std::size_t i = 0; i < inputs; ++i)
-        use(at + layer.weights + i * static_cast<std::size_t>(layer.padded_outputs) + o, theirs[2 * l][o * inputs + i]);
+        use(at + layer.weight(static_cast<int>(i), static_cast<int>(o)), theirs[2 * l][o * inputs + i]);
       use(at + layer.bias + o, theirs[2 * l + 1][o]);
     }
   }
@@ -329,7 +335,7 @@ Doubles evaluate(const Network& network, mjenv_activation activation, const doub
     for (std::size_t o = 0; o < next.size(); ++o) {
       double sum = parameters[layer.bias + o];
       for (std::size_t i = 0; i < values.size(); ++i)
-        sum += values[i] * parameters[layer.weights + i * static_cast<std::size_t>(layer.padded_outputs) + o];
+        sum += values[i] * parameters[layer.weight(static_cast<int>(i), static_cast<int>(o))];
       if (&layer != &network.layers().back())
         sum = activation == MJENV_ACTIVATION_TANH   ? std::tanh(sum)
               : activation == MJENV_ACTIVATION_RELU ? std::max(sum, 0.0)
@@ -560,13 +566,12 @@ void test_orthogonal(void**) {
   std::vector<float> parameters(network.size());
   network.initialize(parameters.data(), 0.01, random);
   for (const Layer& layer : network.layers()) {
-    const bool last = &layer == &network.layers().back(), by_inputs = layer.inputs < layer.outputs;
-    const double gain = last ? 0.01 : std::sqrt(2.0);
+    const bool by_inputs = layer.inputs < layer.outputs;
+    const double gain = layer.last ? 0.01 : std::sqrt(2.0);
     const int count = by_inputs ? layer.inputs : layer.outputs, length = by_inputs ? layer.outputs : layer.inputs;
     const auto at = [&](int vector, int element) {
       const int input = by_inputs ? vector : element, output = by_inputs ? element : vector;
-      return static_cast<double>(
-          parameters[layer.weights + static_cast<std::size_t>(input * layer.padded_outputs + output)]);
+      return static_cast<double>(parameters[layer.weight(input, output)]);
     };
     for (int a = 0; a < count; ++a)
       for (int b = 0; b <= a; ++b) {

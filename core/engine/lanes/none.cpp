@@ -12,7 +12,7 @@ std::string obstacle(const Model& /*model*/) { return absence(); }
 
 std::string stage_lines(const Model& /*model*/) { return ""; }
 
-int best_width(const Model& /*model*/, std::int64_t /*rows*/) { return 0; }
+int best_width(const Model& /*model*/, std::int64_t /*rows*/, int /*most*/) { return 0; }
 
 const Code* code_of(int /*width*/) { return nullptr; }
 

@@ -22,9 +22,6 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// Eight lanes are only about a quarter faster than four, and each lane takes the memory of an mjData.
-constexpr int kBestWidth = 4;
-
 // An array of Lanes, and the array of mjData from and to which it is copied.
 struct LaneArray {
   double* Lanes::*numbers;
@@ -951,10 +948,10 @@ std::vector<int> widths() {
 
 std::string absence() { return ""; }
 
-int best_width(const Model& model, std::int64_t rows) {
+int best_width(const Model& model, std::int64_t rows, int most) {
   int best = 0;
   for (const int width : widths())
-    if (width <= kBestWidth && width <= rows) best = width;
+    if (width <= most && width <= rows) best = width;
   return obstacle(model).empty() ? best : 0;
 }
 

@@ -437,7 +437,7 @@ def evaluate(
         max(1, min(rows, episodes)),
         num_threads=threads,
         autoreset_mode=AutoresetMode.DISABLED,
-        **options,
+        **{"lanes": -2, **options},
     )
     try:
         plays = _evaluate if type(envs._pool.rows) is Rows else _evaluate_here
@@ -513,7 +513,8 @@ def _check_mode(envs: VectorEnv) -> None:
 
 
 def _made(id: str, rows: int, options: Mapping[str, Any]) -> VectorEnv:
-    return make_vec(id, rows, **{**options, "autoreset_mode": AutoresetMode.SAME_STEP})
+    # -2: as many lanes as the CPU has. Their memory is small beside the learner's.
+    return make_vec(id, rows, **{"lanes": -2, **options, "autoreset_mode": AutoresetMode.SAME_STEP})
 
 
 def _shown(envs: VectorEnv, view: bool) -> Any:
