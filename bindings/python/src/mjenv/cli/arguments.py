@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib.util
 import json
 import math
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import mjenv
@@ -45,6 +48,23 @@ def plugin(text: str) -> str:
     except mjenv.Error as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
+
+
+def load(file: Path) -> None:
+    """Makes the ids of a plug-in or of a Python file known."""
+    if file.suffix != ".py":
+        mjenv.load_tasks(file)
+        return
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    if spec is None or spec.loader is None or not file.exists():
+        raise FileNotFoundError(f"there is no file {file}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[file.stem] = module
+    sys.path.insert(0, str(file.resolve().parent))  # so that it can import modules of its folder
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # a stranger's module can raise anything
+        raise mjenv.TaskError(f"{file} cannot be imported: {type(error).__name__}: {error}") from error
 
 
 def positive(text: str) -> int:
