@@ -168,3 +168,10 @@ def test_mjenv_leaves_the_import_of_gymnasium_as_it_is() -> None:
     """Its loader, which tools ask for sources and resources, is the one that it has without mjenv."""
     text = "import gymnasium as g, inspect; print(type(g.__loader__), type(g.__spec__.loader), inspect.getsource(g))"
     assert python(f"import mjenv; {text}").stdout == python(text).stdout != ""
+
+
+@pytest.mark.parametrize("name", ["numpy", "gymnasium"])
+def test_a_missing_package_is_named(name: str) -> None:
+    run = python(f"import sys; sys.modules[{name!r}] = None; import mjenv; mjenv.make('Ant-v5')")
+    assert run.returncode == 1
+    assert f"No module named {name!r}" in run.stderr or f"import of {name} halted" in run.stderr

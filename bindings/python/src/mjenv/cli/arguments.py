@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import importlib.util
 import json
 import math
@@ -14,6 +13,7 @@ from typing import Any
 
 import mjenv
 from mjenv import Kind
+from mjenv.registration import own_id
 
 GROUPS = tuple(f"{kind}group" for kind in ("geom", "site", "joint", "tendon", "actuator", "skin"))
 GROUP_COUNT = 6  # mjNGROUP
@@ -25,12 +25,19 @@ Commands = Any  # the type that add_subparsers returns, which has no public name
 def known_id(text: str) -> str:
     """Accepts ids that any engine knows. The command later refuses an id that its engine lacks."""
     try:
-        return mjenv.spec(text).id
+        mjenv.options(text)
     except mjenv.UnknownIdError as error:
-        for engine in mjenv.engines():
-            with contextlib.suppress(mjenv.UnknownIdError):
-                return mjenv.spec(text, engine).id
-        raise argparse.ArgumentTypeError(str(error)) from None
+        if not any(_knows(engine, text) for engine in mjenv.engines()):
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return own_id(text)
+
+
+def _knows(engine: str, id: str) -> bool:
+    try:
+        mjenv.options(id, engine)
+    except mjenv.UnknownIdError:
+        return False
+    return True
 
 
 def known_engine(text: str) -> str:
