@@ -1,7 +1,7 @@
 """Measures the CPU time from the start of a process until the first update of `mjenv train`.
 
     startup.py [ID] [--runs 20]     Hopper-v5 by default
-    startup.py [ID] --modules       how long the command imports each module
+    startup.py [ID] --modules       how long it takes to import each module, except those that importlib imports by name
 
 For comparison it measures Python alone, the imports of NumPy and Gymnasium, `import mjenv`, and startup.c, which does
 the same as the command. The times are user and system time: medians of runs in turns, after one that fills the caches.
@@ -21,6 +21,7 @@ import tempfile
 from pathlib import Path
 
 SOURCE = Path(__file__).resolve().parents[2]
+CACHED = {"PYTHONDONTWRITEBYTECODE": ""}  # as on a user's machine, modules are compiled once
 # Runs `python -m mjenv train ID`, but ends where the first update would begin.
 COMMAND = """
 import os, runpy, sys
@@ -46,9 +47,6 @@ def cpu_seconds(command: list[str]) -> float:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env={**os.environ, **CACHED})
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-CACHED = {"PYTHONDONTWRITEBYTECODE": ""}  # as on a user's machine, modules are compiled once
 
 
 def import_seconds(command: list[str], runs: int) -> dict[str, float]:

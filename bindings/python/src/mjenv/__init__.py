@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     from mjenv.vector import VectorEnv
     from mjenv.viewer import view
 
-# Each module, and the names that are imported from it when they are first used. A module that is listed is an attribute
-# of the package as well. So what needs neither NumPy nor Gymnasium, as `mjenv train`, starts without them.
+# The modules with the names that the package has from each of them. A module is imported when one of its names, or the
+# module itself, is first used. So `mjenv train`, which needs neither NumPy nor Gymnasium, starts without them.
 _NAMES = {
     "_abi": "Kind Status",
     "_arguments": "AutoresetMode",
@@ -125,7 +125,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # type checkers would take every name for one of the package
+if not TYPE_CHECKING:  # with this function, type checkers would accept every name
 
     def __getattr__(name: str) -> Any:
         if name in _MODULES:

@@ -1,8 +1,9 @@
 """Modules that are imported when they are first used.
 
-Importing NumPy and Gymnasium takes longer than everything else that `mjenv train` does before its first update. What
-runs before that update therefore imports them, and what needs them, by this function. So does `lazy import`, which
-Python has from version 3.15 on.
+Importing NumPy and Gymnasium takes longer than all else that `mjenv train` does before its first update. The modules
+that run before it therefore get NumPy, Gymnasium and the modules of mjenv that import one of them from the function
+`lazy`. One of these is mjenv.errors, whose exceptions are derived from Gymnasium's. Python 3.15 has a statement for the
+same purpose, `lazy import`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ class _Lazy(ModuleType):
 
     def __getattr__(self, name: str) -> Any:
         value = getattr(import_module(self.__name__), name)
-        setattr(self, name, value)  # so that only the first use of a name takes this way
+        setattr(self, name, value)  # so that only the first use of a name calls this method
         return value
 
 
