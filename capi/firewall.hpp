@@ -81,8 +81,8 @@ void with_reason(const Handle* handle, const F& body) {
   }
 }
 
-// Calls body with the object that a handle holds. body may change the object: no other thread is inside a call with the
-// handle meanwhile.
+// Calls body with the object that a handle holds. body may change the object: no other call that changes it runs
+// meanwhile. Calls that only read it may run, unless kReadersSeeChanges.
 template <typename Handle, typename F>
 mjenv_status change(Handle* handle, const F& body) noexcept {
   return guard([&] {

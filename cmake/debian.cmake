@@ -9,7 +9,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(text "mjenv gives the bits of Gymnasium's 22 MuJoCo environments to C, C++, Rust,\nJulia and Python, without a Python process.")
+set(text "Gymnasium's 22 MuJoCo environments, with the same results bit for bit, for\nC, C++, Rust, Julia and Python, without a Python process.")
 
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${text}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libmjenv1)

@@ -57,7 +57,7 @@ function(mjenv_use_library)
   else()
     target_link_libraries(mjenv_engine INTERFACE ${library})
   endif()
-  # The core reads models and pictures with the libraries that MuJoCo reads them with.
+  # The core reads models and writes pictures with the libraries with which MuJoCo reads both.
   mjenv_find_sources(sources)
   set(sources "${sources}" PARENT_SCOPE)  # a release contains Eigen, too
   foreach(name tinyxml2 lodepng)

@@ -1,4 +1,5 @@
-# Makes defects harder to exploit. The code that simulates steps stays as it is, because no foreign text or file reaches it.
+# Makes defects harder to exploit. MuJoCo's code that simulates steps gets no guards of stacks, because no
+# foreign text or file reaches it.
 option(MJENV_HARDEN "Guard stacks and copies, and make what the loader writes read-only" ON)
 if(NOT MJENV_HARDEN OR MJENV_SANITIZE)
   return()

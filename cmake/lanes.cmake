@@ -53,7 +53,8 @@ if(APPLE)  # zig's clang leaves this part of AVX-512 out unless it is asked for
   set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mevex512)
 endif()
 if(MINGW)
-  # Windows aligns stacks to 16 bytes, and gcc for it takes the copies there of wider vectors for aligned to their width.
+  # Windows aligns stacks to 16 bytes, but gcc for Windows assumes that wider vectors on the stack are aligned to their
+  # width. So the assembler turns aligned moves into unaligned ones.
   foreach(name avx2 avx512)
     set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -Wa,-muse-unaligned-vector-move)
   endforeach()

@@ -1,5 +1,5 @@
-# What the library for macOS needs. MJENV_API marks what it exports, and all else is hidden. A list hides, too, what the
-# C++ library defines if it is linked in; zig's linker knows no such lists.
+# What the library for macOS needs. MJENV_API marks what it exports, and all else is hidden. A list of the exported
+# symbols also hides what a linked-in C++ library defines; zig's linker knows no such lists.
 include(CheckCSourceCompiles)
 include(CheckLinkerFlag)
 set(list ${CMAKE_CURRENT_BINARY_DIR}/generated/exported.txt)

@@ -5,14 +5,14 @@ set(math_default system)
 if(WIN32 OR APPLE OR EMSCRIPTEN)
   set(math_default portable)
 endif()
-set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, as Gymnasium beside this library has them. portable: \
+set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, which Gymnasium on the same machine calls, too. portable: \
 glibc's, compiled in (LGPL-2.1-or-later), for the same bits on every CPU and system")
 set_property(CACHE MJENV_MATH PROPERTY STRINGS system portable)
 set(MJENV_MATH_SOURCES "" CACHE PATH "Folder with the folder glibc; empty: tools/engine-sources fetches it")
-# mjenv_use_math(TARGET): its calls, too, go to mjenv_math if there is one.
+# mjenv_use_math(TARGET): makes the target call mjenv_math's functions, if there is mjenv_math.
 function(mjenv_use_math target)
   if(TARGET mjenv_math)
-    # gcc would make one call of the C library's sincos of a sin and a cos.
+    # gcc would combine a sin and a cos into one call of the C library's sincos.
     target_compile_options(${target} PUBLIC "SHELL:-include ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/math/redirect.h" -fno-builtin-sin
                                             -fno-builtin-cos)
     target_link_libraries(${target} PUBLIC mjenv_math)
@@ -117,7 +117,7 @@ mjenv_fused(s_expm1 "expm1(double x)")
 mjenv_fused(s_log1p "log1p(double x)")
 mjenv_fused(e_pow "pow(double x, double y)")
 
-# glibc compiles these without FMA, and tables.
+# branred, which glibc compiles without FMA, and tables.
 foreach(name branred sincostab e_exp_data e_log_data e_pow_log_data)
   list(APPEND math_files ${math_glibc}/${name}.c)
 endforeach()
@@ -127,7 +127,8 @@ add_library(mjenv_math STATIC ${math_files} ${CMAKE_CURRENT_LIST_DIR}/math/choos
 mjenv_tune(mjenv_math)
 # The code belongs to another project, so its warnings are not shown.
 target_compile_options(mjenv_math PRIVATE -w $<$<COMPILE_LANGUAGE:CXX>:-Wno-narrowing>)
-# Not optimised at link time, because the compiler may still make calls of them after it has dropped what nothing calls.
+# Not optimised at link time, because the compiler may still generate calls of these functions after it has dropped
+# those that nothing calls.
 set_target_properties(mjenv_math PROPERTIES C_STANDARD 11 UNITY_BUILD OFF EXPORT_COMPILE_COMMANDS OFF
                                             INTERPROCEDURAL_OPTIMIZATION OFF)
 

@@ -58,6 +58,7 @@ inline void check_range(const char* what, std::int64_t given, std::int64_t low, 
 
 inline void check_index(const char* what, std::int64_t index, std::size_t count) {
   const auto end = static_cast<std::int64_t>(count);
+  if (end == 0) fail(MJENV_E_VALUE, std::string(what) + " " + std::to_string(index) + ": there are none");
   if (index < 0 || index >= end)
     fail(MJENV_E_VALUE, std::string(what) + " " + std::to_string(index) + " is outside 0.." + std::to_string(end - 1));
 }

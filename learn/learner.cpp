@@ -38,17 +38,17 @@ Learner::Learner(const Spaces& spaces, const Settings& settings)
       loss_(agent_, kernels_, pool_),
       random_(settings->seed),
       parameters_(agent_.initial_parameters(settings->initial_std, random_)),
+      deviations_(agent_),
       adam_(agent_.size),
       observations_(spaces.observations, agent_.actor.input_stride(), settings->normalize_obs != 0, settings->obs_clip),
       rewards_(rows()),
       episodes_(rows(), static_cast<std::size_t>(settings->window)),
       rollout_(static_cast<std::size_t>(settings->rollout_steps), rows(), agent_.stride(), spaces.actuators, kRowBlock),
+      order_(static_cast<std::size_t>(settings.batch())),
       now_(rows() * agent_.stride()),
       bounded_(rows() * spaces.actuators),
       ended_(rows()),
-      last_inputs_(kRowBlock * agent_.stride()),
-      order_(static_cast<std::size_t>(settings.batch())),
-      deviations_(agent_) {
+      last_inputs_(kRowBlock * agent_.stride()) {
   std::iota(order_.begin(), order_.end(), 0);
   for (int i = 0; i < pool_.threads(); ++i) {
     actor_passes_.push_back(std::make_unique<Network::Pass>(agent_.actor, kRowsOfPass));

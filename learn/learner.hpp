@@ -67,12 +67,14 @@ class Learner {
   Loss loss_;
   Random random_;
   std::vector<float> parameters_;
+  Deviations deviations_;  // of the actions, with the present parameters
   Adam adam_;
   ObservationNormalizer observations_;
   RewardNormalizer rewards_;
   EpisodeStatistics episodes_;
   Rollout rollout_;
-  std::vector<float> now_;  // [rows][stride] the normalised observations from which the next actions follow
+  std::vector<std::int32_t> order_;  // the steps of the rollout, in the order of the last shuffle
+  std::vector<float> now_;           // [rows][stride] the normalised observations from which the next actions follow
   std::vector<mjenv_learn_report> curve_;
   Best best_;
   std::size_t step_ = 0;  // how many steps the rollout under way has
@@ -86,8 +88,6 @@ class Learner {
   std::vector<std::unique_ptr<Network::Pass>> actor_passes_, critic_passes_;  // evaluate; one for each thread
   std::vector<unsigned char> ended_;                                          // take
   std::vector<float> last_inputs_;                                            // bootstrap_truncated
-  std::vector<std::int32_t> order_;                                           // shuffle, update
-  Deviations deviations_;                                                     // of the actions
   std::vector<std::byte> image_;                                              // save_state
 
   Learner(const Spaces& spaces, const Settings& settings);

@@ -169,7 +169,7 @@ class Policy::Parser {
   }
 
   void begin_layer() {
-    if (!policy_.layers_.empty()) finish_layer();
+    if (!policy_.layers_.empty()) finish_layer("line " + std::to_string(number_) + " comes too early");
     PolicyLayer made{};
     made.outputs = width();
     made.inputs = width();
@@ -200,11 +200,12 @@ class Policy::Parser {
     ++rows_;
   }
 
-  void finish_layer() {
+  // why: what is wrong with the present line if the layer is not complete.
+  void finish_layer(const std::string& why) {
     PolicyLayer& done = layer();
     if (rows_ != done.outputs || done.bias.empty())
-      fail("comes too early: layer " + std::to_string(policy_.layers_.size()) + " has " + std::to_string(rows_) +
-           " of " + std::to_string(done.outputs) + " lines \"weights\"" + (done.bias.empty() ? " and no bias" : ""));
+      fail_whole(why + ": layer " + std::to_string(policy_.layers_.size()) + " has " + std::to_string(rows_) + " of " +
+                 std::to_string(done.outputs) + " lines \"weights\"" + (done.bias.empty() ? " and no bias" : ""));
     // Copies the weights to float32, padded as the kernels need them.
     const auto inputs = static_cast<std::size_t>(done.inputs), outputs = static_cast<std::size_t>(done.outputs);
     const auto stride = static_cast<std::size_t>(done.padded_outputs);
@@ -219,8 +220,7 @@ class Policy::Parser {
 
   void finish() {
     if (policy_.layers_.empty()) fail_whole("it has no layer");
-    ++number_;
-    finish_layer();
+    finish_layer("it ends too early");
     if (clip_.size() != 1 || !(clip_[0] > 0)) fail_whole("clip is missing, or not one number greater than 0");
     policy_.clip_ = clip_[0];
     int before = static_cast<int>(policy_.mean_.size());

@@ -83,7 +83,8 @@ std::vector<std::uint8_t> mask(const char* name, const std::uint8_t* given, std:
 
 constexpr std::array<std::int64_t, 2> kHidden = {64, 64};
 
-// Many rows, large minibatches and small standard deviations, which reach a return in the least time on one CPU.
+// Many rows, large minibatches and small standard deviations, with which a training reaches a given return in the least
+// time on one CPU.
 mjenv_learn_settings many_rows(std::int64_t steps) {
   mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
   s.steps = steps;

@@ -33,8 +33,9 @@ mjModel* load(const std::string& path, const mjVFS& files, std::int64_t hull_lim
     return nullptr;
   }
   mjModel* const model = parsed->Compile(&files);
-  // MuJoCo's mjCopyError would lose the reason: it calls strncpy with the size of the destination, and where gcc 12
-  // inlines that, it takes the size for the number of bytes that are read, and drops the stores into a smaller source.
+  // MuJoCo's mjCopyError would lose the reason: it calls strncpy with the size of the destination. Where gcc 12 inlines
+  // this call, gcc assumes that as many bytes of the source are read, and drops the stores into a source that is
+  // smaller.
   if (!model)
     reason = mjenv_hulls_exceeded() ? std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted
                                     : std::string(parsed->GetError().message);

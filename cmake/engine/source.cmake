@@ -23,7 +23,7 @@ file(GLOB engine
 list(REMOVE_ITEM engine ${sources}/qhull/src/libqhull_r/usermem_r.c ${sources}/qhull/src/libqhull_r/userprintf_r.c
                         ${sources}/mujoco/src/xml/xml_api.cc)
 list(APPEND engine
-  ${CMAKE_CURRENT_LIST_DIR}/guards.c ${CMAKE_CURRENT_LIST_DIR}/load.cc
+  ${CMAKE_CURRENT_LIST_DIR}/guards.c ${CMAKE_CURRENT_LIST_DIR}/load.cc ${CMAKE_CURRENT_LIST_DIR}/rays.c
   ${sources}/libccd/src/ccd.c ${sources}/libccd/src/mpr.c ${sources}/libccd/src/polytope.c ${sources}/libccd/src/support.c
   ${sources}/libccd/src/vec3.c
   ${sources}/lodepng/lodepng.cpp
@@ -47,7 +47,7 @@ target_compile_definitions(mjenv_engine PUBLIC MJ_STATIC PRIVATE _GNU_SOURCE CCD
 if(MJENV_ARCH MATCHES "x86-64-v[34]")
   target_compile_definitions(mjenv_engine PRIVATE mjUSEPLATFORMSIMD)
 else()
-  # MuJoCo's code for AVX, whose sums the official library has, for all CPUs.
+  # All CPUs use MuJoCo's code for AVX, because the official library adds in its order.
   set(avx ${CMAKE_CURRENT_LIST_DIR}/avx.h)
   set(sums ${sources}/mujoco/src/engine/engine_util_blas.c ${sources}/mujoco/src/engine/engine_util_sparse.c)
   set_property(SOURCE ${sums} APPEND PROPERTY COMPILE_DEFINITIONS mjUSEAVX)
@@ -60,6 +60,7 @@ if(MINGW OR EMSCRIPTEN)  # for localtime_r
 endif()
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_setconst.c APPEND PROPERTY
              COMPILE_DEFINITIONS mj_step1=mjenv_step1)
+set_property(SOURCE ${sources}/mujoco/src/engine/engine_sensor.c APPEND PROPERTY COMPILE_DEFINITIONS mj_ray=mjenv_ray)
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_collision_convex.c APPEND PROPERTY
              COMPILE_DEFINITIONS ccdMPRPenetration=mjenv_penetration)
 set_property(SOURCE ${sources}/mujoco/src/user/user_mesh.cc APPEND PROPERTY

@@ -8,7 +8,7 @@ enum { kSse2 = 4, kAvx2 = 10, kFma = 14, kAvx512f = 15, kAvx512vl = 20, kAvx512d
 __attribute__((visibility("hidden"))) struct { unsigned vendor, type, subtype, features[1]; } __cpu_model;
 __attribute__((visibility("hidden"))) unsigned __cpu_features2[3];
 
-// Before the constructors of C++, which may ask.
+// Runs before the constructors of C++, which may call __builtin_cpu_supports.
 __attribute__((constructor(101))) static void find_features(void) {
   unsigned a, b, c, d;
   __cpu_model.features[0] = 1u << kSse2;  // all CPUs with 64 bits have it

@@ -3,7 +3,7 @@
 // operation is one that this header asks for, whatever the compiler and its options.
 #pragma once
 
-// Always inlined, because a copy that one variant was compiled to must not serve the other.
+// Always inlined: otherwise the linker could keep one variant's copy of a function and use it for the other variant.
 #define MJENV_INLINE inline __attribute__((always_inline))
 
 // Not yet rounded.

@@ -15,8 +15,8 @@ namespace mjenv::core {
 std::vector<std::string> constant_arrays(const Model& model);
 
 // Calls mj_setConst for one row after the other. mj_setConst changes the model, so it is given a view of it with copies
-// of all arrays that it may write. Arrays of meshes, textures and height fields are large and not written, so they are
-// shared.
+// of all arrays that it may write. Arrays of meshes, skins, textures and height fields are large and not written, so
+// they are shared.
 class Constants {
  public:
   explicit Constants(const Model& model);

@@ -1,4 +1,4 @@
-// A compiled model. Only this folder handles what differs between MuJoCo's versions. Besides it, only
+// A compiled model. Only this folder handles what differs between MuJoCo's versions (mujoco.hpp). Besides it, only
 // task/sim_view.cpp and render/ use MuJoCo's structs.
 #pragma once
 

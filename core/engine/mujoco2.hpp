@@ -1,4 +1,4 @@
-// Adapts MuJoCo 2.2.2 to the names that mujoco.hpp lists.
+// Defines, for MuJoCo 2.2.2, the names by which the core uses every version (mujoco.hpp).
 #pragma once
 
 #include <mujoco/mjxmacro.h>
@@ -25,6 +25,14 @@ mjenv_mju_handler _mjPRIVATE__get_tls_warning_fn();
 void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 }
 // NOLINTEND(bugprone-reserved-identifier)
+
+#ifdef MJ_STATIC  // the engine is compiled in
+// mj_ray for a rangefinder, with the same result (cmake/engine/rays.c).
+extern "C" mjtNum mjenv_ray(const mjModel*, const mjData*, const mjtNum* point, const mjtNum* direction,
+                            const mjtByte* groups, mjtByte counts_static, int excluded_body, int* found);
+#else
+constexpr auto mjenv_ray = &mj_ray;
+#endif
 
 using mjtSize = int;
 using mjtBool = mjtByte;

@@ -1,5 +1,6 @@
-// Adapts MuJoCo 4.0 to the names that mujoco.hpp lists. Its library is opened at run time, so that mjenv can use the
-// one that the process has already loaded, the one of an installed Python package, or one that the caller names.
+// Defines, for MuJoCo 4.0, the names by which the core uses every version (mujoco.hpp). Its library is opened at run
+// time, so that mjenv can use the one that the process has already loaded, the one of an installed Python package, or
+// one that the caller names.
 #pragma once
 
 #include <mujoco/mjxmacro.h>

@@ -130,8 +130,8 @@ std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel& 
   return pairs;
 }
 
-std::optional<Pairs> explicit_pairs(const mjModel& m, bool trusted) {
-  return m.nexclude > 0 ? std::nullopt : list_pairs(m, trusted, kMaxPairs);
+std::optional<Pairs> explicit_pairs(const mjModel& m, bool misses_none) {
+  return m.nexclude > 0 ? std::nullopt : list_pairs(m, misses_none, kMaxPairs);
 }
 
 std::optional<Pairs> searched_pairs(const mjModel& m) {

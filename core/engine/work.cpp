@@ -60,7 +60,7 @@ bool Work::has_forces() const {
 void Work::clear() {
   mj_resetData(&model(), data_.get());
   std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
-  forces_lag_ = frames_lag_ = false;
+  forces_lag_ = has_lost_forces_ = frames_lag_ = false;
   is_whole_ = true;
   ++computation_;
 }
@@ -79,11 +79,13 @@ void Work::begin() {
   clear_caches(*m, *d);
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
-  forces_lag_ = false;
+  forces_lag_ = has_lost_forces_ = false;
 }
 
-void Work::load(const double* state) {
+void Work::load(const double* state, bool continues) {
   mjData* d = data_.get();
+  continues_ = continues && can_continue();
+  if (continues_) std::copy_n(d->qpos, layout_.nq, normalized_qpos_.begin());
   clear_stack(*d);  // an exception thrown out of MuJoCo leaves its stack in use
   clear_warnings();
   diverged_early_ = false;
@@ -97,6 +99,12 @@ void Work::load(const double* state) {
     state += count;
   }
   load_rest(state);
+}
+
+// RK4 does not use mj_step2. The parts of a state in StateLayout::more may change in mj_step1, so a step that does not
+// continue changes them a second time, and would give other results.
+bool Work::can_continue() {
+  return keeps_current_ && layout_.more == 0 && stepped().opt.integrator != mjINT_RK4 && !diverged();
 }
 
 void Work::load_rest(const double* rest) {
@@ -115,14 +123,15 @@ void Work::save(double* state) const {
 }
 
 void Work::keep_current() {
-  is_current_ = true;
+  keeps_current_ = true;
   raw_qpos_.resize(layout_.nq);
+  normalized_qpos_.resize(layout_.nq);
 }
 
 void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
 
-void Work::compute_current(bool is_whole) {
-  if (is_whole) complete_forces();  // before mj_step1 overwrites what they are computed from
+void Work::compute_current() {
+  has_lost_forces_ = forces_lag_;  // mj_step1 overwrites what they are computed from
   keep_raw_qpos();
   mjData* d = data_.get();
   std::uint8_t of_step = warnings();
@@ -152,7 +161,7 @@ Work::State Work::state() { return {&data_->time, data_->qpos, data_->qvel, data
 std::int64_t Work::contact_count() const { return data_->ncon; }
 
 void Work::forward() {
-  if (is_current_) {
+  if (keeps_current_) {
     keep_raw_qpos();
     mjModel passive = stepped();
     passive.opt.disableflags |= mjDSBL_ACTUATION;
@@ -171,7 +180,12 @@ void Work::act(const Action& action) {
 
 void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before_substep) {
   const auto advance = [&](std::int64_t i) {
-    mj_step(&stepped(), data_.get());
+    if (i == 0 && continues_) {
+      std::copy(normalized_qpos_.begin(), normalized_qpos_.end(), data_->qpos);
+      mj_step2(&stepped(), data_.get());
+    } else {
+      mj_step(&stepped(), data_.get());
+    }
     if (i == 0) drop_repeated_warnings();
   };
   for (std::int64_t i = 0; i < frames - 1; ++i) {
@@ -187,7 +201,10 @@ void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before
 
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
-  note_step();
+  forces_lag_ = true;
+  has_lost_forces_ = false;
+  if (keeps_current_) complete_forces();
+  note_step(true, false, keeps_current_);
 }
 
 void Work::complete() {
@@ -205,7 +222,7 @@ void Work::complete_frames() {
 }
 
 void Work::complete_forces() {
-  if (!forces_lag_) return;
+  if (!forces_lag_ || has_lost_forces_) return;
   mj_rnePostConstraint(&model(), data_.get());
   forces_lag_ = false;
 }
@@ -230,7 +247,7 @@ void Work::clear_warnings() {
 }
 
 void Work::drop_repeated_warnings() {
-  if (!is_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;
+  if (!keeps_current_ || stepped().opt.integrator == mjINT_RK4 || diverged()) return;
   for (const auto kind : {mjWARN_INERTIA, mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}) data_->warning[kind].number = 0;
 }
 

@@ -81,7 +81,9 @@ class Work {
   void clear();
   // Starts an episode. Resets less than `clear` does, so it is faster; the results of what follows are the same.
   void begin();
-  void load(const double* state);
+  // continues: after keep_current(), whether mjData holds what the last step has computed for this state. If so, the next
+  // step need not compute it again.
+  void load(const double* state, bool continues = false);
   // Loads only what lies in StateLayout::rest.
   void load_rest(const double* rest);
   void save(double* state) const;
@@ -92,7 +94,7 @@ class Work {
 
   // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
   void keep_current();
-  bool keeps_current() const { return is_current_; }
+  bool keeps_current() const { return keeps_current_; }
   // The qpos with which the last mj_step1 or mj_forward began. MuJoCo 2.2.2 normalises the quaternions in qpos. A step
   // that began with the normalised ones would normalise them again, which can change their last bits.
   const std::vector<double>& raw_qpos() const { return raw_qpos_; }
@@ -116,8 +118,12 @@ class Work {
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
     forces_lag_ = !has_forces;
+    has_lost_forces_ = false;
     new_state_warnings_ = only_new_state_warnings_ = 0;
-    if (is_current_ && !shows_current) compute_current(is_whole);
+    if (keeps_current_ && !shows_current) {
+      if (is_whole && reads_forces_) complete_forces();
+      compute_current();
+    }
     is_whole_ = is_whole;
     ++computation_;
   }
@@ -129,6 +135,9 @@ class Work {
   void complete();
   void complete_forces();
   void complete_frames();
+  // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read forces
+  // (reads_forces) compute them.
+  bool has_lost_forces() const { return has_lost_forces_; }
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }
   int constraint_count() const;
@@ -139,8 +148,8 @@ class Work {
   // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
-  // After keep_current(), these are the warnings of the step and those of the mj_step1 for the new state. Rows store the
-  // former alone, because lanes do not compute the latter, which follow from the new state.
+  // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state.
+  // Rows do not store these, because lanes do not compute them, and they follow from the new state.
   std::uint8_t step_warnings() const { return static_cast<std::uint8_t>(warnings() & ~only_new_state_warnings_); }
   std::uint8_t new_state_warnings() const { return new_state_warnings_; }
   static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds
@@ -157,16 +166,19 @@ class Work {
   StateLayout layout_;
   std::unique_ptr<mjData_, DeleteData> data_;
   bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
+  bool has_lost_forces_ = false;
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
-  bool is_current_ = false;
+  bool keeps_current_ = false;
+  bool continues_ = false;  // the next step begins with mj_step2
   std::uint8_t new_state_warnings_ = 0, only_new_state_warnings_ = 0;
-  std::vector<double> raw_qpos_;
+  std::vector<double> raw_qpos_, normalized_qpos_;  // before and after the last mj_step1
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
-  void compute_current(bool is_whole);
+  void compute_current();
+  bool can_continue();
 };
 
 }  // namespace mjenv::core

@@ -405,8 +405,8 @@ void Env::make_own(const std::vector<std::string>& arrays) {
   prepare_workers();
 }
 
-// Allocates what workers need to compute with the rows' own values now, because steps and resets must not allocate. If
-// memory runs out, they try again.
+// Allocates now what workers need to compute with the rows' own values, because steps and resets must not allocate. If
+// memory runs out, the next step or reset tries again.
 void Env::prepare_workers() {
   if (rows_.arrays().empty()) return;
   workers_.for_each([](Worker& worker) { worker.forget_layout(); });

@@ -139,7 +139,8 @@ class Rows {
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
   std::vector<double> model_values_;
-  std::vector<std::uint8_t> owns_values_;  // whether the row has a copy of its own; no bits, because threads write them
+  // Whether the row has a copy of its own. Bytes instead of bits, because threads write neighbours at the same time.
+  std::vector<std::uint8_t> owns_values_;
   // For each part except the head: the numbers of all rows, and how many a row has (for kept parts 0, until one is
   // needed).
   std::array<Zeros, kPartCount> numbers_;

@@ -43,9 +43,9 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   if (origin == Origin::step && random_)
     for (const OwnValues& own : own_values_)
       if (own.is_force) save_input(rows, row, own.array->offset, own.before.data(), own.array->bytes);
-  // If MuJoCo reset the simulation during this step, it cleared the inputs. If that was in the last mj_step, the inputs
-  // with which it began are kept, so that it can be repeated. If it was in an earlier one, the last one began with
-  // cleared inputs.
+  // If MuJoCo reset the simulation during this step, it cleared the inputs. The inputs with which the last mj_step began
+  // are kept, so that it can be repeated. This is not needed if they were the cleared ones: if the reset came before the
+  // last mj_step, and no before_substep has run since.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
     if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
     rows.clear_inputs(row);
@@ -132,8 +132,13 @@ void Worker::compute(Rows& rows, std::int64_t row) {
   }
 }
 
-std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
+void Worker::hold_forces(Rows& rows, std::int64_t row) {
+  if (work_.has_lost_forces()) release();
   hold(rows, row);
+}
+
+std::vector<std::string> Worker::set_constants(Rows& rows, std::int64_t row) {
+  hold_forces(rows, row);
   work_.complete();
   release();  // in case MuJoCo fails
   return constants_.set(work_, rows, row);
@@ -288,10 +293,12 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work
   } else {
     load_carried(rows, row);
   }
+  const Rows::Head& head = rows.head(row);
+  const bool continues = holds(rows, row) && head.origin == Origin::step && head.written == Written::no && !pushes;
   release();
   view_.show_parameters(rows.parameters(row));
   use(rows, row);
-  work_.load(rows.state(row));
+  work_.load(rows.state(row), continues);
   if (pushes) work_.apply(*pushes);
   work_.act(action);
   pushes_ = pushes;
@@ -387,7 +394,7 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   const Origin last = rows.head(row).origin;
   const bool has_stepped = last == Origin::step || last == Origin::set;
   if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the callback carry may read the last step's forces
-  const bool has_forces = has_stepped && holds(rows, row);
+  const bool has_forces = has_stepped && holds(rows, row) && !work_.has_lost_forces();
   if (has_stepped) rows.prepare_keep_step();
   double* start = before_.data();
   std::copy_n(rows.state(row), layout.size, start);
@@ -421,7 +428,10 @@ void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) n
 const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name) {
   const Array* found = find(arrays_, name);
   if (!found) return nullptr;
-  hold(rows, row);
+  if (is_force(name))
+    hold_forces(rows, row);
+  else
+    hold(rows, row);
   work_.complete();
   return found;
 }

@@ -40,6 +40,8 @@ class Worker {
   bool holds(const Rows& rows, std::int64_t row) const { return resident_ == row && rows.worker(row) == index; }
   // Makes the work space hold the row's derived arrays, by computing them again if necessary.
   void hold(Rows& rows, std::int64_t row);
+  // Does the same, and makes sure that Work::complete can compute the forces.
+  void hold_forces(Rows& rows, std::int64_t row);
   // Records that the work space holds no row.
   void release() { resident_ = kNone; }
   // Call this when the row was changed without this worker: the work space no longer agrees with the row.
@@ -162,7 +164,8 @@ class Worker {
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Version version = Version::now);
   void use(const OwnArrays& arrays, const std::byte* block);
-  // The row's own values, for writing. The work space must be using them. If the row now gets a copy, it uses the copy.
+  // The row's own values, for writing. The work space must be using them. If the row now gets a copy, the work space
+  // uses the copy from then on.
   std::byte* own_values(Rows& rows, std::int64_t row);
   // Saves an input of mjData to the row. offset: in the row's block of own values.
   void save_input(Rows& rows, std::int64_t row, std::size_t offset, const double* values, std::size_t bytes);

@@ -67,8 +67,9 @@ struct Egl {
       char* end = nullptr;
       const long index = std::strtol(chosen->c_str(), &end, 10);
       if (end == chosen->c_str() || *end || index < 0 || index >= count)
-        fail(MJENV_E_VALUE, "the environment variable MUJOCO_EGL_DEVICE_ID is " + quoted(*chosen) + ", outside 0.." +
-                                std::to_string(count - 1));
+        fail(MJENV_E_VALUE,
+             "the environment variable MUJOCO_EGL_DEVICE_ID is " + quoted(*chosen) +
+                 (count == 0 ? ", but EGL lists no devices" : ", outside 0.." + std::to_string(count - 1)));
       first = static_cast<Int>(index);
       last = first + 1;
     }

@@ -10,8 +10,8 @@
 namespace mjenv::core {
 namespace {
 
-// A thread spins for about 50 microseconds before it sleeps, as long as waking it takes, so that jobs in close succession
-// need no wake-up.
+// Before a thread sleeps, it spins for about 50 microseconds, the time that waking it takes, so that jobs in close
+// succession need no wake-up.
 constexpr int kSpins = 3000;
 
 inline void pause() {

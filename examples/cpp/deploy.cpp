@@ -112,7 +112,7 @@ void check(const Policy& policy, std::size_t observations, std::size_t actions) 
     require(layer.inputs == width && layer.weights.size() == layer.bias.size() * width, "layers that do not fit");
     width = layer.bias.size();
   }
-  require(width == actions, "as many outputs as the environment has actions are needed");
+  require(width == actions, "the last layer must have as many outputs as an action has numbers");
   for (const auto& [name, size] : std::map<std::string, std::size_t>{
            {"mean", observations}, {"scale", observations}, {"clip", 1}, {"low", actions}, {"high", actions}}) {
     const auto found = policy.numbers.find(name);

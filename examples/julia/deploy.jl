@@ -52,7 +52,7 @@ function check(policy::Policy, observations, actions)
         fits || error("layers that do not fit")
         width = length(layer.bias)
     end
-    width == actions || error("as many outputs as the environment has actions are needed")
+    width == actions || error("the last layer must have as many outputs as an action has numbers")
     sizes = ("mean" => observations, "scale" => observations, "clip" => 1, "low" => actions, "high" => actions)
     for (name, size) in sizes
         length(get(policy.numbers, name, [])) == size || error("$name is missing or of another length")

@@ -2,7 +2,7 @@
 both policies on models with other masses and frictions.
 
     train_randomised.py [--steps N] [--seed 1] [--out FOLDER]    trains, plays and draws; needs PyTorch
-    train_randomised.py --policies FOLDER [--out FOLDER]         plays the policies of a training before, and draws
+    train_randomised.py --policies FOLDER [--out FOLDER]         plays the policies of an earlier training, and draws
 
 Writes fixed.txt and randomised.txt (the policies), returns.csv (the mean return of each policy for each mass and
 friction) and returns.svg.

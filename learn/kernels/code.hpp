@@ -74,8 +74,9 @@ constexpr int kTile = kWidth == 16 ? 4 : 2;
 
 void product(const float* x, int stride, int rows, int inputs, const float* w, int outputs, const float* bias,
              float* y) {
+  constexpr int kRows = kWidth == 16 ? 8 : 4;
   int column = product_columns<4, kTile>(0, x, stride, rows, inputs, w, outputs, bias, y);
-  column = product_columns < kWidth == 16 ? 8 : 4, 2 > (column, x, stride, rows, inputs, w, outputs, bias, y);
+  column = product_columns<kRows, 2>(column, x, stride, rows, inputs, w, outputs, bias, y);
   product_columns<8, 1>(column, x, stride, rows, inputs, w, outputs, bias, y);
 }
 

@@ -87,7 +87,7 @@ class Scene {
     d_.geom_size = numbers_of(5);
     for (int i = 0; i < 3 * m_.ngeom; ++i) std::fill_n(d_.geom_size + i * kWidth, kWidth, m_.geom_size[i]);
     may_touch_.resize(tables_.pairs.size());
-    assert_true(tables_.lists_pairs);
+    assert_true(tables_.knows_pairs);
   }
 
   void place(int lane, int geom, const Pose& pose) {

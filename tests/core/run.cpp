@@ -36,13 +36,15 @@ int main(int argc, char** argv) {
   if (topic == "collisions") return run_collisions();
   if (topic == "lanes") return run_lanes(false);
   if (topic == "few-lanes") return run_lanes(true);
+  if (topic == "rays") return run_rays();
   if (topic == "stages") return run_stages();
 #endif
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
   std::fputs(
-      "usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|stages|worker [TESTS]\n"
+      "usage: test_core chars|collisions|cpus|failures|forks|info|lanes|few-lanes|levers|numpy|rays|stages|worker "
+      "[TESTS]\n"
       "       test_core random-models [FIRST COUNT | print SEED]\n",
       stderr);
   return 2;

@@ -25,5 +25,6 @@ int run_lanes(bool few);  // few: with a fifth of the states, for emulators
 int run_levers();
 int run_numpy();
 int run_random_models(int argc, char** argv);
+int run_rays();
 int run_stages();
 int run_worker();

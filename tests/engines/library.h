@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 #include <mjenv/mjenv.h>
+#include <mjenv/task.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -23,6 +24,7 @@
   X(mjenv_step)            \
   X(mjenv_seed_actions)    \
   X(mjenv_sample_actions)  \
+  X(mjenv_load_tasks)      \
   X(mjenv_read)
 
 struct library {

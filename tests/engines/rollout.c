@@ -1,6 +1,6 @@
 /* Steps ids under sampled actions and prints a checksum over every bit that a build of the library gives: those of the
  * observations, rewards, ends and infos of each reset and step, and of the arrays of mjData and mjModel at the end.
- * Usage: rollout LIBRARY STEPS [ID...]     (all ids if none is named) */
+ * Usage: rollout LIBRARY STEPS [--tasks PLUGIN] [ID...]     (all ids if none is named; with PLUGIN, those of its tasks) */
 #include <string.h>
 
 #include "library.h"
@@ -59,13 +59,20 @@ static void roll(const struct library* library, const char* id, long steps) {
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    fprintf(stderr, "usage: rollout LIBRARY STEPS [ID...]\n");
+    fprintf(stderr, "usage: rollout LIBRARY STEPS [--tasks PLUGIN] [ID...]\n");
     return 2;
   }
   const struct library library = library_open(argv[1]);
   const long steps = strtol(argv[2], NULL, 10);
-  for (int i = 3; i < argc; ++i) roll(&library, argv[i], steps);
-  if (argc == 3)
-    for (int64_t i = 0; i < library.mjenv_id_count(); ++i) roll(&library, library.mjenv_id_at(i), steps);
+  int named = 3;
+  int64_t first = 0;
+  if (argc > 4 && strcmp(argv[3], "--tasks") == 0) {
+    first = library.mjenv_id_count();
+    check(&library, library.mjenv_load_tasks(argv[4]));
+    named = 5;
+  }
+  for (int i = named; i < argc; ++i) roll(&library, argv[i], steps);
+  if (argc == named)
+    for (int64_t i = first; i < library.mjenv_id_count(); ++i) roll(&library, library.mjenv_id_at(i), steps);
   return 0;
 }

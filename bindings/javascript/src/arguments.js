@@ -98,7 +98,7 @@ function lengthOf(values, what) {
 function copied(type, values, what) {
   const length = lengthOf(values, what);
   if (!(length * type.BYTES_PER_ELEMENT <= MAX_SIZE))
-    throw new MjenvError("MJENV_E_SIZE", `the ${what} are ${length}, which is more than the library's memory can hold`);
+    throw new MjenvError("MJENV_E_SIZE", `there are ${length} ${what}, more than the library's memory can hold`);
   try {
     return /** @type {InstanceType<Type>} */ (type.from(values));
   } catch (error) {

@@ -594,7 +594,7 @@ export class Env {
    */
   computeReward(achieved, desired, count = this.numEnvs) {
     const [from, to] = [doubles(achieved, "achieved goals"), doubles(desired, "desired goals")];
-    checkLength(to, from.length, "list of desired goals", "numbers are achieved");
+    checkLength(to, from.length, "list of desired goals", "are in the list of achieved goals");
     const pairs = int64(count, "count");
     const handle = this.#open;
     const library = this.#library;
@@ -849,7 +849,7 @@ export class Env {
   }
 
   /**
-   * Adds noise, delays and pushes.
+   * Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on.
    *
    * @param {Perturbation | null} perturbation null: none
    */

@@ -152,11 +152,12 @@ deviations(noise::Numbers) = collect(Float64, noise)
     perturb!(env; action_noise = 0, observation_noise = 0, action_delay = 0, observation_delay = 0, pushes = [],
              first_action = 0, redraw_delays = false)
 
-Replaces noise, delays and pushes, from each row's next reset on. The noise is one standard deviation, or one for each
-actuator or element of the observation. The delays are numbers of steps, or ranges such as `0:2`, from which resets
-draw them, or with `redraw_delays` each step. Until the first delayed action arrives, the task gets `first_action`: one
-number for all actuators, or one for each. `pushes` are [`MJEnv.Push`](@ref), for each
-body at most one force and one kick. docs/randomisation.md describes what happens in a step. Returns `env`.
+Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on. The noise is
+one standard deviation, or one for each actuator or element of the observation. The delays are numbers of steps, or
+ranges such as `0:2`, from which resets draw them, or with `redraw_delays` each step. Until the first delayed action
+arrives, the task gets `first_action`: one number for all actuators, or one for each. `pushes` are
+[`MJEnv.Push`](@ref), for each body at most one force and one kick. docs/randomisation.md describes what happens in a
+step. Returns `env`.
 """
 function perturb!(
     env::Env;

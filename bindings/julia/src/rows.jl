@@ -6,9 +6,9 @@
 What functions take as `rows`: `:` is all rows, a number one row, a vector of numbers some rows, and a `Bool` vector with
 an element for each row of the environment a mask.
 
-What belongs to a row, such as actions and seeds, has a column or an element for each row of the environment for `:` and
-for a mask, where those of the rows outside the mask are ignored, and otherwise for each of the chosen rows, in their
-order. In a [`Batch`](@ref), each row always has its own place.
+What belongs to a row, such as actions and seeds, has a column or an element for each row. For `:` and for a mask, these
+are all rows of the environment, and those of rows outside the mask are ignored. Otherwise they are the chosen rows, in
+their order. In a [`Batch`](@ref), each row always has its own place.
 
 A row that does not exist throws an `ArgumentError`, and a mask of another length a `DimensionMismatch`.
 

@@ -141,9 +141,9 @@ def test_gymnasium_makes_vectors() -> None:
 def test_steps_of_some_rows_and_rollouts_are_refused() -> None:
     env = mjenv.make_vec("NumpyHopper-v5", 2)
     env.reset(seed=0)
-    with pytest.raises(mjenv.TaskError, match="send works with tasks in machine code"):
+    with pytest.raises(mjenv.TaskError, match="send works only with tasks in machine code"):
         env.send(np.zeros((2, 3)))
-    with pytest.raises(mjenv.TaskError, match="rollout works with tasks in machine code"):
+    with pytest.raises(mjenv.TaskError, match="rollout works only with tasks in machine code"):
         env.rollout(np.zeros((2, 4, 3)))
 
 
@@ -153,7 +153,7 @@ def test_steps_of_some_rows_and_rollouts_are_refused() -> None:
     ids=str,
 )
 def test_options_that_the_library_computes_are_refused(option: dict[str, Any]) -> None:
-    with pytest.raises(mjenv.OptionError, match=f"{next(iter(option))} works with tasks in machine code"):
+    with pytest.raises(mjenv.OptionError, match=f"{next(iter(option))} works only with tasks in machine code"):
         mjenv.make("NumpyHopper-v5", **option)
 
 
@@ -222,7 +222,7 @@ def test_live_parameters_and_kept_numbers(mode: str) -> None:
     assert flat(envs.observe()[0]) == flat(envs.observe()[2])
     with pytest.raises(mjenv.InvalidValueError, match=r"row 2: parameters.speed\[0\] is 3, but must lie in \[-2, 2\]"):
         envs.parameters["speed"][2] = 3
-    with pytest.raises(mjenv.UnknownNameError, match="no live parameter 'sped', but speed, gains"):
+    with pytest.raises(mjenv.UnknownNameError, match="no live parameter 'sped'; this task has speed, gains"):
         envs.parameters["sped"] = 1
     assert envs.parameters["speed"].tolist() == [1.5, -1, 1.5]
 

@@ -173,7 +173,7 @@ def test_an_id_of_another_type(call: Any, id: Any) -> None:
 
 def test_an_environment_instead_of_an_id(env: mjenv.MujocoEnv) -> None:
     for call in (mjenv.make, mjenv.make_vec):
-        with refused(TypeError, Status.E_TYPE, "make builds environments itself"):
+        with refused(TypeError, Status.E_TYPE, "this is an environment, and make needs its id"):
             call(env)
 
 

@@ -200,7 +200,7 @@ def test_the_stream_is_one() -> None:
         ({"delay": Delay(1.5)}, mjenv.OptionError, "integers"),  # type: ignore[arg-type]
         ({"delay": Delay((2, 1))}, mjenv.InvalidValueError, "wrong order"),
         ({"delay": Delay(1, (0, -1))}, mjenv.InvalidValueError, "wrong order"),
-        ({"delay": Delay((0, 1, 2))}, mjenv.OptionError, "an int, or two"),  # type: ignore[arg-type]
+        ({"delay": Delay((0, 1, 2))}, mjenv.OptionError, "one int, or a pair of ints"),  # type: ignore[arg-type]
         ({"delay": Delay((0, 2), redraw="episode")}, mjenv.OptionError, "'reset' or 'step'"),  # type: ignore[arg-type]
         ({"randomize": {"body_mass": Same()}}, mjenv.InvalidValueError, "there is none"),
         ({"randomize": {"body_mass": [Scale(1, 2), Same(factor=0.0)]}}, mjenv.InvalidValueError, "not 0"),
@@ -215,7 +215,7 @@ def test_the_stream_is_one() -> None:
         ({"push": Push("torso", ((0, 1),) * 3, velocity=((0, 1),) * 3)}, mjenv.OptionError, "use two pushes"),
         ({"push": Push("torso", duration=(3, 2))}, mjenv.InvalidValueError, "min_duration is 3"),
         ({"push": Push("torso", duration=-1)}, mjenv.InvalidValueError, "min_duration is -1"),
-        ({"push": Push("torso", duration=(1, 2, 3))}, mjenv.OptionError, "an int, or two"),  # type: ignore[arg-type]
+        ({"push": Push("torso", duration=(1, 2, 3))}, mjenv.OptionError, "one int, or a pair of ints"),  # type: ignore[arg-type]
     ],
 )
 def test_refusals(settings: dict[str, Any], error: type[Exception], message: str) -> None:

@@ -112,7 +112,7 @@ def test_the_rest_of_the_interface(sb3: Any) -> None:
         envs.get_images()
     with pytest.raises(mjenv.InvalidValueError, match="shape"):
         envs.step(np.zeros((2, 2)))
-    with pytest.raises(TypeError, match=r"the id is a str.*make builds environments itself"):
+    with pytest.raises(TypeError, match=r"the id is a str.*this is an environment, and make needs its id"):
         sb3.VecEnv(mjenv.make_vec("Reacher-v5", 3))
     with pytest.raises(TypeError, match="autoreset_mode"):
         sb3.VecEnv("Reacher-v5", 3, autoreset_mode="Disabled")

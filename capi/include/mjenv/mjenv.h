@@ -290,9 +290,9 @@ typedef struct mjenv_randomization {
   mjenv_effect effect;
   int32_t shared;    /* 1: one draw for all elements; 0: one draw each */
   int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
-  int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: element i uses that of element i, or
-                        the shared one. For example, an actuator's kp is drawn for gainprm, and used again, with the
-                        factor -1, for biasprm. distribution, parameters and shared are not used */
+  int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that
+                        item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and
+                        used again, with the factor -1, for biasprm. distribution, parameters and shared are not used */
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 
@@ -722,8 +722,8 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * value that can be drawn), SIZE. */
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
 
-/* Sets noise, delays and pushes, which act on each row from its next reset on, instead of earlier ones. NULL: none.
- * Errors: VALUE, SIZE (a count). */
+/* Ends the present noise, delays and pushes at once, and sets others, which act on each row from its next reset on.
+ * NULL: none. Errors: VALUE, SIZE (a count). */
 MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
 
 /* ---- Pictures ----

@@ -347,7 +347,8 @@ class Env {
   void randomize(Span<const mjenv_randomization> items) {
     check(mjenv_randomize(handle(), items.data(), int64(items.size())));
   }
-  /* Replaces noise, delays and pushes; without an argument there are none. */
+  /* Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on. Without an
+   * argument there are none. */
   void perturb(const mjenv_perturbation &perturbation) { check(mjenv_perturb(handle(), &perturbation)); }
   void perturb() { check(mjenv_perturb(handle(), nullptr)); }
   void simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {

@@ -65,7 +65,8 @@ typedef struct mjenv_task_field {
   uint32_t struct_size;
   mjenv_role role;   /* OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE */
   const char *name;  /* without blanks and quotes; unique in its role */
-  const char *doc;   /* one line with the unit; NULL: the library's own for a name of the built-in robots, else none */
+  const char *doc;   /* one line with the unit; NULL: the library's own text if a built-in robot has a field of this
+                        name, else none */
   mjenv_dtype dtype; /* the type in Python; 0: FLOAT64. An observation is always np.float64 */
   int32_t ndim;      /* 0 (a scalar) to 4 dimensions; at most 1 in the observation, where 0 is a vector of length 1 */
   int64_t shape[4];  /* the first ndim are used; -1: build sets the length. A role has at most 16777216 elements */

@@ -1,4 +1,4 @@
-// What follows from the numbers of mjModel alone, computed once for the rows' numbers, not in each step.
+// What follows from the numbers of mjModel alone. It is computed when a row's numbers change, not in each step.
 #pragma once
 
 #include "engine/lanes/functions.hpp"

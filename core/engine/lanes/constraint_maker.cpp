@@ -155,7 +155,7 @@ bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pa
 }
 
 std::unique_ptr<ConstraintMaker> ConstraintMaker::make(const Code& code, const mjModel& m, const ModelTables& tables) {
-  if (!tables.lists_pairs || m.njmax == 0) return nullptr;
+  if (!tables.knows_pairs || m.njmax == 0) return nullptr;
   for (const ContactPair& pair : tables.contact_pairs)
     if ((pair.dim != 1 && pair.dim != 3 && pair.dim != 4 && pair.dim != 6) ||
         (mj_isSparse(&m) && pair.chain.count == 0))
@@ -181,7 +181,7 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
       tendons_(tables.tendons.size()),
       equals_(tables.equalities.size()),
       frictions_(static_cast<std::size_t>(m.nv + m.ntendon)),
-      lists_no_pairs_(tables.searched.has_value()),
+      are_always_searched_(tables.searched.has_value()),
       has_friction_(constrains(m, mjDSBL_FRICTIONLOSS)),
       tables_(tables) {
   static_assert(Contacts::kMostSingle == mjMAXCONPAIR);
@@ -246,8 +246,8 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   const bool are_shared =
       std::all_of(models.begin(), models.begin() + count, [&](const mjModel* m) { return m == &m_; });
   // If a row's own values may change which contacts MuJoCo finds, its model lists no pairs, so MuJoCo searches.
-  contacts_.are_searched = lists_no_pairs_ || std::any_of(models.begin(), models.begin() + count,
-                                                          [](const mjModel* m) { return m->npair == 0; });
+  contacts_.are_searched = are_always_searched_ || std::any_of(models.begin(), models.begin() + count,
+                                                               [](const mjModel* m) { return m->npair == 0; });
   if (are_shared && shared_rows_ == count) return true;  // nothing has changed since the last step
   shared_rows_ = 0;
   contacts_.equality_count = contacts_.friction_count = 0;

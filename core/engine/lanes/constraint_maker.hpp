@@ -61,8 +61,9 @@ class ConstraintMaker {
   std::vector<Contacts::Limited> joints_, tendons_;
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;        // the lists are valid for this many rows with the shared model; 0: they are not valid
-  const bool lists_no_pairs_;  // MuJoCo searches for pairs, so no model holds their parameters
+  int shared_rows_ = 0;  // the lists are valid for this many rows with the shared model; 0: they are not valid
+  // MuJoCo itself searches for pairs, so no model holds their parameters.
+  const bool are_always_searched_;
   const bool has_friction_;
   const ModelTables& tables_;
   Pairs mixed_;  // room for the parameters of one pair

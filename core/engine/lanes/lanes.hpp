@@ -32,10 +32,10 @@ struct GeomBox {
   double middle[3], half[3], round;
 };
 
-// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes without their rounding is
+// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes without their round edges is
 // greater than the sum of three numbers: limit, which includes the radii and the margin; kRounding times the sizes of
-// the coordinates; and kCollinear / (the distance between the geoms' centres), because MuJoCo's search for contacts of
-// convex shapes treats a product of two lengths below 1.5e-8 as zero.
+// the coordinates, for rounding errors; and kCollinear / (the distance between the geoms' centres), because MuJoCo's
+// search for contacts of convex shapes treats a product of two lengths below 1.5e-8 as zero.
 struct BoxPair {
   static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
   double limit;
@@ -57,8 +57,8 @@ enum class Shapes {
 };
 
 // In models with sparse Jacobians, the dofs at which the Jacobian of a constraint between two bodies has numbers, in
-// ascending order: `count` of them, from first_column on in Lanes::columns. couples: whether two of these dofs do not
-// have a number in the inertia matrix.
+// ascending order: `count` of them, from first_column on in Lanes::columns. couples: whether J' * J has an element, for
+// some two of these dofs, that the inertia matrix lacks.
 struct Chain {
   int first_column, count;
   bool couples;
@@ -271,7 +271,8 @@ struct Contacts {
 };
 
 // Of Newton's method with sparse Jacobians: which numbers of H and of its Cholesky factor are part of MuJoCo's sparse
-// matrix. The matrices are [nv][nv], and have a number for each element of the lower triangle: the lanes, as bits.
+// matrix. of_M, of_J and filled are [nv][nv]. For each element of the lower triangle they hold the lanes, as bits, that
+// have it.
 struct Pattern {
   const unsigned char* of_M;  // the elements that M has: all bits
   unsigned char* of_J;        // the elements that J' * J has, but not M
@@ -283,11 +284,11 @@ struct Pattern {
 };
 
 // The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
-// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i. For
-// PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most three. So each lane has its
-// whole blocks at the first places and its remaining constraints at the last three places: the terms of all lanes' sums
-// are then added in the same order. PGS with elliptic cones and noslip need the constraints of a contact at places that
-// follow each other, so constraint i of a lane is at place i (is_numbered).
+// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i,
+// unless is_aligned. For PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most
+// three. So each lane has its whole blocks at the first places and its remaining constraints at the last three places:
+// the terms of all lanes' sums are then added in the same order. PGS with elliptic cones and noslip need the
+// constraints of a contact at places that follow each other, so constraint i of a lane is at place i (is_numbered).
 struct Constraints {
   static constexpr int kRest = 3;
   int size;                 // how many places there are
@@ -330,10 +331,10 @@ struct Constraints {
   // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
   double *Mgrad, *Mgraddif;
 
-  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has. starts: for each
-  // place, the lanes, as bits, in which these constraints begin there, by their number: 1 constraint that PGS updates
-  // alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4 or 6 constraints of a contact
-  // with an elliptic cone.
+  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has.
+  // starts[place].blocks[n]: the lanes, as bits, in which a group of n constraints begins at this place. A group is 1
+  // constraint that PGS updates alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4
+  // or 6 constraints of a contact with an elliptic cone.
   static constexpr int kMostNumbered = 64;
   bool is_numbered;
   struct Starts {

@@ -237,7 +237,7 @@ class MakeConstraint {
   // Except for contacts, MuJoCo makes no constraint whose Jacobian is 0. Lanes with such a constraint are left to
   // MuJoCo.
   void leave_empty(int size) {
-    if (c_.is_sparse) return;  // what counts is whether it has columns
+    if (c_.is_sparse) return;  // with a sparse Jacobian, MuJoCo only checks whether the constraint has columns
     for (int lane = 0; lane < kWidth; ++lane) {
       if (!(rows_ >> lane & 1)) continue;
       bool is_empty = true;

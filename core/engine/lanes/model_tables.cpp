@@ -363,8 +363,8 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   const SingleStages single(m);
   const bool finds_contacts = constrains(m, mjDSBL_CONTACT) && m.nconmax > 0;
   if (finds_contacts && !model.pairs()) searched = searched_pairs(m);
-  lists_pairs = !finds_contacts || model.pairs() || searched;
-  if (finds_contacts && lists_pairs) {
+  knows_pairs = !finds_contacts || model.pairs() || searched;
+  if (finds_contacts && knows_pairs) {
     const Pairs& listed = searched ? *searched : *model.pairs();
     pairs = tested_pairs(m, listed);
     contact_pairs = pairs_in_contact(m, listed, columns);

@@ -33,7 +33,7 @@ struct ModelTables {
   std::vector<Actuator> actuators;
   std::vector<Segment> segments;
   std::vector<int> segment_adr;
-  bool lists_pairs;             // whether the pairs that can collide are known; if not, MuJoCo must search for them
+  bool knows_pairs;             // whether the pairs that can collide are known; if not, MuJoCo must search for them
   std::vector<GeomPair> pairs;  // these pairs
   std::vector<BoxPair> box_pairs;
   std::vector<GeomBox> boxes;     // for each geom, if there are box_pairs

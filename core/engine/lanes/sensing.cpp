@@ -48,7 +48,7 @@ void sense_singly(const mjModel& m, mjData& d) {
       const mjtNum* const mat = d.site_xmat + 9 * site;
       const mjtNum ray[3] = {mat[2], mat[5], mat[8]};
       int geom = -1;
-      data = mj_ray(&m, &d, d.site_xpos + 3 * site, ray, nullptr, 1, m.site_bodyid[site], &geom);
+      data = mjenv_ray(&m, &d, d.site_xpos + 3 * site, ray, nullptr, 1, m.site_bodyid[site], &geom);
       if (cutoff > 0) data = mju_min(cutoff, data);
     }
   }

@@ -1,7 +1,7 @@
 // MuJoCo 2.2.2's sparse matrices (engine_util_sparse.c and engine_util_solve.c) for several rows at once. Only their
-// sums are sparse: the numbers lie in dense arrays, beside lists of the columns that MuJoCo's matrices have. Rows may
-// lack an element that others have, which MuJoCo leaves out there. For the same bits, such a lane adds -0, which
-// changes no number.
+// sums are sparse: the numbers lie in dense arrays, beside lists of the columns that MuJoCo's matrices have. The matrix
+// of one lane may lack an element that those of others have, and MuJoCo leaves it out of the sums. For the same bits,
+// such a lane adds -0, which changes no number.
 #pragma once
 
 #include "engine/lanes/functions.hpp"
@@ -170,7 +170,7 @@ class SparseFactor {
     }
   }
 
-  // Empties the vector of a rank-one update, to which `add` then adds elements.
+  // Empties the vector of a rank-one update. add_element then adds its elements.
   void begin_vector(V* x) {
     for (int k = 0; k < nv_; ++k) {
       x[k] = negative_zero();

@@ -72,7 +72,7 @@ std::string excessive_array(const mjModel& m) {
 
 std::string excess(const Model& model) {
   const std::string array = excessive_array(*model.get());
-  return array.empty() ? "" : "a number in " + array + " that is not finite or greater than 1e10";
+  return array.empty() ? "" : "a number in " + array + " that is not finite or whose absolute value is above 1e10";
 }
 
 std::string no_joints(const Model& model) { return text_if(model.get()->nv == 0, "no joints"); }
@@ -107,13 +107,13 @@ bool has_contacts(const Model& model) {
   const mjModel& m = *model.get();
   if (is_disabled(m, mjDSBL_CONTACT) || is_disabled(m, mjDSBL_CONSTRAINT)) return false;
   const ModelTables tables(model);
-  return !tables.lists_pairs || !tables.pairs.empty();
+  return !tables.knows_pairs || !tables.pairs.empty();
 }
 
 // If lanes have no list of pairs of geoms, MuJoCo searches for them row by row.
 std::string contacts(const Model& model) {
   if (has_adhesion(*model.get())) return "adhesion reads them";
-  return text_if(!ModelTables(model).lists_pairs, "the search for pairs of geoms");
+  return text_if(!ModelTables(model).knows_pairs, "the search for pairs of geoms");
 }
 
 const char* shape(const mjModel& m, int geom) {
@@ -170,7 +170,7 @@ const std::vector<Obstacle>& obstacles() {
       {"`fwdinv`", "MuJoCo's comparison of forward and inverse dynamics reads and writes nearly all of mjData",
        comparison},
       {"MuJoCo's callbacks in the process", "they may read and write all of mjData", callbacks},
-      {"numbers of the model that are not finite or greater than 1e10",
+      {"numbers of the model that are not finite or whose absolute value is above 1e10",
        "products of zeros and such numbers are not zeros", excess}};
   return list;
 }

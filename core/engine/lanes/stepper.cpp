@@ -120,7 +120,7 @@ class LaneArrays {
   int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
-// The lists are in the order of mj_forward. shown_ lists what mjenv_sim shows to callbacks.
+// shown_ lists what mjenv_sim shows to callbacks.
 LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;
@@ -552,7 +552,7 @@ bool LaneStepper::is_unlike(const mjModel& m) const {
   if (!single_.passive && m.geom_fluid != m_.geom_fluid &&
       differs([](const mjModel& of, int geom) { return of.geom_fluid[mjNFLUID * geom] > 0; }))
     return true;
-  if (!tables_.lists_pairs) return false;
+  if (!tables_.knows_pairs) return false;
   if (m.geom_rbound != m_.geom_rbound && differs([](const mjModel& of, int geom) { return of.geom_rbound[geom] > 0; }))
     return true;
   if (m.geom_margin != m_.geom_margin &&
@@ -695,8 +695,8 @@ void LaneStepper::show_current(Work* const* works) {
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_state(m, d); });
 }
 
-// mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come last, before
-// sensors and energies.
+// mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come after all other
+// stages except sensors and energies, unless the model has adhesion.
 void LaneStepper::forward(Readers readers) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
@@ -743,8 +743,8 @@ void LaneStepper::forward(Readers readers) {
   if (readers.after_step) show();
 }
 
-// MuJoCo's functions compute tendons and actuators row by row, and before the moments of adhesion contacts and
-// constraints.
+// MuJoCo's functions compute tendons and actuators row by row. The moments of adhesion depend on contacts and
+// constraints, so these come first.
 void LaneStepper::actuate_row_by_row() {
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_tendon(&m, &d); });
   if (has_adhesion_) {

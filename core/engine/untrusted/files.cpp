@@ -113,8 +113,11 @@ class Obj {
     if ((faces_ == 0 && lines_ == 0 && positions_ < 4) ||
         ((faces_ == 0 || begins_with_lines_) &&
          ((normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_))))
-      refuse("it has no faces, and " + std::to_string(positions_) + " vertices, " + std::to_string(normals_) +
-             " normals and " + std::to_string(texcoords_) + " texture coordinates");
+      refuse(
+          "MuJoCo sees no face in it, so it needs at least 4 vertices, with a normal and a texture coordinate for each "
+          "vertex or for none; it has " +
+          std::to_string(positions_) + " vertices, " + std::to_string(normals_) + " normals and " +
+          std::to_string(texcoords_) + " texture coordinates");
     // If there are normals, every corner of a face must have one; the same holds for texture coordinates.
     if ((normals_ && lacks_normals_) || (texcoords_ && lacks_texcoords_))
       refuse("it has normals or texture coordinates, but not for all faces");

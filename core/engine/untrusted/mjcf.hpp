@@ -1,4 +1,5 @@
-// Validates untrusted models, because MuJoCo 2.2.2 can crash, hang or read out of bounds on some.
+// Validates all models but the built-in ones, because MuJoCo can crash, hang or read out of bounds on some. Trusted
+// models have wider limits (limits.hpp).
 #pragma once
 
 #include <cstdint>

@@ -38,7 +38,8 @@ struct LearnSettings {
   std::vector<std::int64_t> hidden;                /* the widths of the hidden layers */
   std::vector<std::uint8_t> actor_obs, critic_obs; /* which elements of the observation each sees; empty: all */
 
-  /* The settings for an id: tuned ones for the robots of Gymnasium's v5, else the defaults. */
+  /* The settings for an id: tuned ones for the robots of Gymnasium's v5, else
+   * settings that serve most tasks of movement (mjenv_learn_defaults). */
   explicit LearnSettings(const std::string &env_id) : id(env_id) {
     if (mjenv_learn_abi_version() != MJENV_LEARN_ABI_VERSION)
       throw Error(MJENV_E_INTERNAL, "libmjenv-learn has another ABI version than this program was compiled for");
@@ -124,7 +125,7 @@ inline Evaluation evaluate(Env &env, const Policy &policy, std::size_t episodes,
 class Learner {
  public:
   /* The environment has settings.values.rows rows and the option "autoreset_mode" same_step. Until the learner is
-   * destroyed, it must not be destroyed or used by others. */
+   * destroyed, the environment must not be destroyed or used by others. */
   Learner(Env &env, const LearnSettings &settings) {
     const mjenv_learn_settings raw = settings.raw();
     mjenv_learner *made = nullptr;

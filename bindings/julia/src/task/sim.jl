@@ -174,7 +174,8 @@ end
     MJEnv.Start
 
 The initial state of an episode, which `reset!` changes: the vectors `qpos`, which equals the model's `qpos0` before the
-call, `qvel`, `act` and `carried`, which are 0. `qpos0` is read-only. `start[own]` is an [`MJEnv.own!`](@ref).
+call, `qvel` and `act`, which are 0, and `carried`, which is 0 except for numbers that resets keep. `qpos0` is
+read-only. `start[own]` is an [`MJEnv.own!`](@ref).
 
 If the task called [`MJEnv.current!`](@ref), `start.sim` is the live simulation, of which `qpos`, `qvel` and `act` are the
 state, and these simulate:

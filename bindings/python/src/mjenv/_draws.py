@@ -153,7 +153,10 @@ class Lists:
                 setattr(found, f"{name}_noise_count", deviations.size)
             steps = _integers(getattr(delay, name), f"delay: {name}")
             if steps.size not in (1, 2):
-                raise OptionError(f"delay: {name} is an int, or two, not {getattr(delay, name)!r}", Status.E_TYPE)
+                given = getattr(delay, name)
+                raise OptionError(
+                    f"delay: {name} is one int, or a pair of ints (least, most), not {given!r}", Status.E_TYPE
+                )
             setattr(found, f"{name}_delay", int(steps[0]))
             if steps.size == 2:
                 if steps[1] < steps[0]:
@@ -174,7 +177,9 @@ class Lists:
             struct.low[:], struct.high[:] = numbers[:, 0].tolist(), numbers[:, 1].tolist()
             lasts = _integers(one.duration, "push: duration")
             if lasts.size not in (1, 2):
-                raise OptionError(f"push: duration is an int, or two, not {one.duration!r}", Status.E_TYPE)
+                raise OptionError(
+                    f"push: duration is one int, or a pair of ints (least, most), not {one.duration!r}", Status.E_TYPE
+                )
             struct.min_duration, struct.max_duration = int(lasts[0]), int(lasts[-1])
             every = _integers(one.every, "push: every")
             if every.shape != (2,):
@@ -192,7 +197,9 @@ def _push_ranges(push: Push) -> NDArray[np.float64]:
     kinds = {"force": push.force, "torque": push.torque}
     if push.velocity is not None or push.angular_velocity is not None:
         if any(_numbers(values, f"push: {name}").any() for name, values in kinds.items()):
-            raise OptionError("push: a push has a force and a torque, or velocities: use two pushes", Status.E_VALUE)
+            raise OptionError(
+                "push: a push has either a force and a torque, or velocities; for both, use two pushes", Status.E_VALUE
+            )
         kinds = {"velocity": push.velocity or _STILL, "angular_velocity": push.angular_velocity or _STILL}
     ranges = [_numbers(values, f"push: {name}") for name, values in kinds.items()]
     if any(values.shape != (3, 2) for values in ranges):

@@ -381,7 +381,7 @@ class Parameters(MutableMapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         if name not in self:
             raise UnknownNameError(
-                f"there is no live parameter {name!r}, but {', '.join(self) or 'this task has none'}", Status.E_NAME
+                f"there is no live parameter {name!r}; this task has {', '.join(self) or 'none'}", Status.E_NAME
             )
         return getattr(self._arrays, name)
 
@@ -390,7 +390,7 @@ class Parameters(MutableMapping[str, Any]):
         setattr(self._arrays, name, value)
 
     def __delitem__(self, name: str) -> None:
-        raise TypeError("the live parameters of a task stay")
+        raise TypeError("live parameters cannot be deleted")
 
     def __contains__(self, name: object) -> bool:
         return name in list(self)

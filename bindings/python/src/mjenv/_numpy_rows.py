@@ -41,6 +41,10 @@ _OF_THE_LIBRARY = {"history": 0, "time_aware": False, "clip_actions": False, "re
 _PREFIX = "parameters."  # of the names of live parameters
 
 
+def _works_only_in_code(id: str, name: str) -> str:
+    return f"{id} is a NumPy task, which computes all rows at once: {name} works only with tasks in machine code"
+
+
 class _Out:
     """The arrays that an mjenv_batch names; None where it names none."""
 
@@ -83,14 +87,14 @@ class NumpyRows(Rows):
     ) -> None:
         for name in RANDOMIZING:
             if options.get(name) is not None:
-                raise OptionError(f"{id} computes all rows at once: {name} works with tasks in machine code")
+                raise OptionError(_works_only_in_code(id, name))
         options = {name: value for name, value in options.items() if name not in RANDOMIZING}
         asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}
         for name, unused in _OF_THE_LIBRARY.items():
             if settings[name] != unused:
-                raise OptionError(f"{id} computes all rows at once: {name} works with tasks in machine code")
+                raise OptionError(_works_only_in_code(id, name))
         names = dict.fromkeys((*registered.needs, *settings["arrays"].split()))
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
@@ -182,7 +186,7 @@ class NumpyRows(Rows):
         self._refuse("send")
 
     def _refuse(self, name: str) -> NoReturn:
-        raise TaskError(f"{self.id} computes all rows at once: {name} works with tasks in machine code", Status.E_TASK)
+        raise TaskError(_works_only_in_code(self.id, name), Status.E_TASK)
 
     def fields(self, role: Role) -> tuple[Field, ...]:
         bounds = self._task.action_bounds

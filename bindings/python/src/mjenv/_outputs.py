@@ -23,7 +23,7 @@ _FLOAT64 = np.dtype(np.float64)
 
 
 class _Places:
-    """Where the rows that a mask over the reported rows selects are in the infos and in the library's arrays."""
+    """The places, in the infos and in the library's arrays, of the rows that a mask over the reported rows selects."""
 
     __slots__ = ("mask", "source", "target")
 

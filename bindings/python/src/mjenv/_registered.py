@@ -96,7 +96,9 @@ class Registered:
         if self.resets_rows:
             missing = [name for name in missing if name != "reset"]
             if "reset" in own:
-                raise OptionError(f"{kind.__name__} has reset and reset_row, of which one is used", Status.E_TYPE)
+                raise OptionError(
+                    f"{kind.__name__} defines both reset and reset_row: define one of them", Status.E_TYPE
+                )
             if not kind.current:
                 raise OptionError(f"{kind.__name__}: reset_row simulates, which needs current = True", Status.E_TYPE)
         if missing:
@@ -365,7 +367,8 @@ def _needs_of(kind: type[Task]) -> tuple[str, ...]:
 def _refuse_code_only(kind: type[Task]) -> None:
     if kind.before_substep is not None:
         raise OptionError(
-            f"{kind.__name__}: before_substep is machine code's, because NumPy would run before each mj_step",
+            f"{kind.__name__}: before_substep must be machine code, "
+            "because a NumPy method would call Python before each mj_step",
             Status.E_TYPE,
         )
     for name in kind.own:

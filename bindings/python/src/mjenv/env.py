@@ -265,7 +265,10 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
     def perturb(
         self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
     ) -> None:
-        """Replaces noise, delays and pushes from the next reset on. Takes the values of make's keywords."""
+        """Ends the present noise, delays and pushes at once; the new ones act from the next reset on.
+
+        Takes the values of make's keywords.
+        """
         self._rows.perturb(noise, delay, push)
         self._prepare()
 

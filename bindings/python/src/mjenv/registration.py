@@ -119,7 +119,7 @@ def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
 def own_id(id: Any) -> str:
     """The library's name of an id: "Ant-v5" for Gymnasium's "mjenv/Ant-v5"."""
     if not isinstance(id, str):
-        hint = "; make builds environments itself" if hasattr(id, "step") else ""
+        hint = "; this is an environment, and make needs its id" if hasattr(id, "step") else ""
         raise errors.OptionError(
             f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE
         )

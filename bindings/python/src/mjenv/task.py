@@ -99,8 +99,8 @@ class Task:
     "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
     count. Machine code: the arrays that task.h marks as on demand."""
     max_contacts: ClassVar[int] = 0
-    """NumPy: of how many contacts of a row sim.contact has room: the option max_contacts. The arrays hold a row's first
-    contacts, and 0 behind them; sim.ncon counts all. 0: of as many as MuJoCo can find, which may be hundreds."""
+    """NumPy: for how many contacts of a row sim.contact has room (the option max_contacts). The arrays hold a row's
+    first contacts, and 0 behind them; sim.ncon counts all. 0: for as many as MuJoCo can find, which may be hundreds."""
     state: ClassVar[Mapping[str, tuple[int, ...]]] = {}
     """Name and shape of the numbers that a row remembers from step to step. Snapshots and copies of rows hold them."""
     state_bounds: Mapping[str, tuple[float, float]] = {}

@@ -389,7 +389,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def perturb(
         self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
     ) -> None:
-        """Replaces noise, delays and pushes from each row's next reset on. Takes the values of make_vec's keywords."""
+        """Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on.
+
+        Takes the values of make_vec's keywords.
+        """
         self._pool.check_settled()
         self._pool.rows.perturb(noise, delay, push)
 

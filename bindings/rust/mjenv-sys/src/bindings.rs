@@ -355,9 +355,9 @@ pub struct mjenv_randomization {
     pub shared: i32,
     #[doc = " 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants"]
     pub constants: i32,
-    #[doc = " 1: draws nothing, but uses the draws of the item before: element i uses that of element i, or"]
-    #[doc = "the shared one. For example, an actuator's kp is drawn for gainprm, and used again, with the"]
-    #[doc = "factor -1, for biasprm. distribution, parameters and shared are not used"]
+    #[doc = " 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that"]
+    #[doc = "item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and"]
+    #[doc = "used again, with the factor -1, for biasprm. distribution, parameters and shared are not used"]
     pub repeats: i32,
     #[doc = " each draw is multiplied by it; 0 means 1"]
     pub factor: f64,
@@ -1011,8 +1011,8 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Sets noise, delays and pushes, which act on each row from its next reset on, instead of earlier ones. NULL: none."]
-    #[doc = " Errors: VALUE, SIZE (a count)."]
+    #[doc = " Ends the present noise, delays and pushes at once, and sets others, which act on each row from its next reset on."]
+    #[doc = " NULL: none. Errors: VALUE, SIZE (a count)."]
     pub fn mjenv_perturb(
         env: *mut mjenv_env,
         perturbation: *const mjenv_perturbation,
@@ -1143,7 +1143,8 @@ pub struct mjenv_task_field {
     pub role: mjenv_role,
     #[doc = " without blanks and quotes; unique in its role"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " one line with the unit; NULL: the library's own for a name of the built-in robots, else none"]
+    #[doc = " one line with the unit; NULL: the library's own text if a built-in robot has a field of this"]
+    #[doc = "name, else none"]
     pub doc: *const ::std::os::raw::c_char,
     #[doc = " the type in Python; 0: FLOAT64. An observation is always np.float64"]
     pub dtype: mjenv_dtype,

@@ -225,7 +225,8 @@ impl Env {
         check(unsafe { sys::mjenv_randomize(self.raw(), raw.as_ptr(), int64(raw.len())) })
     }
 
-    /// Replaces noise, delays and pushes, from each row's next reset on. docs/randomisation.md describes what happens in a step.
+    /// Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on.
+    /// docs/randomisation.md describes what happens in a step.
     ///
     /// # Errors
     /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Size`](crate::ErrorKind::Size). After an error

@@ -17,9 +17,10 @@
 /// # }
 /// ```
 ///
-/// What belongs to a row, such as actions and seeds, is passed in one slice, one row after the other. It has the elements
-/// of every row of the environment for all rows and for a mask, where those of the rows outside the mask are ignored, and
-/// otherwise those of the chosen rows in their order. In a [`Batch`](crate::Batch), each row always has its own place.
+/// What belongs to a row, such as actions and seeds, is passed in one slice, row after row. For all rows and for a
+/// mask, the slice has the elements of every row of the environment, and those of rows outside the mask are ignored.
+/// Otherwise it has those of the chosen rows, in their order. In a [`Batch`](crate::Batch), each row always has its own
+/// place.
 ///
 /// A call for a row that does not exist returns [`ErrorKind::Value`](crate::ErrorKind::Value), and a mask of another
 /// length [`ErrorKind::Size`](crate::ErrorKind::Size).

@@ -81,7 +81,7 @@ impl Policy {
             width = layer.bias.len();
         }
         if width != actions {
-            return Err("as many outputs as the environment has actions are needed".into());
+            return Err("the last layer must have as many outputs as an action has numbers".into());
         }
         let sizes = [("mean", observations), ("scale", observations), ("clip", 1), ("low", actions), ("high", actions)];
         for (name, size) in sizes {

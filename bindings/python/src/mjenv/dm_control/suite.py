@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import numbers
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -283,10 +283,12 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             self.mjenv = make(id, frame_skip=n_sub_steps, **options)
         seconds = natural if time_limit is None else time_limit
         self._limit = seconds / (timestep * self.mjenv.frame_skip)
-        self._domain, self._is_flat = domain_name, flat_observation
+        self._domain = domain_name
         self._controls = np.empty(self.mjenv.action_space.shape)
         self._physics: Physics | None = None
         self.task = Task(self.mjenv._rows, random)
+        self._observe: Callable[[NDArray[np.float64]], Observation] = _flat if flat_observation else self.task.terms.of
+        self._no_warnings = bytes(self.mjenv.arrays["warnings"].nbytes)
         self.mjenv._seed = 0  # the task's stream is seeded: resets go on with it
         self._steps = 0
         self._ended, self._is_begun = True, False
@@ -298,10 +300,11 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         values, info = self.mjenv.reset()
         self.task.take_stream()
         self._is_begun = True
-        self._check_warnings()
+        if self.mjenv.arrays["warnings"].tobytes() != self._no_warnings:
+            self._report()
         if self.task.visualize_reward:
             self.task.show(info["visualized_reward"], self.physics)
-        return dm_env.restart(self._observation(values))
+        return dm_env.restart(self._observe(values))
 
     def step(self, action: ArrayLike) -> dm_env.TimeStep:
         """Takes a step, or begins an episode if the last one has ended."""
@@ -313,13 +316,15 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             controls = action
         else:
             np.copyto(controls, action)
-        values, reward, terminated, _, _ = self.mjenv._step(controls)
-        self._check_warnings()
-        task = self.task
+        mjenv, task = self.mjenv, self.task
+        values, reward, terminated, _, _ = mjenv._step(controls)
+        # Comparing bytes takes less time than NumPy's functions.
+        if mjenv.arrays["warnings"].tobytes() != self._no_warnings:
+            self._report()
         if task._visualize_reward:
             task.show(reward, self.physics)
         self._steps += 1
-        observation = self._observation(values)
+        observation = self._observe(values)
         kind, discount = _MID, 1.0
         if self._steps >= self._limit:
             self._ended, kind = True, _LAST
@@ -333,7 +338,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
 
     def observation_spec(self) -> Mapping[str, specs.Array]:
         """The shapes of the observations."""
-        terms = self._observation(np.zeros(self.mjenv.observation_space.shape))
+        terms = self._observe(np.zeros(self.mjenv.observation_space.shape))
         return OrderedDict((name, specs.Array(np.shape(value), np.dtype(float), name)) for name, value in terms.items())
 
     @property
@@ -358,13 +363,12 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             self._physics.free()
         self.mjenv.close()
 
-    def _check_warnings(self) -> None:
-        given = self.mjenv.arrays["warnings"]
-        if given.tobytes().strip(b"\0"):  # some are not 0; NumPy's functions take longer to find out
-            self.physics.report(given)
+    def _report(self) -> None:
+        self.physics.report(self.mjenv.arrays["warnings"])
 
-    def _observation(self, values: NDArray[np.float64]) -> Observation:
-        return OrderedDict(observations=values) if self._is_flat else self.task.terms.of(values)
+
+def _flat(values: NDArray[np.float64]) -> Observation:
+    return OrderedDict(observations=values)
 
 
 def _timesteps(control_timestep: float, timestep: float) -> int:

@@ -471,8 +471,8 @@ impl<'a> Row<'a> {
         self
     }
 
-    /// The row's velocities. What a step writes, such as a kick, the methods `carry` and `observe` and the next step see;
-    /// what `MuJoCo` has computed still belongs to the old velocities.
+    /// The row's velocities. The methods `carry` and `observe` and the next step see what a step writes, such as a
+    /// kick; what `MuJoCo` has computed still belongs to the old velocities.
     ///
     /// # Panics
     /// In `before_step` and `before_substep`.

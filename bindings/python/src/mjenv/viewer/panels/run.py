@@ -22,7 +22,9 @@ class RunPanel:
         self._status = gui.add_markdown("")
         self._play = gui.add_button(PAUSE, hint="Stop the time, and let it go on")
         self._steps = gui.add_button_group(
-            "Steps", STEPS, hint="The row goes back, by up to 1,000 steps in all; all rows go on"
+            "Steps",
+            STEPS,
+            hint="-: the followed row goes back, by up to 1,000 steps in all; +: all rows take steps",
         )
         self._seed = gui.add_number("Seed", session.seed, min=0, step=1, hint="Row i gets this seed + i")
         self._reset = gui.add_button("Reset", hint="Begin episodes with this seed")

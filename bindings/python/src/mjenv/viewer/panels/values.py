@@ -98,7 +98,7 @@ class ValuesPanel:
                 self.scale(label, 1.0)
 
     def _show(self) -> None:
-        """The same as an argument of mjenv randomize, where it is one."""
+        """Shows the factors that are not 1 as arguments of mjenv randomize."""
         lines = []
         for label, factor in self._factors.items():
             if factor == 1.0:

@@ -24,13 +24,15 @@ class WatchPanel:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Run"):
             gui.add_markdown(
-                f"**{view.id}**\n\nA program steps these environments. Pausing lets it wait. Pulling a body "
+                f"**{view.id}**\n\nA program steps these environments. Pausing makes it wait. Pulling a body "
                 "and writing live parameters change what it computes."
             )
             self._status = gui.add_markdown("")
             self._pause = gui.add_button("Pause")
             step = gui.add_button("Step")
-            real = gui.add_checkbox("Real time", False, hint="The program waits, so that a second takes a second")
+            real = gui.add_checkbox(
+                "Real time", False, hint="The program waits, so that a simulated second takes a real one"
+            )
             drawn = len(view.picture.rows)
             row: Any = gui.add_slider("Row", 0, drawn - 1, 1, 0) if drawn > 1 else None
             track = gui.add_checkbox("Move with the row", True)
