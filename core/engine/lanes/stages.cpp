@@ -204,8 +204,9 @@ const std::vector<Stage>& stages() {
        "Jacobians also rows whose constraints are needed in mjData",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
-       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
-       "the integrator implicit", "fwdAcceleration Euler RungeKutta", always, never, integration},
+       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit",
+       "the integrator implicit, if Jacobians of tendons are sparse", "fwdAcceleration Euler implicit RungeKutta",
+       always, never, integration},
       {"sensors", "all but those of the next column",
        "rangefinders, frames of cameras; all sensors of a model with user sensors; all sensors of a row whose "
        "constraints are made row by row, if a sensor reads constraints",

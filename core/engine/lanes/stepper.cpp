@@ -231,6 +231,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
   const int fluid_geoms = has_ellipsoids(m_) ? m_.ngeom : 0;
+  const int implicit = m_.opt.integrator == mjINT_IMPLICIT ? 1 : 0;
   // Arrays of Lanes that are not copied from or to mjData.
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
                                                             {&L::subtree_linvel, 3 * sensing},
@@ -241,13 +242,21 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::cacc, 6 * nbody},
                                                             {&L::cfrc_body, 6 * nbody},
                                                             {&L::MhB, nM},
-                                                            {&L::qacc_euler, nv},
+                                                            {&L::qacc_integrated, nv},
                                                             {&L::X_qpos, nq},
                                                             {&L::X_qvel, 4 * nv},
                                                             {&L::F, 4 * nv},
                                                             {&L::dX, 2 * nv},
                                                             {&L::X_act, m_.na},
                                                             {&L::F_act, 4 * m_.na},
+                                                            {&L::qDeriv, implicit * nM},
+                                                            {&L::qDeriv_above, implicit * nM},
+                                                            {&L::qLU, implicit * nM},
+                                                            {&L::qLU_above, implicit * nM},
+                                                            {&L::Dcacc, implicit * 6 * nbody},
+                                                            {&L::Dcfrc_body, implicit * 6 * nbody},
+                                                            {&L::Dmomentum, implicit * 36 * nbody},
+                                                            {&L::local_J, implicit * 6 * nv},
                                                             {&L::com_scale, nbody},
                                                             {&L::viscous_torque, nbody},
                                                             {&L::viscous_force, nbody},
@@ -341,6 +350,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> may_touch_, pair_rows_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
+  std::vector<int> row_ends_;  // for scatter_derivatives: in each row of a matrix, where the next element belongs
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<const float*, kMaxWidth> heights_{};  // the rows' hfield_data
   std::array<mjData*, kMaxWidth> data_{};
@@ -391,6 +401,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void integrate(bool is_last);
   void integrate_singly();
   void scatter_moments();
+  void scatter_derivatives();
 };
 
 // Sets the world's frame once. mj_kinematics would set the same in each step.
@@ -421,7 +432,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       sees_from_cameras_(sees_from_cameras(m_)),
       may_touch_(tables_.pairs.size()),
       pair_rows_(tables_.pairs.size()),
-      spare_(static_cast<std::size_t>(longest_)) {
+      spare_(static_cast<std::size_t>(longest_)),
+      row_ends_(static_cast<std::size_t>(m_.nv)) {
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
@@ -430,6 +442,10 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.columns = tables_.columns.data();
   lanes_.segments = tables_.segments.data();
   lanes_.segment_adr = tables_.segment_adr.data();
+  lanes_.ancestor_adr = tables_.ancestor_adr.data();
+  lanes_.ancestors = tables_.ancestors.data();
+  lanes_.moved_adr = tables_.moved_adr.data();
+  lanes_.moved_bodies = tables_.moved_bodies.data();
   lanes_.actuators = tables_.actuators.data();
   lanes_.has_moments = tables_.has_moments;
   lanes_.has_ellipsoids = tables_.has_ellipsoids.data();
@@ -761,7 +777,7 @@ void LaneStepper::actuate_row_by_row() {
     mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m_.nu, m_.nv);
     mj_fwdActuation(&m, &d);
   });
-  for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
+  for (const auto* list : {&lengths_, &speeds_, &moments_, &actuation_}) gather(*list);
   if (!mj_isSparse(&m_)) gather(tendons_);
 }
 
@@ -915,8 +931,32 @@ void LaneStepper::integrate_singly() {
   gather(integrated_);
 }
 
+// Copies qDeriv and qLU to mjData, whose sparse matrices have the columns of each row in ascending order.
+void LaneStepper::scatter_derivatives() {
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    mj_makeMSparse(&m, &d, d.D_rownnz, d.D_rowadr, d.D_colind);
+    const auto copy = [&](int to, const double* qDeriv, const double* qLU, int from) {
+      d.qDeriv[to] = qDeriv[from * code_.width + row];
+      d.qLU[to] = qLU[from * code_.width + row];
+    };
+    for (int i = 0; i < m.nv; ++i) {
+      const int adr = tables_.ancestor_adr[i], depth = tables_.ancestor_adr[i + 1] - adr;
+      row_ends_[i] = d.D_rowadr[i] + depth;
+      for (int n = 0; n < depth; ++n) copy(row_ends_[i] - 1 - n, lanes_.qDeriv, lanes_.qLU, adr + n);
+      for (int n = 1; n < depth; ++n)
+        copy(row_ends_[tables_.ancestors[adr + n]]++, lanes_.qDeriv_above, lanes_.qLU_above, adr + n);
+    }
+  });
+}
+
 void LaneStepper::integrate(bool is_last) {
   if (single_.integration) return integrate_singly();
+  if (m_.opt.integrator == mjINT_IMPLICIT) {
+    code_.implicit(lanes_);
+    code_.advanceActivations(lanes_, 0);
+    if (is_last && is_whole_) scatter_derivatives();
+    return;
+  }
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
     code_.advanceActivations(lanes_, 0);
