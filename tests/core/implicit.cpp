@@ -61,7 +61,7 @@ const std::string kMuscles = R"(<mujoco><option timestep='0.002'/><worldbody>
   <body pos='0 0 1'><joint name='a' axis='0 1 0'/><geom size='.1' pos='.1 0 0'/>
     <body pos='.2 0 0'><joint name='b' axis='0 1 0'/><joint name='c' type='ball'/><geom size='.1' pos='.1 0 0'/>
     </body></body></worldbody>
-  <tendon><fixed name='t'><joint joint='a' coef='1'/><joint joint='b' coef='-.5'/></fixed></tendon>
+  <tendon><fixed name='t' damping='-.2'><joint joint='a' coef='1'/><joint joint='b' coef='-.5'/></fixed></tendon>
   <actuator>
     <general joint='a' gaintype='affine' gainprm='1 0 2' ctrllimited='true' ctrlrange='-.2 .2'/>
     <general tendon='t' gaintype='affine' gainprm='1 .5 -1' biastype='affine' biasprm='0 -1 -.5'/>
@@ -92,6 +92,8 @@ void test_steps(void** /*state*/) {
       {"fluids without wind", with_option("<option wind='0 0 0' density='0'/>", fluids)},
       {"thin fluids", with_option("<option viscosity='0' jacobian='sparse'/>", fluids)},
       {"actuators", with_option("", odd_model("actuators.xml"))},
+      {"actuators, sparse Jacobians",
+       with_option("<option jacobian='sparse' density='9'/>", odd_model("actuators.xml"))},
       {"adhesion", with_option("",
                                "<mujoco><worldbody><geom type='plane' size='5 5 .1'/>"
                                "<body name='foot' pos='0 0 .1'><joint type='slide'/><joint name='leg'/>"
@@ -219,12 +221,27 @@ void test_failure(void** /*state*/) {
   assert_true(fails);
 }
 
+// MuJoCo's sparse Jacobian of a tendon has two elements for a joint that the tendon has twice. Such rows are left to it.
+void test_repeated_joint(void** /*state*/) {
+  const auto model = Model::parse("repeated", with_option("<option jacobian='sparse'/>", kTree + R"(<tendon>
+    <fixed damping='1'><joint joint='leg' coef='.3'/><joint joint='leg' coef='.4'/></fixed></tendon></mujoco>)"));
+  const StateLayout layout(*model);
+  const ErrorTrap trap;
+  Work first(model), second(model);
+  Work* works[] = {&first, &second};
+  std::vector<double> state(layout.size), before(layout.size), other(layout.size);
+  std::copy_n(model->get()->qpos0, model->get()->nq, layout.qpos(state.data()));
+  double* befores[] = {before.data(), other.data()};
+  for (Work* work : works) work->load(state.data());
+  assert_int_equal(lanes::make_stepper(*model, *lanes::code_of(2))->step(works, 2, 1, befores), 0);
+}
+
 }  // namespace
 }  // namespace mjenv::core
 
 int run_implicit() {
   using namespace mjenv::core;
   const CMUnitTest tests[] = {cmocka_unit_test(test_steps), cmocka_unit_test(test_factorization),
-                              cmocka_unit_test(test_failure)};
+                              cmocka_unit_test(test_failure), cmocka_unit_test(test_repeated_joint)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -348,16 +348,9 @@ std::string actuation_obstacle(const mjModel& m) {
 
 std::string passive_obstacle(const mjModel& m) { return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : ""; }
 
-std::string integration_obstacle(const mjModel& m) {
-  return m.opt.integrator == mjINT_IMPLICIT && has_sparse_tendons(m)
-             ? "the integrator implicit with sparse Jacobians of tendons"
-             : "";
-}
-
 SingleStages::SingleStages(const mjModel& m) {
   actuation = !actuation_obstacle(m).empty();
   passive = !passive_obstacle(m).empty();
-  integration = !integration_obstacle(m).empty();
 }
 
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {

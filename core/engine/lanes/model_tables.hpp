@@ -17,14 +17,12 @@ struct SingleStages {
   explicit SingleStages(const mjModel_& m);
   bool actuation;  // tendons, actuators, their lengths, velocities and forces
   bool passive;    // passive forces
-  bool integration;
 };
 
-// The feature of the model because of which MuJoCo computes tendons and actuators, passive forces, or the integration
-// row by row; "" if there is none.
+// The feature of the model because of which MuJoCo computes tendons and actuators, or passive forces, row by row; "" if
+// there is none.
 std::string actuation_obstacle(const mjModel_& m);
 std::string passive_obstacle(const mjModel_& m);
-std::string integration_obstacle(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);

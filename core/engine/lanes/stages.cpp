@@ -100,7 +100,6 @@ std::string never(const Model& /*model*/) { return ""; }
 bool has_actuation(const Model& model) { return model.get()->nu > 0 || model.get()->ntendon > 0; }
 std::string actuation(const Model& model) { return actuation_obstacle(*model.get()); }
 std::string passive(const Model& model) { return passive_obstacle(*model.get()); }
-std::string integration(const Model& model) { return integration_obstacle(*model.get()); }
 std::string solver(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 bool has_contacts(const Model& model) {
@@ -190,7 +189,7 @@ const std::vector<Stage>& stages() {
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
        "capsules with capsules; up to 6 dimensions",
-       "other shapes and parallel capsules, where bounding spheres and boxes are near each other; all in models with "
+       "other shapes, where bounding spheres and boxes are near each other; all in models with "
        "adhesion",
        "reject collision", has_contacts, contacts, other_shapes},
       {"constraints",
@@ -204,9 +203,8 @@ const std::vector<Stage>& stages() {
        "Jacobians also rows whose constraints are needed in mjData",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
-       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit",
-       "the integrator implicit, if Jacobians of tendons are sparse", "fwdAcceleration Euler implicit RungeKutta",
-       always, never, integration},
+       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",
+       "fwdAcceleration Euler implicit RungeKutta", always, never, never},
       {"sensors", "all but those of the next column",
        "rangefinders, frames of cameras; all sensors of a model with user sensors; all sensors of a row whose "
        "constraints are made row by row, if a sensor reads constraints",

@@ -110,8 +110,7 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, control_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_,
-      for_implicit_, integrated_;
+      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
   std::vector<OwnNumbers> own_;
   std::vector<OwnOption> options_;
   std::vector<OwnFlags> flags_;
@@ -222,12 +221,6 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
-  for_implicit_ = {{&L::cinert, &D::cinert, 10 * nbody},
-                   {&L::cdof_dot, &D::cdof_dot, 6 * nv},
-                   {&L::qM, &D::qM, nM},
-                   {&L::qfrc_smooth, &D::qfrc_smooth, nv},
-                   {&L::act_dot, &D::act_dot, m_.na}};
-  integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
   const int fluid_geoms = has_ellipsoids(m_) ? m_.ngeom : 0;
@@ -388,6 +381,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void forward(Readers readers);
   bool constrain_in_lanes();
   void actuate_row_by_row();
+  void gather_sparse_tendons();
   void compute_passive_row_by_row();
   void collide();
   void search();
@@ -399,7 +393,6 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool shows_current() const;
   void show_current(Work* const* works);
   void integrate(bool is_last);
-  void integrate_singly();
   void scatter_moments();
   void scatter_derivatives();
 };
@@ -667,7 +660,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     integrate(is_last);
     if (live() == 0) return 0;
     for (int row = 0; row < count && frame == 1; ++row) works[row]->drop_repeated_warnings();
-    for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += row_models_[row]->opt.timestep;
+    for (int row = 0; row < count; ++row) data_[row]->time += row_models_[row]->opt.timestep;
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
@@ -778,7 +771,23 @@ void LaneStepper::actuate_row_by_row() {
     mj_fwdActuation(&m, &d);
   });
   for (const auto* list : {&lengths_, &speeds_, &moments_, &actuation_}) gather(*list);
-  if (!mj_isSparse(&m_)) gather(tendons_);
+  if (!mj_isSparse(&m_))
+    gather(tendons_);
+  else if (m_.opt.integrator == mjINT_IMPLICIT)
+    gather_sparse_tendons();
+}
+
+// Gathers the sparse Jacobians of tendons. Rows in which a tendon has two elements for one dof are left to MuJoCo.
+void LaneStepper::gather_sparse_tendons() {
+  std::fill_n(lanes_.ten_J, m_.ntendon * m_.nv * code_.width, 0.0);
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    for (int i = 0; i < m.ntendon; ++i)
+      for (int n = 0; n < d.ten_J_rownnz[i]; ++n) {
+        const int at = d.ten_J_rowadr[i] + n, dof = d.ten_J_colind[at];
+        if (n > 0 && dof == d.ten_J_colind[at - 1]) lanes_.left_to_mujoco |= 1u << row;
+        lanes_.ten_J[(i * m.nv + dof) * code_.width + row] = d.ten_J[at];
+      }
+  });
 }
 
 // MuJoCo's functions compute the passive forces row by row.
@@ -918,19 +927,6 @@ void LaneStepper::scatter_moments() {
   }
 }
 
-// MuJoCo's function integrates row by row. It also advances the time.
-void LaneStepper::integrate_singly() {
-  for (const auto* list : {&poses_, &motions_, &for_implicit_, &from_solver_}) scatter(*list);
-  if (!single_.actuation) {
-    scatter(speeds_);
-    scatter(lengths_);
-    scatter(tendons_);
-    scatter_moments();
-  }
-  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_implicit(&m, &d); });
-  gather(integrated_);
-}
-
 // Copies qDeriv and qLU to mjData, whose sparse matrices have the columns of each row in ascending order.
 void LaneStepper::scatter_derivatives() {
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
@@ -950,7 +946,6 @@ void LaneStepper::scatter_derivatives() {
 }
 
 void LaneStepper::integrate(bool is_last) {
-  if (single_.integration) return integrate_singly();
   if (m_.opt.integrator == mjINT_IMPLICIT) {
     code_.implicit(lanes_);
     code_.advanceActivations(lanes_, 0);
