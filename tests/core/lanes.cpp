@@ -307,8 +307,11 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
       if (kind % 3 == 2) works[kind].back()->expect("cfrc_ext");
       if (kind >= 3) works[kind].back()->keep_current();
     }
-  Work plain(model), plain_current(model);
+  // Works that show the new state compute forces only if they are read.
+  Work plain(model), plain_current(model), plain_forces(model);
   plain_current.keep_current();
+  plain_forces.keep_current();
+  plain_forces.expect("cfrc_ext");
   Noise noise;
   const bool are_shared = own.list().empty();
   for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},
@@ -320,7 +323,8 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
     for (int round = 0; round < rows / share / width; ++round) {
       const std::size_t use = turn++ % kKinds;
       const bool is_current = use >= 3;
-      const std::string found = compare(*model, stepper, works[use], is_current ? plain_current : plain, own, kind,
+      Work& one_by_one = !is_current ? plain : use == 5 ? plain_forces : plain_current;
+      const std::string found = compare(*model, stepper, works[use], one_by_one, own, kind,
                                         1 + static_cast<int>(noise.below(3)), noise, counts);
       if (!found.empty())
         return found + (is_current ? ", of the new state," : "") + " with " + std::to_string(width) + " lanes, round " +
