@@ -160,6 +160,7 @@ Code count(const Code& code) {
   COUNT(advanceActivations);
   COUNT(fwdAcceleration);
   COUNT(Euler);
+  COUNT(implicit);
   COUNT(RungeKutta);
   COUNT(instantiateLimit);
   COUNT(collision);

@@ -21,7 +21,7 @@ os.environ.pop("MJENV_TASKS", None)
 
 import mjenv
 from mjenv import Kind, Option
-from mjenv.registration import UNLISTED
+from mjenv._gymnasium import UNLISTED
 
 FILE = Path(__file__).resolve().parent.parent / "bindings" / "python" / "src" / "mjenv" / "_overloads.pyi"
 WIDTH = 120

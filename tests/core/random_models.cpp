@@ -104,7 +104,7 @@ class Generator {
                              "actuation", "passive", "gravity", "refsafe", "sensor", "constraint"})
       if (chance(25)) flags += attribute(flag, "disable");
     return "<option" << attribute("timestep", number(in(0.001, 0.006)))
-                     << perhaps(3, "integrator", pick({"RK4", "RK4", "implicit"})) << perhaps(3, "cone", "elliptic")
+                     << perhaps(3, "integrator", pick({"RK4", "implicit"})) << perhaps(3, "cone", "elliptic")
                      << attribute("solver", pick({"Newton", "Newton", "Newton", "PGS", "PGS", "CG", "CG"}))
                      << perhaps(3, "jacobian", pick({"dense", "sparse", "sparse"}))
                      << perhaps(4, "iterations", std::to_string(1 + below(30)))

@@ -20,6 +20,7 @@ int run_collisions();
 int run_cpus();
 int run_failures();
 int run_forks();
+int run_implicit();
 int run_info();
 int run_lanes(bool few);  // few: with a fifth of the states, for emulators
 int run_levers();

@@ -16,7 +16,7 @@ import pytest
 import mjenv
 from mjenv._abi import Role
 from mjenv._engine import FILES
-from mjenv.cli import arguments, bench, main, snapshots
+from mjenv.cli import COMMANDS, arguments, bench, main, modules_for, parser, snapshots
 from systems import WINDOWS, needs_bash, needs_terminal, not_on_windows
 from test_schema import SCHEMA
 
@@ -444,3 +444,14 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["--version"])
     assert capsys.readouterr().out == f"mjenv {mjenv.version()}\n"
+
+
+def test_a_command_imports_its_own_module() -> None:
+    for module, commands in COMMANDS.items():
+        made = parser([module])
+        [action] = [action for action in made._actions if action.dest == "command"]
+        assert list(action.choices or ()) == commands.split()
+    assert modules_for(["--engine", "2.2.2", "train", "Hopper-v5"]) == ["train"]
+    assert modules_for(["--tasks", "train", "info", "Hopper-v5"]) == ["catalogue", "train"]
+    for words in ([], ["trian"], ["--help", "train"], ["completion", "bash"]):
+        assert modules_for(words) == [*COMMANDS]

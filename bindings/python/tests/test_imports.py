@@ -2,6 +2,8 @@
 
 import ast
 import graphlib
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -62,6 +64,29 @@ def test_the_command_line_uses_the_public_package() -> None:
             assert not attributes & {"_rows", "_pool"}, name
         else:
             assert not of_command_line or name == "mjenv.__main__", name
+
+
+def test_names_are_imported_when_they_are_used() -> None:
+    """mjenv imports each name from the module from which type checkers do, and Python lists all names."""
+    tree = ast.parse((FOLDER / "__init__.py").read_text("utf-8"))
+    checked = next(node for node in tree.body if isinstance(node, ast.If))
+    assert ast.unparse(checked.test) == "TYPE_CHECKING"
+    homes = {
+        alias.name: str(node.module).removeprefix("mjenv.")
+        for node in checked.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    homes.update(make="_make", make_vec="_make_vec")  # type checkers read _overloads.pyi
+    assert homes == mjenv._MODULES
+    assert sorted(homes) == mjenv.__all__
+    assert set(mjenv.__all__) <= set(dir(mjenv))
+    assert all(getattr(mjenv, name) is getattr(mjenv, name) for name in mjenv.__all__)
+    assert not hasattr(mjenv, "nothing")
+    command = [sys.executable, "-c", "import sys, mjenv; print(*sys.modules); mjenv.errors.Error; mjenv.policy.Policy"]
+    imported = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    assert "mjenv._engine" in imported
+    assert not {"numpy", "gymnasium"} & set(imported)
 
 
 def is_foreign(node: ast.AST) -> bool:

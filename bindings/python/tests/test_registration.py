@@ -113,8 +113,16 @@ def python(text: str, **environment: str) -> "subprocess.CompletedProcess[str]":
     )
 
 
-@pytest.mark.parametrize("before", ["", "import gymnasium\n"])
-def test_mjenv_says_which_gymnasium_it_needs(before: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import gymnasium, mjenv",
+        "import mjenv, gymnasium",
+        "import mjenv; mjenv.make",
+        "import contextlib, mjenv\nwith contextlib.suppress(ImportError): import gymnasium\nmjenv.VectorEnv",
+    ],
+)
+def test_mjenv_says_which_gymnasium_it_needs(text: str, tmp_path: Path) -> None:
     """A package that has what mjenv would trip over in Gymnasium 0.29: its VectorEnv is not generic.
 
     tests/long/check_gymnasium.py does the same with the real versions.
@@ -129,7 +137,7 @@ def test_mjenv_says_which_gymnasium_it_needs(before: str, tmp_path: Path) -> Non
     (package / "vector" / "__init__.py").write_text("class VectorEnv: ...\n")
     (package / "envs" / "__init__.py").touch()
     (package / "envs" / "registration.py").write_text("class EnvSpec: ...\n")
-    run = python(before + "import mjenv", PYTHONPATH=os.pathsep.join([str(tmp_path), *sys.path]))
+    run = python(text, PYTHONPATH=os.pathsep.join([str(tmp_path), *sys.path]))
     assert run.returncode == 1
     assert run.stderr.endswith(
         'ImportError: mjenv needs Gymnasium 1.0 or newer, not 0.29.1: pip install "gymnasium>=1.0"\n'
@@ -143,9 +151,27 @@ def test_mjenv_says_which_gymnasium_it_needs(before: str, tmp_path: Path) -> Non
         "import gymnasium; print(gymnasium.make_vec('mjenv:mjenv/Ant-v5', num_envs=64))",
         "import mjenv, gymnasium; print(gymnasium.make('mjenv/Ant-v5'))",
         "import gymnasium, mjenv; print(gymnasium.spec('mjenv/Ant-v5'))",
+        "import mjenv; mjenv.make('Ant-v5'); import gymnasium; print(gymnasium.make('mjenv/Ant-v5'))",
+        "import mjenv; from gymnasium.envs.registration import spec; print(spec('mjenv/Ant-v5'))",
+        "import mjenv, gymnasium, importlib; importlib.reload(gymnasium); print(gymnasium.spec('mjenv/Ant-v5'))",
+        "import mjenv; from importlib.util import find_spec; find_spec('gymnasium')\n"
+        "import gymnasium; print(gymnasium.spec('mjenv/Ant-v5'))",
     ],
 )
 def test_ids_in_gymnasium(text: str) -> None:
     run = python(text)
     assert (run.returncode, run.stderr) == (0, "")
     assert "Ant-v5" in run.stdout
+
+
+def test_mjenv_leaves_the_import_of_gymnasium_as_it_is() -> None:
+    """Its loader, which tools ask for sources and resources, is the one that it has without mjenv."""
+    text = "import gymnasium as g, inspect; print(type(g.__loader__), type(g.__spec__.loader), inspect.getsource(g))"
+    assert python(f"import mjenv; {text}").stdout == python(text).stdout != ""
+
+
+@pytest.mark.parametrize("name", ["numpy", "gymnasium"])
+def test_a_missing_package_is_named(name: str) -> None:
+    run = python(f"import sys; sys.modules[{name!r}] = None; import mjenv; mjenv.make('Ant-v5')")
+    assert run.returncode == 1
+    assert f"No module named {name!r}" in run.stderr or f"import of {name} halted" in run.stderr

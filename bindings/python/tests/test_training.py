@@ -151,6 +151,14 @@ def test_refusals(tmp_path: Path) -> None:
         mjenv.train("Hopper-v5", settings={"activation": "sine"})
     with pytest.raises(mjenv.UnknownIdError):
         mjenv.train("Hoper-v5")
+    with pytest.raises(mjenv.OptionError, match="the id is a str"):
+        mjenv.train(3)  # type: ignore[arg-type]
+    with pytest.raises(mjenv.OptionError, match=r"no option 'frame_skp'.*mean 'frame_skip'"):
+        mjenv.train("Hopper-v5", frame_skp=2)
+    with pytest.raises(mjenv.InvalidValueError, match="max_episode_steps is an int"):
+        mjenv.train("Hopper-v5", max_episode_steps=0)
+    with pytest.raises(mjenv.OptionError, match="num_envs is an int"):
+        mjenv.train("Hopper-v5", settings={"rows": "8"})
     with pytest.raises(mjenv.OptionError, match="SAME_STEP"):
         mjenv.train(mjenv.make_vec("Hopper-v5", 2))
     with pytest.raises(mjenv.InvalidValueError, match="at least one step"):
@@ -200,6 +208,47 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "settings.gamma is 3" in capsys.readouterr().err
     assert main(["train", "Hopper-v5", "--stage", "many", "--out", str(tmp_path)]) == 2
     assert main(["train", "Hopper-v5", *words, "--stage", "256", "frame_skip=3", "--seconds", "9"]) == 0
+
+
+def test_the_command_starts_without_numpy(tmp_path: Path) -> None:
+    """Importing NumPy or Gymnasium would take longer than the command needs until its first update."""
+    code = (
+        "import atexit, runpy, sys; atexit.register(lambda: print(*sys.modules)); "
+        "runpy.run_module('mjenv', {}, '__main__')"
+    )
+    small = ["--rows", "8", "--rollout-steps", "32", "--minibatch-size", "64", "--option", "frame_skip=2"]
+    command = [sys.executable, "-c", code, "train", "Hopper-v5", "--out", str(tmp_path), *small]
+    for words in (["--steps", "256"], ["--steps", "512", "--resume"]):
+        run = subprocess.run([*command, *words], capture_output=True, text=True, check=True, timeout=120)
+        imported = {*run.stdout.splitlines()[-1].split()}
+        assert {"mjenv", "mjenv.cli.train", "mjenv.training"} <= imported
+        assert not imported & {"numpy", "gymnasium", "torch"}
+    assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
+
+
+def test_environments_are_made_around_the_rows_of_the_learner() -> None:
+    """A callback that reads them sees the episodes that the learner plays, and changes no bit."""
+    found: list[Any] = []
+
+    def look(training: Training) -> None:
+        assert isinstance(training.envs, mjenv.VectorEnv)
+        assert training.envs is training.envs
+        found.append(training.envs.data.qpos.copy())
+
+    watched = trained(callback=look, max_episode_steps=-1, frame_skip=2, engine=mjenv.engine().name)
+    assert watched.policy() == trained(max_episode_steps=-1, frame_skip=2).policy()
+    assert not np.array_equal(found[0], found[1])
+    spec = watched.envs.spec
+    assert spec is not None
+    again = mjenv.make_vec(spec)
+    kept = ("frame_skip", "autoreset_mode", "max_episode_steps", "num_threads")
+    assert {name: again._pool.rows.options[name] for name in kept} == {
+        "frame_skip": 2,
+        "autoreset_mode": "same_step",
+        "max_episode_steps": 0,
+        "num_threads": 1,
+    }
+    assert (again.num_envs, again.metadata) == (8, watched.envs.metadata)
 
 
 @not_on_windows("Wine sends no SIGINT")

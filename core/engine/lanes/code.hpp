@@ -4,6 +4,7 @@
 #include "engine/lanes/actuation.hpp"
 #include "engine/lanes/adopt.hpp"
 #include "engine/lanes/contacts.hpp"
+#include "engine/lanes/derivative.hpp"
 #include "engine/lanes/functions.hpp"
 #include "engine/lanes/make_constraint.hpp"
 #include "engine/lanes/noslip.hpp"

@@ -60,7 +60,7 @@ bool collision(const Lanes& d, Contacts& c) {
     const Geom g1 = geom(pair.geom1), g2 = geom(pair.geom2);
     Contact found[kMostFound];
     int count = 1;
-    Mask is_computed_by_mujoco{};
+    bool is_single = false;  // MuJoCo's function finds the contacts
     switch (pair.shapes) {
       case Shapes::plane_sphere: PlaneSphere(found[0], margin, g1, g2.pos, g2.size[0]); break;
       case Shapes::plane_capsule:
@@ -79,10 +79,9 @@ bool collision(const Lanes& d, Contacts& c) {
       case Shapes::sphere_sphere: SphereSphere(found[0], margin, g1, g1.pos, g2, g2.pos); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
       case Shapes::sphere_box: SphereBox(found[0], margin, g1, g2); break;
-      case Shapes::capsule_capsule: is_computed_by_mujoco = CapsuleCapsule(found[0], margin, g1, g2); break;
-      default: is_computed_by_mujoco = V{} == V{};
+      case Shapes::capsule_capsule: count = CapsuleCapsule(found, margin, g1, g2); break;
+      default: is_single = true;
     }
-    const bool is_single = (bits(is_computed_by_mujoco) & near) != 0;
     if (is_single) count = c.collide(c.maker, i, near);
     if (count < 0) return false;
     for (int k = 0; k < count; ++k) {

@@ -761,11 +761,18 @@ void fwdAcceleration(Lanes& d) {
   solveLD(m, acc, vectors(d.qLD), vectors(d.qLDiagInv));
 }
 
+// What mj_advance does with velocities and positions
+void advance(Lanes& d, const V* acc) {
+  const V timestep = *vectors(d.timestep);
+  V* const qvel = vectors(d.qvel);
+  for (int i = 0; i < d.model->nv; ++i) qvel[i] += acc[i] * timestep;
+  integratePos(*d.model, vectors(d.qpos), qvel, timestep);
+}
+
 // mj_Euler. MuJoCo integrates rows without damping explicitly.
 void Euler(Lanes& d) {
   const mjModel& m = *d.model;
-  V *const qvel = vectors(d.qvel), *const acc = vectors(d.qacc_euler);
-  const V timestep = *vectors(d.timestep);
+  V* const acc = vectors(d.qacc_integrated);
   if (d.damped == 0) {
     copy(acc, vectors(d.qacc), m.nv);
   } else {
@@ -774,15 +781,14 @@ void Euler(Lanes& d) {
     Mask is_damped{};
     for (int i = 0; i < m.nv; ++i) {
       is_damped |= vectors(d.dof_damping)[i] > V{};
-      MhB[m.dof_Madr[i]] += timestep * vectors(d.dof_damping)[i];
+      MhB[m.dof_Madr[i]] += *vectors(d.timestep) * vectors(d.dof_damping)[i];
     }
     factorI(d, MhB, vectors(d.qH), vectors(d.qHDiagInv), nullptr);
     for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
     solveLD(m, acc, vectors(d.qH), vectors(d.qHDiagInv));
     for (int i = 0; i < m.nv; ++i) acc[i] = is_damped ? acc[i] : vectors(d.qacc)[i];
   }
-  for (int i = 0; i < m.nv; ++i) qvel[i] += acc[i] * timestep;
-  integratePos(m, vectors(d.qpos), qvel, timestep);
+  advance(d, acc);
 }
 
 // mj_RungeKutta with four stages. Each row of its matrix A has only one number that is not 0. The others would add

@@ -143,8 +143,13 @@ struct Lanes {
   double *actuator_force, *qfrc_actuator, *qfrc_smooth, *qacc_smooth, *qH, *qHDiagInv;
 
   // Intermediate results, which MuJoCo keeps on its stack: angles of hinges with their sines and cosines, cacc and
-  // cfrc_body of mj_rne, MhB and qacc of mj_Euler, X, F and dX of mj_RungeKutta.
-  double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_euler, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
+  // cfrc_body of mj_rne, MhB of mj_Euler, qacc of mj_Euler and mj_implicit, X, F and dX of mj_RungeKutta.
+  double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_integrated, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
+
+  // Only for the integrator implicit. qDeriv and qLU have the layout of TreeMatrix in derivative.hpp. Dcacc, Dcfrc_body
+  // and local_J are MuJoCo's arrays of derivatives: the first two for one dof's velocity, the third for one body or geom.
+  // Dmomentum is `mat` of mjd_rne_vel for each body.
+  double *qDeriv, *qDeriv_above, *qLU, *qLU_above, *Dcacc, *Dcfrc_body, *Dmomentum, *local_J;
 
   // What mj_rnePostConstraint writes (cacc_ext is mjData's cacc, not that of mj_rne), and what sensors need and write,
   // with body_vel of mj_subtreeVel.
@@ -184,6 +189,10 @@ struct Lanes {
   const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
+  // Only for the integrator implicit. In the layout of qM: ancestors[ancestor_adr[i]] is dof i, the next its parent, and
+  // so on. moved_bodies, from moved_adr[b] on, are body b and those that it bears, in ascending order. Both addresses have
+  // an element more, for the end.
+  const int *ancestor_adr, *ancestors, *moved_adr, *moved_bodies;
   const Actuator* actuators;
   bool has_moments;                      // there is an array of actuator_moment
   const unsigned char* has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
@@ -381,10 +390,11 @@ struct Constraints {
   FUNCTION(void, passive, (Lanes&))                                                                                  \
   FUNCTION(void, rne, (Lanes&))                                                                                      \
   FUNCTION(void, fwdActuation, (Lanes&))                                                                             \
-  /* What mj_Euler (stage 0) and the stages of mj_RungeKutta do with the states of actuators. */                     \
+  /* What mj_Euler and mj_implicit (stage 0) and the stages of mj_RungeKutta do with the states of actuators. */     \
   FUNCTION(void, advanceActivations, (Lanes&, int stage))                                                            \
   FUNCTION(void, fwdAcceleration, (Lanes&))                                                                          \
   FUNCTION(void, Euler, (Lanes&))                                                                                    \
+  FUNCTION(void, implicit, (Lanes&))                                                                                 \
   /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */          \
   FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                                    \
   /* These return false if a row meets a case that is left to MuJoCo's functions. */                                 \

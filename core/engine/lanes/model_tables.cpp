@@ -306,7 +306,7 @@ bool has_ellipsoids(const mjModel& m) {
 }
 
 bool has_moments(const mjModel& m) {
-  if (SingleStages(m).actuation) return false;
+  if (SingleStages(m).actuation) return m.opt.integrator == mjINT_IMPLICIT;
   for (int i = 0; i < m.nu; ++i)
     if (!acts_on_dof(m, i)) return true;
   return false;
@@ -348,14 +348,9 @@ std::string actuation_obstacle(const mjModel& m) {
 
 std::string passive_obstacle(const mjModel& m) { return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : ""; }
 
-std::string integration_obstacle(const mjModel& m) {
-  return m.opt.integrator == mjINT_IMPLICIT ? "the integrator implicit" : "";
-}
-
 SingleStages::SingleStages(const mjModel& m) {
   actuation = !actuation_obstacle(m).empty();
   passive = !passive_obstacle(m).empty();
-  integration = !integration_obstacle(m).empty();
 }
 
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {
@@ -393,6 +388,24 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
     if (m.jnt_type[j] != mjJNT_FREE) joints.push_back(j);
   for (int i = 0; i < m.ntendon && has_limits; ++i)
     if (!is_still_tendon[i]) tendons.push_back(i);
+  if (m.opt.integrator == mjINT_IMPLICIT) list_trees(m);
+}
+
+void ModelTables::list_trees(const mjModel& m) {
+  for (int dof = 0; dof < m.nv; ++dof) {
+    ancestor_adr.push_back(static_cast<int>(ancestors.size()));
+    for (int i = dof; i >= 0; i = m.dof_parentid[i]) ancestors.push_back(i);
+  }
+  ancestor_adr.push_back(static_cast<int>(ancestors.size()));
+  for (int body = 0; body < m.nbody; ++body) {
+    moved_adr.push_back(static_cast<int>(moved_bodies.size()));
+    for (int i = body; i < m.nbody; ++i) {
+      int bearer = i;
+      while (bearer > body) bearer = m.body_parentid[bearer];
+      if (bearer == body) moved_bodies.push_back(i);
+    }
+  }
+  moved_adr.push_back(static_cast<int>(moved_bodies.size()));
 }
 
 // Chooses the pairs whose bounding boxes are compared: those whose contacts MuJoCo's functions compute.

@@ -17,14 +17,12 @@ struct SingleStages {
   explicit SingleStages(const mjModel_& m);
   bool actuation;  // tendons, actuators, their lengths, velocities and forces
   bool passive;    // passive forces
-  bool integration;
 };
 
-// The feature of the model because of which MuJoCo computes tendons and actuators, passive forces, or the integration
-// row by row; "" if there is none.
+// The feature of the model because of which MuJoCo computes tendons and actuators, or passive forces, row by row; "" if
+// there is none.
 std::string actuation_obstacle(const mjModel_& m);
 std::string passive_obstacle(const mjModel_& m);
-std::string integration_obstacle(const mjModel_& m);
 
 struct ModelTables {
   explicit ModelTables(const Model& model);
@@ -47,8 +45,10 @@ struct ModelTables {
   std::vector<int> tendon_dof_adr, tendon_dofs;
   std::vector<unsigned char> is_still_tendon;  // for each tendon: its Jacobian is always 0
   std::vector<unsigned char> has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
+  std::vector<int> ancestor_adr, ancestors, moved_adr, moved_bodies;  // as in Lanes
  private:
   void compare_boxes(const mjModel_& m);
+  void list_trees(const mjModel_& m);
 };
 
 // Whether an actuator is an adhesion. Its moment depends on contacts and their constraints, so MuJoCo's functions find
@@ -58,7 +58,8 @@ bool has_adhesion(const mjModel_& m);
 // Whether fluids act on some geoms as on ellipsoids.
 bool has_ellipsoids(const mjModel_& m);
 
-// Whether lanes need an array of moments, because an actuator acts on something other than a slide or a hinge.
+// Whether lanes need an array of moments: an actuator acts on something other than a slide or a hinge, or MuJoCo's
+// functions compute the moments and the integrator implicit reads them.
 bool has_moments(const mjModel_& m);
 
 // Computes the numbers of a pair of geoms in this model. The type of the first must not be above that of the second.

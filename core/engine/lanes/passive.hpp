@@ -78,9 +78,23 @@ inline void geomSemiAxes(const Lanes& d, int geom, V* semiaxes) {
                                          : size[type == mjGEOM_CYLINDER ? 1 : 2];
 }
 
+// The sizes of an ellipsoid, with MuJoCo's names
+struct Dimensions {
+  Dimensions(const Lanes& d, int geom) {
+    const auto larger = [](V a, V b) { return a >= b ? a : b; };
+    const auto smaller = [](V a, V b) { return a <= b ? a : b; };
+    geomSemiAxes(d, geom, size);
+    d_max = larger(larger(size[0], size[1]), size[2]);
+    const V d_min = smaller(smaller(size[0], size[1]), size[2]);
+    d_mid = size[0] + size[1] + size[2] - d_max - d_min;
+    eq_sphere_D = 2.0 / 3.0 * (size[0] + size[1] + size[2]);
+    for (int k = 0; k < 3; ++k)
+      II[k] = 8.0 / 15.0 * mjPI * size[k] * squared_twice(larger(size[(k + 1) % 3], size[(k + 2) % 3]));
+  }
+  V size[3], d_max, d_mid, eq_sphere_D, II[3];
+};
+
 void adopt_ellipsoid(Lanes& d, const Fluid& fluid, int geom) {
-  const auto larger = [](V a, V b) { return a >= b ? a : b; };
-  const auto smaller = [](V a, V b) { return a <= b ? a : b; };
   Ellipsoid& e = ellipsoid_of(d, geom);
   // readFluidGeomInteraction
   const V* const coef = vectors(d.geom_fluid) + mjNFLUID * geom;
@@ -91,26 +105,20 @@ void adopt_ellipsoid(Lanes& d, const Fluid& fluid, int geom) {
   e.blunt_drag_coef = coef[1];
   e.slender_drag_coef = coef[2];
 
-  V size[3];
-  geomSemiAxes(d, geom, size);
-  const V volume = 4.0 / 3.0 * mjPI * size[0] * size[1] * size[2];
-  const V d_max = larger(larger(size[0], size[1]), size[2]), d_min = smaller(smaller(size[0], size[1]), size[2]);
-  const V d_mid = size[0] + size[1] + size[2] - d_max - d_min;
-  const V I_max = 8.0 / 15.0 * mjPI * d_mid * squared_twice(d_max);
-  const V eq_sphere_D = 2.0 / 3.0 * (size[0] + size[1] + size[2]);
+  const Dimensions of(d, geom);
+  const V volume = 4.0 / 3.0 * mjPI * of.size[0] * of.size[1] * of.size[2];
+  const V I_max = 8.0 / 15.0 * mjPI * of.d_mid * squared_twice(of.d_max);
   for (int k = 0; k < 3; ++k) {
-    const int next = (k + 1) % 3, last = (k + 2) % 3;
-    const V II = 8.0 / 15.0 * mjPI * size[k] * squared_twice(larger(size[next], size[last]));
     e.mass[k] = fluid.density * virtual_mass[k];
     e.inertia[k] = fluid.density * virtual_inertia[k];
-    e.axes[k] = size[next] * size[last];
-    e.moment[k] = ang_drag_coef * II + e.slender_drag_coef * (I_max - II);
+    e.axes[k] = of.size[(k + 1) % 3] * of.size[(k + 2) % 3];
+    e.moment[k] = ang_drag_coef * of.II[k] + e.slender_drag_coef * (I_max - of.II[k]);
   }
   e.magnus = magnus_lift_coef * fluid.density * volume;
   e.kutta = kutta_lift_coef * fluid.density;
-  e.A_max = mjPI * d_max * d_mid;
-  e.linear = fluid.viscosity * (3.0 * mjPI * eq_sphere_D);
-  e.angular = fluid.viscosity * (mjPI * eq_sphere_D * eq_sphere_D * eq_sphere_D);
+  e.A_max = mjPI * of.d_max * of.d_mid;
+  e.linear = fluid.viscosity * (3.0 * mjPI * of.eq_sphere_D);
+  e.angular = fluid.viscosity * (mjPI * of.eq_sphere_D * of.eq_sphere_D * of.eq_sphere_D);
 }
 
 void adopt_fluid(Lanes& d) {

@@ -88,8 +88,9 @@ inline void SphereCapsule(Contact& con, V margin, const Geom& sphere, const Geom
   SphereSphere(con, margin, sphere, sphere.pos, capsule, vec);
 }
 
-// mjc_CapsuleCapsule for axes that are not parallel. Returns the lanes in which they are parallel.
-inline Mask CapsuleCapsule(Contact& con, V margin, const Geom& g1, const Geom& g2) {
+// mjc_CapsuleCapsule. Returns how many contacts of `con` it has set: one if the axes are parallel in no lane. Parallel
+// capsules touch at the first two of four places: where an end of a capsule is nearest to the other capsule.
+inline int CapsuleCapsule(Contact* con, V margin, const Geom& g1, const Geom& g2) {
   V axis1[3], axis2[3], dif[3], vec1[3], vec2[3];
   g1.axis(axis1, g1.size[1]);
   g2.axis(axis2, g2.size[1]);
@@ -105,12 +106,35 @@ inline Mask CapsuleCapsule(Contact& con, V margin, const Geom& g1, const Geom& g
   x1 = is_above2 ? clip_to_segment((u - mb) / ma) : (is_below2 ? clip_to_segment((u + mb) / ma) : x1);
   x2 = clip_to_segment(x2);
 
-  for (int k = 0; k < 3; ++k) {
-    vec1[k] = axis1[k] * x1 + g1.pos[k];
-    vec2[k] = axis2[k] * x2 + g2.pos[k];
+  const auto touch = [&](Contact& contact, V along1, V along2) {
+    for (int k = 0; k < 3; ++k) {
+      vec1[k] = axis1[k] * along1 + g1.pos[k];
+      vec2[k] = axis2[k] * along2 + g2.pos[k];
+    }
+    SphereSphere(contact, margin, g1, vec1, g2, vec2);
+  };
+  touch(con[0], x1, x2);
+  const Mask is_parallel = ~(abs(det) >= splat(mjMINVAL));
+  if (__builtin_expect(!any(is_parallel), 1)) return 1;
+  const Contact other = con[0];
+  Mask has_one{}, has_two = ~is_parallel;
+  for (int i = 0; i < 4; ++i) {
+    const V end = splat(i % 2 == 0 ? 1 : -1);
+    if (i < 2)
+      touch(con[i], end, clip_to_segment((v - end * mb) / mc));
+    else
+      touch(con[i], clip_to_segment((u - end * mb) / ma), end);
+    con[i].is_there &= ~has_two;
+    has_two |= has_one & con[i].is_there;
+    has_one |= con[i].is_there;
   }
-  SphereSphere(con, margin, g1, vec1, g2, vec2);
-  return ~(abs(det) >= splat(mjMINVAL));
+  con[0].is_there = is_parallel ? con[0].is_there : other.is_there;
+  con[0].dist = is_parallel ? con[0].dist : other.dist;
+  for (int k = 0; k < 3; ++k) {
+    con[0].pos[k] = is_parallel ? con[0].pos[k] : other.pos[k];
+    con[0].frame[k] = is_parallel ? con[0].frame[k] : other.frame[k];
+  }
+  return 4;
 }
 
 // mjc_PlaneCylinder

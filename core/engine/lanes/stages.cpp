@@ -100,7 +100,6 @@ std::string never(const Model& /*model*/) { return ""; }
 bool has_actuation(const Model& model) { return model.get()->nu > 0 || model.get()->ntendon > 0; }
 std::string actuation(const Model& model) { return actuation_obstacle(*model.get()); }
 std::string passive(const Model& model) { return passive_obstacle(*model.get()); }
-std::string integration(const Model& model) { return integration_obstacle(*model.get()); }
 std::string solver(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 bool has_contacts(const Model& model) {
@@ -190,7 +189,7 @@ const std::vector<Stage>& stages() {
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
        "capsules with capsules; up to 6 dimensions",
-       "other shapes and parallel capsules, where bounding spheres and boxes are near each other; all in models with "
+       "other shapes, where bounding spheres and boxes are near each other; all in models with "
        "adhesion",
        "reject collision", has_contacts, contacts, other_shapes},
       {"constraints",
@@ -199,13 +198,13 @@ const std::vector<Stage>& stages() {
        "all constraints of a row that has an equality constraint, or a limit or friction of a tendon, with a Jacobian "
        "of 0; all in models with adhesion",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
-      {"solver", "Newton, CG, PGS and noslip; up to 64 constraints",
+      {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
        "PGS and noslip with sparse Jacobians, sparse Jacobians of tendons; with elliptic cones, noslip or sparse "
        "Jacobians also rows whose constraints are needed in mjData",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
-       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler and RK4",
-       "the integrator implicit", "fwdAcceleration Euler RungeKutta", always, never, integration},
+       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",
+       "fwdAcceleration Euler implicit RungeKutta", always, never, never},
       {"sensors", "all but those of the next column",
        "rangefinders, frames of cameras; all sensors of a model with user sensors; all sensors of a row whose "
        "constraints are made row by row, if a sensor reads constraints",

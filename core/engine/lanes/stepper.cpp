@@ -107,8 +107,7 @@ class LaneArrays {
   const mjModel& m_;
   std::vector<LaneArray> state_, control_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
       for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_,
-      for_implicit_, integrated_;
+      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
   std::vector<OwnNumbers> own_;
   std::vector<OwnOption> options_;
   std::vector<OwnFlags> flags_;
@@ -219,15 +218,10 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
   warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
-  for_implicit_ = {{&L::cinert, &D::cinert, 10 * nbody},
-                   {&L::cdof_dot, &D::cdof_dot, 6 * nv},
-                   {&L::qM, &D::qM, nM},
-                   {&L::qfrc_smooth, &D::qfrc_smooth, nv},
-                   {&L::act_dot, &D::act_dot, m_.na}};
-  integrated_ = {{&L::qpos, &D::qpos, nq}, {&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
   const int fluid_geoms = has_ellipsoids(m_) ? m_.ngeom : 0;
+  const int implicit = m_.opt.integrator == mjINT_IMPLICIT ? 1 : 0;
   // Arrays of Lanes that are not copied from or to mjData.
   const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
                                                             {&L::subtree_linvel, 3 * sensing},
@@ -238,13 +232,21 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
                                                             {&L::cacc, 6 * nbody},
                                                             {&L::cfrc_body, 6 * nbody},
                                                             {&L::MhB, nM},
-                                                            {&L::qacc_euler, nv},
+                                                            {&L::qacc_integrated, nv},
                                                             {&L::X_qpos, nq},
                                                             {&L::X_qvel, 4 * nv},
                                                             {&L::F, 4 * nv},
                                                             {&L::dX, 2 * nv},
                                                             {&L::X_act, m_.na},
                                                             {&L::F_act, 4 * m_.na},
+                                                            {&L::qDeriv, implicit * nM},
+                                                            {&L::qDeriv_above, implicit * nM},
+                                                            {&L::qLU, implicit * nM},
+                                                            {&L::qLU_above, implicit * nM},
+                                                            {&L::Dcacc, implicit * 6 * nbody},
+                                                            {&L::Dcfrc_body, implicit * 6 * nbody},
+                                                            {&L::Dmomentum, implicit * 36 * nbody},
+                                                            {&L::local_J, implicit * 6 * nv},
                                                             {&L::com_scale, nbody},
                                                             {&L::viscous_torque, nbody},
                                                             {&L::viscous_force, nbody},
@@ -338,6 +340,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> may_touch_, pair_rows_;
   std::vector<double> spare_;  // where scatter writes the numbers of lanes without a row
+  std::vector<int> row_ends_;  // for scatter_derivatives: in each row of a matrix, where the next element belongs
   std::array<const mjModel*, kMaxWidth> row_models_{};
   std::array<const float*, kMaxWidth> heights_{};  // the rows' hfield_data
   std::array<mjData*, kMaxWidth> data_{};
@@ -375,6 +378,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void forward(Readers readers);
   bool constrain_in_lanes();
   void actuate_row_by_row();
+  void gather_sparse_tendons();
   void compute_passive_row_by_row();
   void collide();
   void search();
@@ -386,8 +390,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool shows_current() const;
   void show_current(Work* const* works);
   void integrate(bool is_last);
-  void integrate_singly();
   void scatter_moments();
+  void scatter_derivatives();
 };
 
 // Sets the world's frame once. mj_kinematics would set the same in each step.
@@ -418,7 +422,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       sees_from_cameras_(sees_from_cameras(m_)),
       may_touch_(tables_.pairs.size()),
       pair_rows_(tables_.pairs.size()),
-      spare_(static_cast<std::size_t>(longest_)) {
+      spare_(static_cast<std::size_t>(longest_)),
+      row_ends_(static_cast<std::size_t>(m_.nv)) {
   set_world();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
@@ -427,6 +432,10 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.columns = tables_.columns.data();
   lanes_.segments = tables_.segments.data();
   lanes_.segment_adr = tables_.segment_adr.data();
+  lanes_.ancestor_adr = tables_.ancestor_adr.data();
+  lanes_.ancestors = tables_.ancestors.data();
+  lanes_.moved_adr = tables_.moved_adr.data();
+  lanes_.moved_bodies = tables_.moved_bodies.data();
   lanes_.actuators = tables_.actuators.data();
   lanes_.has_moments = tables_.has_moments;
   lanes_.has_ellipsoids = tables_.has_ellipsoids.data();
@@ -648,7 +657,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     integrate(is_last);
     if (live() == 0) return 0;
     for (int row = 0; row < count && frame == 1; ++row) works[row]->drop_repeated_warnings();
-    for (int row = 0; row < count && !single_.integration; ++row) data_[row]->time += row_models_[row]->opt.timestep;
+    for (int row = 0; row < count; ++row) data_[row]->time += row_models_[row]->opt.timestep;
   }
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
@@ -758,8 +767,24 @@ void LaneStepper::actuate_row_by_row() {
     mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m_.nu, m_.nv);
     mj_fwdActuation(&m, &d);
   });
-  for (const auto* list : {&lengths_, &speeds_, &actuation_}) gather(*list);
-  if (!mj_isSparse(&m_)) gather(tendons_);
+  for (const auto* list : {&lengths_, &speeds_, &moments_, &actuation_}) gather(*list);
+  if (!mj_isSparse(&m_))
+    gather(tendons_);
+  else if (m_.opt.integrator == mjINT_IMPLICIT)
+    gather_sparse_tendons();
+}
+
+// Gathers the sparse Jacobians of tendons. Rows in which a tendon has two elements for one dof are left to MuJoCo.
+void LaneStepper::gather_sparse_tendons() {
+  std::fill_n(lanes_.ten_J, m_.ntendon * m_.nv * code_.width, 0.0);
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    for (int i = 0; i < m.ntendon; ++i)
+      for (int n = 0; n < d.ten_J_rownnz[i]; ++n) {
+        const int at = d.ten_J_rowadr[i] + n, dof = d.ten_J_colind[at];
+        if (n > 0 && dof == d.ten_J_colind[at - 1]) lanes_.left_to_mujoco |= 1u << row;
+        lanes_.ten_J[(i * m.nv + dof) * code_.width + row] = d.ten_J[at];
+      }
+  });
 }
 
 // MuJoCo's functions compute the passive forces row by row.
@@ -899,21 +924,31 @@ void LaneStepper::scatter_moments() {
   }
 }
 
-// MuJoCo's function integrates row by row. It also advances the time.
-void LaneStepper::integrate_singly() {
-  for (const auto* list : {&poses_, &motions_, &for_implicit_, &from_solver_}) scatter(*list);
-  if (!single_.actuation) {
-    scatter(speeds_);
-    scatter(lengths_);
-    scatter(tendons_);
-    scatter_moments();
-  }
-  for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_implicit(&m, &d); });
-  gather(integrated_);
+// Copies qDeriv and qLU to mjData, whose sparse matrices have the columns of each row in ascending order.
+void LaneStepper::scatter_derivatives() {
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    mj_makeMSparse(&m, &d, d.D_rownnz, d.D_rowadr, d.D_colind);
+    const auto copy = [&](int to, const double* qDeriv, const double* qLU, int from) {
+      d.qDeriv[to] = qDeriv[from * code_.width + row];
+      d.qLU[to] = qLU[from * code_.width + row];
+    };
+    for (int i = 0; i < m.nv; ++i) {
+      const int adr = tables_.ancestor_adr[i], depth = tables_.ancestor_adr[i + 1] - adr;
+      row_ends_[i] = d.D_rowadr[i] + depth;
+      for (int n = 0; n < depth; ++n) copy(row_ends_[i] - 1 - n, lanes_.qDeriv, lanes_.qLU, adr + n);
+      for (int n = 1; n < depth; ++n)
+        copy(row_ends_[tables_.ancestors[adr + n]]++, lanes_.qDeriv_above, lanes_.qLU_above, adr + n);
+    }
+  });
 }
 
 void LaneStepper::integrate(bool is_last) {
-  if (single_.integration) return integrate_singly();
+  if (m_.opt.integrator == mjINT_IMPLICIT) {
+    code_.implicit(lanes_);
+    code_.advanceActivations(lanes_, 0);
+    if (is_last && is_whole_) scatter_derivatives();
+    return;
+  }
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
     code_.advanceActivations(lanes_, 0);

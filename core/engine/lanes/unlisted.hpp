@@ -4,7 +4,7 @@
 #include <mujoco/mujoco.h>
 
 extern "C" {
-void mj_implicit(const mjModel* m, mjData* d);
+void mj_makeMSparse(const mjModel* m, mjData* d, int* rownnz, int* rowadr, int* colind);
 mjtNum mju_wrap(mjtNum* wpnt, const mjtNum* x0, const mjtNum* x1, const mjtNum* xpos, const mjtNum* xmat,
                 const mjtNum* size, int type, const mjtNum* side);
 int mju_QCQP2(mjtNum* res, const mjtNum* Ain, const mjtNum* bin, const mjtNum* d, mjtNum r);

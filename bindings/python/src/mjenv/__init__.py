@@ -1,65 +1,75 @@
 """Gymnasium's MuJoCo environments, bit for bit, from a native library.
 
 make("Ant-v5") gives a gymnasium.Env, make_vec("Ant-v5", 64) a gymnasium.vector.VectorEnv. ids(), spec(id), options(id)
-and model_xml(id) describe the environments. load_tasks("libmy_robots.so") adds your own robots and tasks. Importing
-mjenv registers all ids with Gymnasium, as mjenv/Ant-v5 and so on.
+and model_xml(id) describe the environments. load_tasks("libmy_robots.so") adds your own robots and tasks. Gymnasium
+knows all ids as mjenv/Ant-v5 and so on.
 
 make("Ant-v5", engine="4.0") computes with MuJoCo 4.0 instead of 2.2.2. engines() lists the engines.
 """
 
-from typing import TYPE_CHECKING
+import importlib
+from typing import TYPE_CHECKING, Any
 
-from mjenv import _requirements as _requirements  # first: with too old a Gymnasium, other modules fail
-from mjenv._abi import Kind, Status
-from mjenv._arguments import AutoresetMode
-from mjenv._schema import EngineInfo, Option
-from mjenv.env import MujocoEnv
-from mjenv.errors import (
-    AlreadyPendingCallError,
-    BusyError,
-    ClosedError,
-    EngineError,
-    Error,
-    ForkedError,
-    InternalError,
-    InvalidValueError,
-    ModelError,
-    ModelFileError,
-    NoAsyncCallError,
-    OptionError,
-    OutOfMemoryError,
-    PhysicsError,
-    RenderError,
-    RenderSettingError,
-    ResetNeeded,
-    SnapshotError,
-    TaskError,
-    UnknownIdError,
-    UnknownNameError,
-)
-from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
-from mjenv.registration import (
-    engine,
-    engines,
-    ids,
-    load_tasks,
-    model_xml,
-    options,
-    register,
-    register_ids,
-    spec,
-    version,
-)
-from mjenv.task import Task
-from mjenv.training import evaluate, train
-from mjenv.vector import VectorEnv
-from mjenv.viewer import view
+from mjenv._engine import ENGINES
+from mjenv._gymnasium import follow_gymnasium
 
 if TYPE_CHECKING:
+    from mjenv._abi import Kind, Status
+    from mjenv._arguments import AutoresetMode
     from mjenv._overloads import make, make_vec  # the same functions, with the keywords of each id
-else:
-    from mjenv._make_vec import make_vec
-    from mjenv.registration import make
+    from mjenv._schema import EngineInfo, Option
+    from mjenv.env import MujocoEnv
+    from mjenv.errors import (
+        AlreadyPendingCallError,
+        BusyError,
+        ClosedError,
+        EngineError,
+        Error,
+        ForkedError,
+        InternalError,
+        InvalidValueError,
+        ModelError,
+        ModelFileError,
+        NoAsyncCallError,
+        OptionError,
+        OutOfMemoryError,
+        PhysicsError,
+        RenderError,
+        RenderSettingError,
+        ResetNeeded,
+        SnapshotError,
+        TaskError,
+        UnknownIdError,
+        UnknownNameError,
+    )
+    from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
+    from mjenv.registration import engine, engines, ids, load_tasks, model_xml, options, register, spec, version
+    from mjenv.task import Task
+    from mjenv.training import evaluate, train
+    from mjenv.vector import VectorEnv
+    from mjenv.viewer import view
+
+# The modules with the names that the package has from each of them. A module is imported when one of its names, or the
+# module itself, is first used. So `mjenv train`, which needs neither NumPy nor Gymnasium, starts without them.
+_NAMES = {
+    "_abi": "Kind Status",
+    "_arguments": "AutoresetMode",
+    "_make": "make",
+    "_make_vec": "make_vec",
+    "_schema": "EngineInfo Option",
+    "env": "MujocoEnv",
+    "errors": "AlreadyPendingCallError BusyError ClosedError EngineError Error ForkedError InternalError "
+    "InvalidValueError ModelError ModelFileError NoAsyncCallError OptionError OutOfMemoryError PhysicsError "
+    "RenderError RenderSettingError ResetNeeded SnapshotError TaskError UnknownIdError UnknownNameError",
+    "policy": "",
+    "randomization": "Delay Noise Offset Push Same Scale Value",
+    "registration": "engine engines ids load_tasks model_xml options register spec version",
+    "task": "Task",
+    "training": "evaluate train",
+    "vector": "VectorEnv",
+    "viewer": "view",
+}
+_MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
     "AlreadyPendingCallError",
@@ -114,4 +124,22 @@ __all__ = [
     "view",
 ]
 
-register_ids()
+
+if not TYPE_CHECKING:  # with this function, type checkers would accept every name
+
+    def __getattr__(name: str) -> Any:
+        if name in _MODULES:
+            value = getattr(importlib.import_module(f"mjenv.{_MODULES[name]}"), name)
+            globals()[name] = value  # so that only the first use calls this function
+            return value
+        if name in _NAMES:
+            return importlib.import_module(f"mjenv.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_NAMES})
+
+
+ENGINES.get()  # a library that cannot be loaded is an error of the import
+follow_gymnasium()

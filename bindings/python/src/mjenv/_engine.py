@@ -15,12 +15,18 @@ from collections.abc import Callable
 from ctypes import byref, c_void_p
 from itertools import filterfalse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mjenv import _abi
 from mjenv._abi import Status
+from mjenv._lazy import lazy
 from mjenv._owned import Owned
 from mjenv._turns import Lock
-from mjenv.errors import EngineError, Error, OptionError, UnknownNameError, error_of
+
+if TYPE_CHECKING:
+    from mjenv import errors
+else:
+    errors = lazy("mjenv.errors")
 
 # The library of each engine, the default engine first. Windows and macOS have only one engine.
 _ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}, "darwin": {"2.2.2": "libmjenv.dylib"}}
@@ -42,12 +48,12 @@ class Engine(_abi.Library):
         try:
             super().__init__(path)
         except OSError as error:
-            raise EngineError(f"cannot load {path}: {error}") from error
+            raise errors.EngineError(f"cannot load {path}: {error}") from error
         except AttributeError as error:
-            raise EngineError(f"{path} is not the library of this package: {error}") from error
+            raise errors.EngineError(f"{path} is not the library of this package: {error}") from error
         number = self.mjenv_abi_version()
         if number != _abi.ABI_VERSION:
-            raise EngineError(f"{path} has ABI version {number}; this package needs {_abi.ABI_VERSION}")
+            raise errors.EngineError(f"{path} has ABI version {number}; this package needs {_abi.ABI_VERSION}")
         self.path: str = path
         mujoco, *details = self.version().partition("MuJoCo ")[2].rstrip(")").split(", ")
         self.name: str = name_of(mujoco)
@@ -60,14 +66,15 @@ class Engine(_abi.Library):
         """The library's version and that of its MuJoCo."""
         return str(self.mjenv_version().decode())
 
-    def check(self, status: int, unknown_name: type[Error] = UnknownNameError) -> None:
-        """Raises an exception unless the status is MJENV_OK, of the class unknown_name for MJENV_E_NAME."""
+    def check(self, status: int, *, names_id: bool = False) -> None:
+        """Raises an exception unless the status is MJENV_OK. names_id: MJENV_E_NAME means that there is no such id."""
         if status:
-            raise self.last_error(status, unknown_name)
+            raise self.last_error(status, names_id=names_id)
 
-    def last_error(self, status: int, unknown_name: type[Error] = UnknownNameError) -> Error:
+    def last_error(self, status: int, *, names_id: bool = False) -> errors.Error:
         """The exception for the call that has just failed."""
-        return error_of(status, self.mjenv_last_error().decode("utf-8", "replace"), unknown_name)
+        message = self.mjenv_last_error().decode("utf-8", "replace")
+        return errors.error_of(status, message, names_id=names_id)
 
     def open_mujoco(self, installed: Path | None) -> None:
         """Opens MuJoCo's library: `installed`, or if it is None the one that the engine finds.
@@ -80,11 +87,11 @@ class Engine(_abi.Library):
         os.environ[_VARIABLE] = str(installed)
         try:
             self._check_mujoco()
-        except EngineError as error:
+        except errors.EngineError as error:
             reason, found, _ = error.message.partition(f"{_VARIABLE}: ")[2].partition("; install MuJoCo")
             if not found:
                 raise
-            raise EngineError(
+            raise errors.EngineError(
                 f"cannot load {installed}: {reason}; install it again (pip install --force-reinstall mujoco-core), or "
                 f"set {_VARIABLE} to the path of another libmujoco.so.4.0.x"
             ) from None
@@ -98,7 +105,7 @@ class Engine(_abi.Library):
         self.check(self.mjenv_options_create(b"InvertedPendulum-v5", byref(options)))
         status = self.mjenv_create(options, 1, byref(env))
         if status:
-            raise EngineError(f"engine {self.name}: {self.last_error(status)}", status)
+            raise errors.EngineError(f"engine {self.name}: {self.last_error(status)}", status)
         del owned
 
 
@@ -126,7 +133,9 @@ class Engines:
         if name is None:
             name = self.default
         if not isinstance(name, str):
-            raise OptionError(f"engine is a str, {next(reversed(FILES))!r} for example, not {name!r}", Status.E_TYPE)
+            raise errors.OptionError(
+                f"engine is a str, {next(reversed(FILES))!r} for example, not {name!r}", Status.E_TYPE
+            )
         engine = self._ready.get(name)
         return engine or self._load(name)
 
@@ -148,7 +157,7 @@ class Engines:
             try:
                 for name in names:
                     self._load(name)
-            except Error:
+            except errors.Error:
                 self._forget(registration)
                 raise
         finally:
@@ -174,7 +183,7 @@ class Engines:
     def _register(self, registration: Callable[[Engine], None], engine: Engine) -> None:
         try:
             registration(engine)
-        except Error:
+        except errors.Error:
             # An interrupt has hidden the error from the caller of `register`.
             if not any(registration in other.registrations for other in self._opened.values()):
                 self._forget(registration)
@@ -186,19 +195,19 @@ class Engines:
 
     def _open(self, name: str) -> Engine:
         if name not in FILES:
-            raise EngineError(f"there is no engine {name!r}; there are {', '.join(self.names())}", Status.E_NAME)
+            raise errors.EngineError(f"there is no engine {name!r}; there are {', '.join(self.names())}", Status.E_NAME)
         files = [folder / FILES[name] for folder in self._folders]
         file = next((file for file in files if file.exists()), None)
         if file is None:
             needs = " with MuJoCo's headers (pip install mjenv[mujoco4])" if name in _MUJOCO else ""
-            raise EngineError(
+            raise errors.EngineError(
                 f"this installation has no engine {name}, which is {files[-1]}. Install a wheel of mjenv, or build the "
                 f"package from source{needs}, or set the environment variable MJENV_LIBRARY to the path of a built "
                 f"{FILES[name]}."
             )
         engine = Engine(str(file))
         if engine.name != name:
-            raise EngineError(f"{file} is engine {engine.name}, not {name}")
+            raise errors.EngineError(f"{file} is engine {engine.name}, not {name}")
         return engine
 
 

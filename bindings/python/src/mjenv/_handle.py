@@ -6,47 +6,31 @@ All calls of the library go through this module, except the steps (_step.py) and
 from __future__ import annotations
 
 import ctypes
-import difflib
 import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
-from functools import partial
-from typing import Any
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mjenv import _abi, _draws
+from mjenv import _abi
 from mjenv._abi import Dtype, Kind, Role, Status
 from mjenv._engine import ENGINES, Engine
-from mjenv._keywords import Rendering
+from mjenv._keywords import RANDOMIZING, Rendering
+from mjenv._lazy import lazy
 from mjenv._owned import Owned
 from mjenv._schema import Field, Option
 from mjenv._turns import Turn, Turns
-from mjenv.errors import (
-    BusyError,
-    ClosedError,
-    InvalidValueError,
-    OptionError,
-    UnknownIdError,
-    UnknownNameError,
-)
-from mjenv.randomization import KEYWORDS
 
-Float64Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-# The dtypes in which the library takes actions and gives observations.
-FLOATS: dict[np.dtype[Any], Dtype] = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
-
-DTYPES: dict[int, type[np.generic]] = {
-    Dtype.FLOAT64: np.float64,
-    Dtype.INT64: np.int64,
-    Dtype.FLOAT32: np.float32,
-    Dtype.INT32: np.int32,
-    Dtype.UINT8: np.uint8,
-}
+    from mjenv import _draws, _dtypes, errors
+    from mjenv._dtypes import Float64Array
+else:
+    np, _draws, _dtypes, errors = map(lazy, ("numpy", "mjenv._draws", "mjenv._dtypes", "mjenv.errors"))
 
 # What mjenv_get_stream reads of a RandomState.
 _RANDOM_STATE_WORDS = 627
@@ -70,9 +54,9 @@ def _text(value: bytes | None) -> str:
 def encoded(value: str, what: str) -> bytes:
     """A text for the library; what: its name in error messages."""
     if not isinstance(value, str):
-        raise OptionError(f"{what} is a str, not {value!r}", Status.E_TYPE)
+        raise errors.OptionError(f"{what} is a str, not {value!r}", Status.E_TYPE)
     if "\0" in value:
-        raise InvalidValueError(f"{what} holds a null character", Status.E_VALUE)
+        raise errors.InvalidValueError(f"{what} holds a null character", Status.E_VALUE)
     return value.encode("utf-8", "surrogateescape")
 
 
@@ -94,7 +78,7 @@ def ids(engine: Engine) -> tuple[str, ...]:
 def spec_of(engine: Engine, id: str) -> Any:
     """The mjenv_spec of an id."""
     spec = _struct(_abi.mjenv_spec)
-    engine.check(engine.mjenv_spec_of(encoded(id, "the id"), byref(spec)), UnknownIdError)
+    engine.check(engine.mjenv_spec_of(encoded(id, "the id"), byref(spec)), names_id=True)
     return spec
 
 
@@ -117,7 +101,7 @@ class Options:
     def __init__(self, engine: Engine, id: str) -> None:
         handle = c_void_p()
         self._owned = Owned(engine.mjenv_options_destroy, handle)
-        engine.check(engine.mjenv_options_create(encoded(id, "the id"), byref(handle)), UnknownIdError)
+        engine.check(engine.mjenv_options_create(encoded(id, "the id"), byref(handle)), names_id=True)
         self.id = id
         self.pointer = handle.value
         self._engine, self._check = engine, engine.check
@@ -176,7 +160,9 @@ class Options:
                     raise self._refused(option, value) from None
                 integer = int(value)
             if not -(2**63) <= integer < 2**63:
-                raise InvalidValueError(f"option {option.name!r} of {self.id} cannot be {integer}", Status.E_VALUE)
+                raise errors.InvalidValueError(
+                    f"option {option.name!r} of {self.id} cannot be {integer}", Status.E_VALUE
+                )
             self._check(self._engine.mjenv_options_set_integer(self.pointer, name, integer))
 
     def _set_reals(self, option: Option, value: Any) -> None:
@@ -190,7 +176,7 @@ class Options:
         pointer = pointer_to(reals, c_double)
         self._check(self._engine.mjenv_options_set_reals(self.pointer, option.name.encode(), pointer, reals.size))
 
-    def _refused(self, option: Option, value: Any) -> OptionError:
+    def _refused(self, option: Option, value: Any) -> errors.OptionError:
         kinds = {
             Kind.FLAG: "a bool",
             Kind.INTEGER: "an int",
@@ -199,14 +185,16 @@ class Options:
         }
         reals = "a float" if np.ndim(option.default) == 0 else f"{len(option.default)} floats"
         kind = kinds.get(option.kind, reals)
-        return OptionError(f"option {option.name!r} of {self.id} is {kind}, not {value!r}", Status.E_TYPE)
+        return errors.OptionError(f"option {option.name!r} of {self.id} is {kind}, not {value!r}", Status.E_TYPE)
 
 
-def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> OptionError:
+def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> errors.OptionError:
     """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
-    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__, *KEYWORDS, "engine"], 1)
+    import difflib
+
+    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__, *RANDOMIZING, "engine"], 1)
     hint = f". Did you mean {similar[0]!r}?" if similar else ""
-    return OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
+    return errors.OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
 
 
 def _is_integer(value: Any) -> bool:
@@ -235,7 +223,7 @@ class Batch:
 
 def check_goals(id: str, achieved: NDArray[Any], desired: NDArray[Any]) -> None:
     if achieved.shape != desired.shape or not achieved.ndim:
-        raise InvalidValueError(
+        raise errors.InvalidValueError(
             f"{id}: compute_reward: the goals have the shapes {achieved.shape} and {desired.shape}, which must"
             " be equal",
             Status.E_SIZE,
@@ -250,7 +238,7 @@ class Rows:
 
     def __init__(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> None:
         chosen = Options(engine, id)
-        chosen.set({name: value for name, value in options.items() if name not in KEYWORDS})
+        chosen.set({name: value for name, value in options.items() if name not in RANDOMIZING})
         handle = c_void_p()
         self._owned: Owned | None = Owned(engine.mjenv_destroy, handle)
         engine.check(engine.mjenv_create(chosen.pointer, count, byref(handle)))
@@ -266,12 +254,13 @@ class Rows:
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
         self._frame_skip: int = self._info().frame_skip
-        # The model's qpos0 before any write, as in Gymnasium; read-only.
-        self.init_qpos: Float64Array = self._read(0, "qpos0", int(self._read(0, "nq", 1)[0]))
-        self.init_qpos.flags.writeable = False
+        nq = (c_double * 1)()
+        self._read_into(nq, 0, "nq", 1)
+        self._init_qpos = (c_double * int(nq[0]))()
+        self._read_into(self._init_qpos, 0, "qpos0", len(self._init_qpos))
         if options.get("randomize") is not None:
             self.randomize(options["randomize"])
-        if any(options.get(name) is not None for name in KEYWORDS[1:]):
+        if any(options.get(name) is not None for name in RANDOMIZING[1:]):
             self.perturb(options.get("noise"), options.get("delay"), options.get("push"))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -310,11 +299,11 @@ class Rows:
         converted = (kind.from_param(value) for kind, value in zip(types, (self.pointer, *arguments), strict=True))
         return partial(self.engine[function], *converted)
 
-    def busy(self) -> BusyError:
-        return BusyError(f"another thread is inside this {self.id}", Status.E_BUSY)
+    def busy(self) -> errors.BusyError:
+        return errors.BusyError(f"another thread is inside this {self.id}", Status.E_BUSY)
 
-    def gone(self) -> ClosedError:
-        return ClosedError(f"this {self.id} was closed")
+    def gone(self) -> errors.ClosedError:
+        return errors.ClosedError(f"this {self.id} was closed")
 
     def close(self) -> None:
         """Frees the handle. Closing twice is fine."""
@@ -336,7 +325,7 @@ class Rows:
 
     def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
         """Plays `steps` actions of each row."""
-        address, code = actions.ctypes.data, FLOATS[actions.dtype]
+        address, code = actions.ctypes.data, _dtypes.FLOATS[actions.dtype]
         self.check(self.engine.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
@@ -356,6 +345,13 @@ class Rows:
 
     def frame_skip(self) -> int:
         return self._frame_skip
+
+    @cached_property
+    def init_qpos(self) -> Float64Array:
+        """The model's qpos0 before any write, as in Gymnasium; read-only."""
+        values = np.array(self._init_qpos)
+        values.flags.writeable = False
+        return values
 
     def lanes(self) -> tuple[int, str]:
         """How many rows a thread steps together, and why rows are stepped one by one."""
@@ -508,13 +504,15 @@ class Rows:
     def _dtype_of(self, field: Field) -> type[np.generic]:
         """The dtype in MuJoCo's Python package."""
         is_bool = field.type == Dtype.UINT8 and self.engine.name != "2.2.2" and field.name not in _BYTES
-        return np.bool_ if is_bool else DTYPES[field.type]
+        return np.bool_ if is_bool else _dtypes.DTYPES[field.type]
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)
-        count = c_int64()
-        self.call(self.engine.mjenv_read, row, name.encode(), pointer_to(values, c_double), size, byref(count))
+        self._read_into(pointer_to(values, c_double), row, name, size)
         return values
+
+    def _read_into(self, values: Any, row: int, name: str, size: int) -> None:
+        self.call(self.engine.mjenv_read, row, name.encode(), values, size, byref(c_int64()))
 
     def write(self, row: int, name: str, values: Any) -> None:
         """Writes an array of a row's mjModel or mjData, or of all rows (-1)."""
@@ -553,7 +551,7 @@ class Rows:
         found = [index for index, (name, _) in enumerate(draws) if name == array]
         if not 0 <= number < len(found):
             names = ", ".join(dict.fromkeys(name for name, _ in draws)) or "nothing"
-            raise UnknownNameError(f"resets draw {names}, but no item {number} of {array!r}", Status.E_NAME)
+            raise errors.UnknownNameError(f"resets draw {names}, but no item {number} of {array!r}", Status.E_NAME)
         name, count = f"draws[{found[number]}]", c_int64()
         self.call(self.engine.mjenv_read, 0, name.encode(), None, 0, byref(count))
         return name, count.value
@@ -582,12 +580,14 @@ class Rows:
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))
         if q.ndim != 1 or v.ndim != 1:
-            raise InvalidValueError(f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each")
+            raise errors.InvalidValueError(
+                f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each"
+            )
         self.call(self.engine.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
         if frames != _int64(frames):
-            raise InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
+            raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
         self.call(self.engine.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:

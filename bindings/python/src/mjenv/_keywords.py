@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
-from mjenv.randomization import Delay, Draws, Noise, Push
+if TYPE_CHECKING:
+    from mjenv.randomization import Delay, Draws, Noise, Push
 
 RenderMode = Literal["human", "rgb_array", "depth_array", "rgbd_tuple"]
 RenderList = Literal["rgb_array_list", "depth_array_list", "rgbd_tuple_list"]
@@ -36,3 +37,6 @@ class Randomizing(TypedDict, total=False):
     noise: Noise | None
     delay: Delay | None
     push: Push | Sequence[Push] | None
+
+
+RANDOMIZING = tuple(Randomizing.__annotations__)

@@ -9,18 +9,24 @@ from collections.abc import Sequence
 from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_void_p
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from mjenv import _learn_abi
 from mjenv._abi import Role, mjenv_batch, mjenv_space
 from mjenv._engine import ENGINES, Engine
-from mjenv._handle import Float64Array, Rows, encoded, pointer_to
+from mjenv._handle import Rows, encoded, pointer_to
+from mjenv._lazy import lazy
 from mjenv._learn_abi import Learned, Precision
 from mjenv._owned import Owned
-from mjenv.errors import EngineError, error_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from mjenv import errors
+    from mjenv._dtypes import Float64Array
+else:
+    np, errors = map(lazy, ("numpy", "mjenv.errors"))
 
 FILE = {"win32": "libmjenv-learn.dll", "darwin": "libmjenv-learn.dylib"}.get(sys.platform, "libmjenv-learn.so")
 
@@ -34,7 +40,7 @@ class Library(_learn_abi.Library):
     def check(self, status: int) -> None:
         """Raises unless the status is MJENV_OK."""
         if status:
-            raise error_of(status, self.mjenv_learn_last_error().decode("utf-8", "replace"))
+            raise errors.error_of(status, self.mjenv_learn_last_error().decode("utf-8", "replace"))
 
 
 @cache
@@ -43,14 +49,14 @@ def library() -> Library:
     folders = [Path(ENGINES.get().path).absolute().parent, Path(__file__).parent]
     file = next((folder / FILE for folder in folders if (folder / FILE).exists()), None)
     if file is None:
-        raise EngineError(f"training needs {FILE}, which is not in {' or '.join(map(str, folders))}")
+        raise errors.EngineError(f"training needs {FILE}, which is not in {' or '.join(map(str, folders))}")
     try:
         loaded = Library(str(file))
     except (AttributeError, OSError) as error:
-        raise EngineError(f"{file} is not the library of this package: {error}") from error
+        raise errors.EngineError(f"{file} is not the library of this package: {error}") from error
     number = loaded.mjenv_learn_abi_version()
     if number != _learn_abi.ABI_VERSION:
-        raise EngineError(f"{file} has ABI version {number}; this package needs {_learn_abi.ABI_VERSION}")
+        raise errors.EngineError(f"{file} has ABI version {number}; this package needs {_learn_abi.ABI_VERSION}")
     return loaded
 
 
@@ -88,7 +94,7 @@ class Learner:
         if first is None:
             rows.call(self._create, settings, handle)
         else:
-            spaces = (_space(rows, Role.OBSERVATION), _space(rows, Role.ACTION))
+            spaces = (space_of(rows, Role.OBSERVATION), space_of(rows, Role.ACTION))
             self._library.check(
                 self._library.mjenv_learner_create_apart(
                     byref(spaces[0]),
@@ -99,9 +105,8 @@ class Learner:
                     byref(handle),
                 )
             )
+            self._action = np.zeros((rows.count, spaces[1].count), np.float32)
         self._pointer = handle
-        actuators = rows.bounds(Role.ACTION)[0].size
-        self._action = np.zeros((rows.count, actuators), np.float32)
 
     def _create(self, env: int, settings: Any, handle: c_void_p) -> int:
         calls = calls_of(self.rows.engine)
@@ -189,7 +194,7 @@ class Learner:
         return text.value.decode()
 
 
-def _space(rows: Rows, role: Role) -> Any:
+def space_of(rows: Rows, role: Role) -> Any:
     """The mjenv_space of a role. Its bounds belong to the environment."""
     space = sized(mjenv_space)
     rows.call(rows.engine.mjenv_space_of, role, byref(space))

@@ -20,14 +20,15 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
+from mjenv._dtypes import Float64Array
 from mjenv._engine import ENGINES, Engine
-from mjenv._handle import Batch, Float64Array, Options, Rows, check_goals, open_rows, pointer_to
+from mjenv._handle import Batch, Options, Rows, check_goals, open_rows, pointer_to
+from mjenv._keywords import RANDOMIZING
 from mjenv._registered import Checked, Registered, Resetting, out_of_bounds
 from mjenv._schema import Field
 from mjenv._step import views
 from mjenv._turns import Turn
 from mjenv.errors import InvalidValueError, OptionError, ResetNeeded, SnapshotError, TaskError
-from mjenv.randomization import KEYWORDS
 from mjenv.task import Random, Sim, Task
 
 BoolArray = NDArray[np.bool_]
@@ -84,10 +85,10 @@ class NumpyRows(Rows):
     def __init__(
         self, registered: Registered, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1
     ) -> None:
-        for name in KEYWORDS:
+        for name in RANDOMIZING:
             if options.get(name) is not None:
                 raise OptionError(_works_only_in_code(id, name))
-        options = {name: value for name, value in options.items() if name not in KEYWORDS}
+        options = {name: value for name, value in options.items() if name not in RANDOMIZING}
         asked = Options(engine, id)
         asked.set(options)
         settings = {name: option.default for name, option in asked.schema().items()}

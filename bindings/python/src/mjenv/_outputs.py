@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv._abi import Role
-from mjenv._handle import FLOATS, Batch, Float64Array, Rows, pointer_to
+from mjenv._dtypes import FLOATS, Float64Array
+from mjenv._handle import Batch, Rows, pointer_to
 from mjenv._observations import Observations
 from mjenv._schema import Field
 from mjenv._step import Info, dtype_of, views

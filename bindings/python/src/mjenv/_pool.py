@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
 from mjenv._arguments import check_seed
-from mjenv._engine import Engine
-from mjenv._handle import FLOATS, Float64Array, Rows, open_rows, pointer_to
+from mjenv._dtypes import FLOATS, Float64Array
+from mjenv._handle import Rows, pointer_to
 from mjenv._outputs import BoolArray, Outputs
 from mjenv._pictures import Pictures
 from mjenv._step import float_array, wrong_shape
@@ -38,27 +38,16 @@ class Pool:
     Pickling keeps the episodes, the random streams and what the last call wrote.
     """
 
-    def __init__(
-        self,
-        engine: Engine,
-        id: str,
-        options: Mapping[str, Any],
-        count: int,
-        obs_dtype: np.dtype[Any],
-        *,
-        final: bool,
-        rendering: Mapping[str, Any],
-    ) -> None:
+    def __init__(self, rows: Rows, obs_dtype: np.dtype[Any], *, final: bool, rendering: Mapping[str, Any]) -> None:
         """final: whether resets report the last observations of episodes. rendering: the arguments of Pictures."""
-        self.rows = open_rows(engine, id, options, count)
-        self.pictures = Pictures(self.rows, **rendering)
-        self.count = count
-        self.frame_skip = self.rows.frame_skip()
+        self.rows, self.count = rows, rows.count
+        self.pictures = Pictures(rows, **rendering)
+        self.frame_skip = rows.frame_skip()
         # Whether the rows' states may have changed since the observations were written.
         self.stale = False
         self._obs_dtype, self._final = obs_dtype, final
         # None for a row that was never seeded.
-        self._seeds: NDArray[np.object_] = np.full(count, None, dtype=object)
+        self._seeds: NDArray[np.object_] = np.full(rows.count, None, dtype=object)
         self._prepare()
 
     def _prepare(self) -> None:

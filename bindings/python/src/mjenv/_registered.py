@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from mjenv import _abi, _task_abi
 from mjenv._abi import Dtype, Kind, Role, Status
+from mjenv._dtypes import Float64Array
 from mjenv._engine import Engine
-from mjenv._handle import Float64Array, Rows, encoded, pointer_to
+from mjenv._handle import Rows, encoded, pointer_to
 from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameError
 from mjenv.task import Field, Model, Random, Setting, Sim, Start, Task
 

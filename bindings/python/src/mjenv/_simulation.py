@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
-from mjenv._handle import Float64Array, Rows
+from mjenv._dtypes import Float64Array
+from mjenv._handle import Rows
 from mjenv._mujoco import Arrays, Data, Model, Parameters
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, UnknownNameError

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Dtype, Status
-from mjenv._handle import FLOATS, Float64Array, Rows
+from mjenv._dtypes import FLOATS, Float64Array
+from mjenv._handle import Rows
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError
 

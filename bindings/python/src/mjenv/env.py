@@ -15,9 +15,11 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role, Status
-from mjenv._arguments import image_of, time_limit_of
+from mjenv._arguments import image_of
+from mjenv._counts import time_limit_of
+from mjenv._dtypes import Float64Array
 from mjenv._engine import ENGINES
-from mjenv._handle import Batch, Float64Array, Rows, open_rows, pointer_to
+from mjenv._handle import Batch, Rows, open_rows, pointer_to
 from mjenv._observations import Observations
 from mjenv._pictures import GROUPS, MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
 from mjenv._simulation import Simulation

@@ -142,7 +142,7 @@ _BY_STATUS: dict[int, type[Error]] = {
 }
 
 
-def error_of(status: int, message: str, unknown_name: type[Error] = UnknownNameError) -> Error:
-    """The exception for a call that failed; unknown_name is the class for MJENV_E_NAME."""
-    kind = unknown_name if status == Status.E_NAME else _BY_STATUS[status]
+def error_of(status: int, message: str, *, names_id: bool = False) -> Error:
+    """The exception for a call that failed. names_id: MJENV_E_NAME means that there is no such id."""
+    kind = UnknownIdError if names_id and status == Status.E_NAME else _BY_STATUS[status]
     return kind(message, status)

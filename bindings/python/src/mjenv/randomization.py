@@ -14,9 +14,6 @@ Name = str | int
 Names = Name | Sequence[Name] | None
 DistributionName = Literal["uniform", "log_uniform", "normal", "truncated_normal", "choice"]
 
-# The keywords of make and make_vec.
-KEYWORDS = ("randomize", "noise", "delay", "push")
-
 
 @dataclass(frozen=True)
 class Value:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from mjenv import _task_abi
 from mjenv._abi import Dtype, Role, Status, mjenv_field
-from mjenv._handle import DTYPES, Float64Array, encoded, pointer_to
+from mjenv._dtypes import DTYPES, Float64Array
+from mjenv._handle import encoded, pointer_to
 from mjenv.errors import InvalidValueError
 
 # ---- What a task declares ----

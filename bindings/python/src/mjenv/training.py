@@ -8,28 +8,39 @@ import json
 import math
 import os
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from ctypes import c_int64, c_uint8
 from dataclasses import asdict, dataclass, field, fields, replace
+from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mjenv import _svg
 from mjenv._abi import Role, Status
-from mjenv._arguments import AutoresetMode
-from mjenv._handle import Float64Array, Rows, encoded
+from mjenv._counts import count_of, time_limit_of
+from mjenv._engine import ENGINES
+from mjenv._handle import Options, Rows, encoded, open_rows
+from mjenv._keywords import RANDOMIZING
+from mjenv._lazy import lazy
 from mjenv._learn_abi import Activation, Learned, Precision
-from mjenv._learner import Learner, PolicyHandle, defaults_of
-from mjenv._make_vec import make_vec
+from mjenv._learner import Learner, PolicyHandle, defaults_of, space_of
 from mjenv._schema import Field
-from mjenv.errors import InvalidValueError, OptionError
-from mjenv.policy import Policy
-from mjenv.registration import spec as spec_of
-from mjenv.vector import VectorEnv
+from mjenv.registration import own_id
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from mjenv import _make_vec, _svg, errors, vector
+    from mjenv import policy as policies
+    from mjenv._dtypes import Float64Array
+    from mjenv.policy import Policy
+    from mjenv.vector import VectorEnv
+else:
+    np, errors = map(lazy, ("numpy", "mjenv.errors"))
+    _make_vec, _svg = map(lazy, ("mjenv._make_vec", "mjenv._svg"))
+    policies, vector = map(lazy, ("mjenv.policy", "mjenv.vector"))
 
 CHECKPOINT, CURVE, PICTURE, POLICY, DESCRIPTION = "checkpoint", "curve.csv", "curve.svg", "policy.txt", "training.json"
 SAVE_SECONDS = 10.0  # how often a training with a folder saves
@@ -85,7 +96,9 @@ class Settings:
         known = {one.name for one in fields(self)}
         for name in values:
             if name not in known:
-                raise OptionError(f"there is no setting {name!r}; there are {', '.join(sorted(known))}", Status.E_NAME)
+                raise errors.OptionError(
+                    f"there is no setting {name!r}; there are {', '.join(sorted(known))}", Status.E_NAME
+                )
         return replace(self, **values)
 
     def struct(self, id: str, seed: int, threads: int) -> tuple[Any, list[Any]]:
@@ -98,9 +111,9 @@ class Settings:
             try:
                 setattr(struct, name, value)
             except TypeError:
-                raise OptionError(f"the setting {name} is a number, not {value!r}", Status.E_TYPE) from None
+                raise errors.OptionError(f"the setting {name} is a number, not {value!r}", Status.E_TYPE) from None
         if self.activation not in _ACTIVATIONS:
-            raise InvalidValueError(f"activation is {self.activation!r}, not one of {', '.join(_ACTIVATIONS)}")
+            raise errors.InvalidValueError(f"activation is {self.activation!r}, not one of {', '.join(_ACTIVATIONS)}")
         struct.activation = _ACTIVATIONS[self.activation]
         hidden = (c_int64 * len(self.hidden))(*self.hidden)
         struct.hidden, struct.hidden_count = hidden, len(self.hidden)
@@ -113,7 +126,7 @@ class Settings:
             kept.append(array)
             setattr(struct, name, ctypes.cast(array, type(getattr(struct, name))))
             if struct.obs_count not in (0, len(mask)):
-                raise InvalidValueError("actor_obs and critic_obs have different lengths", Status.E_SIZE)
+                raise errors.InvalidValueError("actor_obs and critic_obs have different lengths", Status.E_SIZE)
             struct.obs_count = len(mask)
         struct.seed, struct.threads = seed, threads
         return struct, kept
@@ -173,13 +186,12 @@ class Evaluation:
 class Training:
     """A training: its environments, its learner and its curve. mjenv.train makes and runs one.
 
-    envs: the VectorEnv; a callback may write its live parameters and rows. settings: those of now. curve: a Point for
-    each update.
+    settings: those of now. curve: a Point for each update.
     """
 
     def __init__(
         self,
-        envs: VectorEnv,
+        envs: VectorEnv | Rows,
         settings: Settings,
         *,
         seed: int = 1,
@@ -187,22 +199,30 @@ class Training:
         stepped_here: bool = False,
     ) -> None:
         """stepped_here: the environments are stepped by Python, as for mjenv.view, with the same bits."""
-        self.envs, self.settings, self.seed, self.threads = envs, settings, seed, threads
+        self._envs = envs
+        self.settings, self.seed, self.threads = settings, seed, threads
         self.stopped = False
         self.interrupted = False  # whether an error or Ctrl-C has ended the training
-        self._struct, self._kept = settings.struct(_id_of(envs), seed, threads)
-        rows = envs._pool.rows
+        rows = _rows_of(envs)
+        self._struct, self._kept = settings.struct(rows.id, seed, threads)
         self._here = stepped_here or type(rows) is not Rows
         _check_mode(envs)
-        self._learner = Learner(rows, self._struct, self._first(envs) if self._here else None)
+        self._learner = Learner(rows, self._struct, self._first() if self._here else None)
         self.curve: list[Point] = []
 
     def close(self) -> None:
         self._learner.close()
 
     @property
+    def envs(self) -> VectorEnv:
+        """The environments. A callback may write their live parameters and rows."""
+        if isinstance(self._envs, Rows):
+            self._envs = _make_vec.around(self._envs)
+        return self._envs
+
+    @property
     def id(self) -> str:
-        return _id_of(self.envs)
+        return _rows_of(self._envs).id
 
     @property
     def steps(self) -> int:
@@ -233,14 +253,14 @@ class Training:
         given = {name: value for name, value in spec.kwargs.items() if name not in ("vectorization_mode", "num_envs")}
         self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
 
-    def set_envs(self, envs: VectorEnv) -> None:
+    def set_envs(self, envs: VectorEnv | Rows) -> None:
         """Continues in other environments with the same spaces and number of rows."""
         _check_mode(envs)
+        if not self._here:
+            self._learner.set_rows(_rows_of(envs))
+        self._envs = envs
         if self._here:
-            self._learner.restart(self._first(envs))
-        else:
-            self._learner.set_rows(envs._pool.rows)
-        self.envs = envs
+            self._learner.restart(self._first())
 
     def stop(self) -> None:
         """Ends the training after this update."""
@@ -248,7 +268,7 @@ class Training:
 
     def policy(self, *, best: bool = False) -> Policy:
         """The deterministic policy of the last update. best: that of the rollout with the greatest mean return."""
-        return Policy.parse(self._learner.policy(Learned.BEST if best else Learned.LAST))
+        return policies.Policy.parse(self._learner.policy(Learned.BEST if best else Learned.LAST))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Saves a checkpoint. It contains the image of all rows, unless Python steps them."""
@@ -258,7 +278,7 @@ class Training:
         """Continues from a checkpoint. If Python steps the rows, new episodes begin."""
         self._learner.load(path)
         if self._here:
-            self._learner.restart(self._first(self.envs))
+            self._learner.restart(self._first())
         count = _point(self._learner.report()).updates
         self.curve[:] = [_point(self._learner.report(update)) for update in range(1, count + 1)]
 
@@ -281,10 +301,10 @@ class Training:
             [_svg.Panel(self.id, "steps, million", f"mean return of {self.settings.window} episodes", [line])]
         )
 
-    def _first(self, envs: VectorEnv) -> Float64Array:
+    def _first(self) -> Float64Array:
         """Begins new episodes, with the seeds that the library's learner uses. Returns their first observations."""
-        envs.reset(seed=self.seed)
-        return np.array(envs._pool.outputs.obs)
+        self.envs.reset(seed=self.seed)
+        return np.array(self.envs._pool.outputs.obs)
 
     def _play(self) -> None:
         outputs = self.envs._pool.outputs
@@ -295,7 +315,7 @@ class Training:
                     outputs.obs, outputs.final_obs, outputs.reward, outputs.terminated, outputs.truncated
                 )
         except BaseException:  # also KeyboardInterrupt: the rollout under way is given up
-            self._learner.restart(self._first(self.envs))
+            self._learner.restart(self._first())
             raise
 
 
@@ -326,30 +346,30 @@ def train(
     called with the Training after each `every` updates; it may change its settings, options and environments, or stop
     it. view: show the environments in a browser. options: those of make_vec.
     """
-    envs = id if isinstance(id, VectorEnv) else None
+    envs = None if isinstance(id, str) or not isinstance(id, vector.VectorEnv) else id
     if envs is not None and (options or stages):
-        raise OptionError("options and stages need an id, not environments", Status.E_TYPE)
-    name = _id_of(envs) if envs is not None else spec_of(str(id), options.get("engine")).id
+        raise errors.OptionError("options and stages need an id, not environments", Status.E_TYPE)
+    name = _rows_of(envs).id if envs is not None else own_id(id)
     folder = Path(out) if out is not None else None
     chosen, seed = _settings_of(name, settings, seed, folder if resume else None)
     if resume and folder is None:
-        raise OptionError("resume needs the folder `out`", Status.E_TYPE)
+        raise errors.OptionError("resume needs the folder `out`", Status.E_TYPE)
     if envs is not None:
         size = min(chosen.minibatch_size, envs.num_envs * chosen.rollout_steps)
         chosen = replace(chosen, rows=envs.num_envs, minibatch_size=size)
     parts = [*stages] or [Stage(chosen.steps if steps is None else steps)]
     if any(part.steps < 1 for part in parts):
-        raise InvalidValueError("a training, and each of its stages, needs at least one step")
+        raise errors.InvalidValueError("a training, and each of its stages, needs at least one step")
     chosen = replace(chosen, steps=sum(part.steps for part in parts))
 
-    def make(part: Stage) -> VectorEnv:
+    def make(part: Stage) -> VectorEnv | Rows:
         if envs is not None:
             return envs
         return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options})
 
     first = _stage_at(_steps_done(folder), parts) if resume and folder is not None else 0
     first_envs = make(parts[first])
-    chosen = _with_groups(chosen, first_envs)
+    chosen = _with_groups(chosen, _rows_of(first_envs))
     training = Training(first_envs, chosen, seed=seed, threads=threads, stepped_here=view)
     if folder is not None:
         _prepare(folder, training, resume)
@@ -365,7 +385,7 @@ class _Run:
         training: Training,
         parts: Sequence[Stage],
         first: int,
-        make: Callable[[Stage], VectorEnv],
+        make: Callable[[Stage], VectorEnv | Rows],
         seconds: float | None,
         callback: Callable[[Training], None] | None,
         every: int,
@@ -392,9 +412,17 @@ class _Run:
             if index > self._first:
                 self.training.set_envs(self._make(self._parts[index]))
             end = sum(part.steps for part in self._parts[: index + 1])
-            with _shown(self.training.envs, self._view):
+            with self._shown():
                 while self.training.steps < end and not self._is_over():
                     self._update()
+
+    def _shown(self) -> Any:
+        """A context in which a browser shows the environments, if it is to."""
+        if self._view:
+            from mjenv.viewer import view
+
+            return view(self.training.envs)
+        return nullcontext()
 
     def _is_over(self) -> bool:
         return self.training.stopped or time.perf_counter() >= self._end
@@ -425,18 +453,18 @@ def evaluate(
     reset(seed=seed + k), so that the result does not depend on rows and threads. precision: "float64" gives the bits of
     Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
     """
-    chosen = policy if isinstance(policy, Policy) else Policy.load(policy)
+    chosen = policy if isinstance(policy, policies.Policy) else policies.Policy.load(policy)
     precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
     if precision not in precisions:
-        raise InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
+        raise errors.InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
     if episodes < 1:
-        raise InvalidValueError(f"episodes is {episodes}, less than 1")
+        raise errors.InvalidValueError(f"episodes is {episodes}, less than 1")
     handle = PolicyHandle(chosen.text())
-    envs = VectorEnv(
-        spec_of(id or chosen.id, options.get("engine")).id,
+    envs = vector.VectorEnv(
+        own_id(id or chosen.id),
         max(1, min(rows, episodes)),
         num_threads=threads,
-        autoreset_mode=AutoresetMode.DISABLED,
+        autoreset_mode="disabled",
         **{"lanes": -2, **options},
     )
     try:
@@ -477,16 +505,16 @@ def _point(report: Any) -> Point:
     return Point(**{one.name: getattr(report, one.name) for one in fields(Point)})
 
 
-def _with_groups(settings: Settings, envs: VectorEnv) -> Settings:
+def _with_groups(settings: Settings, rows: Rows) -> Settings:
     """Lets each network see its own group, if the observation has the groups policy (or actor) and critic.
 
     Settings that say what a network sees are not changed.
     """
-    groups = {group.name: group for group in envs._pool.rows.fields(Role.GROUPS)}
+    groups = {group.name: group for group in rows.fields(Role.GROUPS)}
     policy, critic = groups.get("policy", groups.get("actor")), groups.get("critic")
     if policy is None or critic is None:
         return settings
-    count = envs._pool.outputs.obs.shape[1]
+    count = space_of(rows, Role.OBSERVATION).count
 
     def mask(group: Field) -> tuple[bool, ...]:
         return tuple(group.offset <= index < group.offset + group.count for index in range(count))
@@ -498,32 +526,34 @@ def _with_groups(settings: Settings, envs: VectorEnv) -> Settings:
     )
 
 
-def _id_of(envs: VectorEnv) -> str:
-    return envs._pool.rows.id
+def _rows_of(envs: VectorEnv | Rows) -> Rows:
+    return envs if isinstance(envs, Rows) else envs._pool.rows
 
 
-def _check_mode(envs: VectorEnv) -> None:
-    if envs.autoreset_mode != AutoresetMode.SAME_STEP:
-        raise OptionError(
+def _check_mode(envs: VectorEnv | Rows) -> None:
+    if isinstance(envs, Rows):  # of _made
+        return
+    if envs.autoreset_mode.name != "SAME_STEP":
+        raise errors.OptionError(
             f"the environments have the autoreset mode {envs.autoreset_mode.name}; training needs SAME_STEP",
             Status.E_VALUE,
         )
     if envs._pool.outputs.obs.dtype != np.float64:
-        raise OptionError("training needs observations of dtype float64", Status.E_VALUE)
+        raise errors.OptionError("training needs observations of dtype float64", Status.E_VALUE)
 
 
-def _made(id: str, rows: int, options: Mapping[str, Any]) -> VectorEnv:
+def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
+    """Environments with the options of make_vec: rows alone if all of these are options of the library."""
     # -2: as many lanes as the CPU has. Their memory is small beside the learner's.
-    return make_vec(id, rows, **{"lanes": -2, **options, "autoreset_mode": AutoresetMode.SAME_STEP})
-
-
-def _shown(envs: VectorEnv, view: bool) -> Any:
-    """A context in which a browser shows the environments, if it is to."""
-    if view:
-        from mjenv.viewer import view as shown
-
-        return shown(envs)
-    return nullcontext()
+    given = {"lanes": -2, **options, "autoreset_mode": "same_step"}
+    engine = ENGINES.get(given.get("engine"))
+    if not given.keys() <= {*Options(engine, id).schema(), *RANDOMIZING, "engine"}:
+        return _make_vec.make_vec(id, count, **given)
+    given.pop("engine", None)
+    limit = given.pop("max_episode_steps", None)
+    if limit is not None:
+        given["max_episode_steps"] = time_limit_of(limit)
+    return open_rows(engine, id, given, count_of(count))
 
 
 def _replace(path: Path, text: str) -> None:
@@ -550,9 +580,9 @@ def _settings_of(
             description["id"],
         )
     except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise InvalidValueError(f"{resumed / DESCRIPTION} describes no training: {error}") from None
+        raise errors.InvalidValueError(f"{resumed / DESCRIPTION} describes no training: {error}") from None
     if trained != id:
-        raise InvalidValueError(f"{resumed} holds a training of {trained}, not of {id}")
+        raise errors.InvalidValueError(f"{resumed} holds a training of {trained}, not of {id}")
     return settings.with_values(given or {}), seed
 
 
@@ -564,8 +594,8 @@ def _steps_done(folder: Path) -> int:
 
 def _stage_at(done: int, parts: Sequence[Stage]) -> int:
     """The stage in which a training is after so many steps."""
-    ends = np.cumsum([part.steps for part in parts])
-    return min(int(np.searchsorted(ends, done)), len(parts) - 1)
+    ends = [*accumulate(part.steps for part in parts)]
+    return min(bisect_left(ends, done), len(parts) - 1)
 
 
 def _prepare(folder: Path, training: Training, resume: bool) -> None:

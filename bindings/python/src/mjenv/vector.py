@@ -19,15 +19,15 @@ from mjenv._arguments import (
     AutoresetMode,
     autoreset_mode_of,
     bool_mask,
-    count_of,
     image_of,
     obs_dtype_of,
     reset_mask_of,
     row_numbers,
-    time_limit_of,
 )
+from mjenv._counts import count_of, time_limit_of
+from mjenv._dtypes import FLOATS, Float64Array
 from mjenv._engine import ENGINES
-from mjenv._handle import FLOATS, Batch, Float64Array
+from mjenv._handle import Batch, Rows, open_rows
 from mjenv._mujoco import Parameters, RowArrays
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
@@ -66,9 +66,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         copy: bool = True,
         disable_env_checker: bool | None = None,
         engine: str | None = None,
+        rows: Rows | None = None,
         **options: Any,
     ) -> None:
-        """Takes the arguments of make_vec. max_episode_steps=None means the id's own limit, -1 no limit."""
+        """Takes the arguments of make_vec. max_episode_steps=None means the id's own limit, -1 no limit. rows: those of
+        a training, which were made with these arguments."""
         library = ENGINES.get(engine)
         rendering = {name: options.pop(name) for name in KEYWORDS if name in options}
         rendering["default_camera_config"] = camera_config_of(library, id, options)
@@ -80,12 +82,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         obs_dtype = obs_dtype_of(dtype)
         options.update(num_threads=num_threads, autoreset_mode=self.autoreset_mode.name.lower())
         final = self.autoreset_mode == AutoresetMode.SAME_STEP
-        self._pool = Pool(library, id, options, self.num_envs, obs_dtype, final=final, rendering=rendering)
+        if rows is None:
+            rows = open_rows(library, id, options, self.num_envs)
+        self._pool = Pool(rows, obs_dtype, final=final, rendering=rendering)
         self.render_mode = self._pool.pictures.mode
         self._in_windows = self.render_mode == "human"
         self._prepare()
 
-        rows = self._pool.rows
         low, high = (bound.astype(np.float32) for bound in rows.bounds(Role.ACTION))
         self.single_action_space: Box = Box(low, high, dtype=np.float32)
         self.action_space: Space[Any] = batch_space(self.single_action_space, self.num_envs)

@@ -10,23 +10,26 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 import mjenv
-from mjenv.cli import (
-    bench,
-    catalogue,
-    completion,
-    convert,
-    gallery,
-    play,
-    randomize,
-    snapshots,
-    tasks,
-    train,
-    verify,
-    view,
-)
 from mjenv.cli.arguments import known_engine, plugin
+
+# The commands of each module, in the order of the help.
+COMMANDS = {
+    "catalogue": "list engines info model",
+    "train": "train",
+    "randomize": "randomize",
+    "view": "view",
+    "play": "play",
+    "gallery": "gallery",
+    "bench": "bench",
+    "verify": "verify",
+    "convert": "convert",
+    "snapshots": "snapshot",
+    "tasks": "new-task cmake-dir",
+    "completion": "completion",
+}
 
 EPILOG = """\
 Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints
@@ -34,8 +37,15 @@ one JSON document instead, which writes numbers that are not finite as the strin
 Exit status: 0 success, 1 a comparison found a difference, 2 the request cannot be met."""
 
 
-def parser() -> argparse.ArgumentParser:
-    """All commands and their arguments."""
+def modules_for(words: Sequence[str]) -> list[str]:
+    """The modules of the commands that a command line names, because importing the others would take longer than many
+    a command. All modules, if it names none, asks for help on all, or completes all."""
+    named = [module for module, commands in COMMANDS.items() if not set(words).isdisjoint(commands.split())]
+    return [*COMMANDS] if not named or "completion" in named or words[0] in ("-h", "--help") else named
+
+
+def parser(modules: Sequence[str]) -> argparse.ArgumentParser:
+    """The commands of these modules and their arguments."""
     made = argparse.ArgumentParser(
         prog="mjenv",
         description="Gymnasium's MuJoCo environments, bit for bit, from a native library.",
@@ -58,19 +68,22 @@ def parser() -> argparse.ArgumentParser:
         "tells which can be used",
     )
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (catalogue, train, randomize, view, play, gallery, bench, verify, convert, snapshots, tasks):
-        module.add(commands)
-    completion.add(commands, made)
+    for module in modules:
+        import_module(f"mjenv.cli.{module}").add(commands)
+    made.set_defaults(whole=made)  # for completion
     return made
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command line, sys.argv's by default, and returns the exit status."""
-    given = parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    given = parser(modules_for(words)).parse_args(words)
     try:
         status = int(given.run(given))
         sys.stdout.flush()  # because an error of Python's own flush at exit could not be caught
         return status
+    except KeyboardInterrupt:
+        return 130
     except (mjenv.Error, OSError) as error:
         if isinstance(error, BrokenPipeError):
             # The program at the other end of the pipe has ended, as `head` does. Python flushes stdout once more at
@@ -79,5 +92,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return 0
         print(f"mjenv: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        return 130

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
+import importlib.util
 import json
 import math
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import mjenv
 from mjenv import Kind
+from mjenv.registration import own_id
 
 GROUPS = tuple(f"{kind}group" for kind in ("geom", "site", "joint", "tendon", "actuator", "skin"))
 GROUP_COUNT = 6  # mjNGROUP
@@ -22,12 +25,19 @@ Commands = Any  # the type that add_subparsers returns, which has no public name
 def known_id(text: str) -> str:
     """Accepts ids that any engine knows. The command later refuses an id that its engine lacks."""
     try:
-        return mjenv.spec(text).id
+        mjenv.options(text)
     except mjenv.UnknownIdError as error:
-        for engine in mjenv.engines():
-            with contextlib.suppress(mjenv.UnknownIdError):
-                return mjenv.spec(text, engine).id
-        raise argparse.ArgumentTypeError(str(error)) from None
+        if not any(_knows(engine, text) for engine in mjenv.engines()):
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return own_id(text)
+
+
+def _knows(engine: str, id: str) -> bool:
+    try:
+        mjenv.options(id, engine)
+    except mjenv.UnknownIdError:
+        return False
+    return True
 
 
 def known_engine(text: str) -> str:
@@ -45,6 +55,23 @@ def plugin(text: str) -> str:
     except mjenv.Error as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
+
+
+def load(file: Path) -> None:
+    """Makes the ids of a plug-in or of a Python file known."""
+    if file.suffix != ".py":
+        mjenv.load_tasks(file)
+        return
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    if spec is None or spec.loader is None or not file.exists():
+        raise FileNotFoundError(f"there is no file {file}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[file.stem] = module
+    sys.path.insert(0, str(file.resolve().parent))  # so that it can import modules of its folder
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # a stranger's module can raise anything
+        raise mjenv.TaskError(f"{file} cannot be imported: {type(error).__name__}: {error}") from error
 
 
 def positive(text: str) -> int:

@@ -10,8 +10,6 @@ import sysconfig
 from pathlib import Path
 from typing import Any
 
-from gymnasium.spaces import Dict, flatdim, flatten_space
-
 import mjenv
 from mjenv import Kind
 from mjenv.cli import terminal
@@ -101,6 +99,8 @@ def run_list(arguments: argparse.Namespace) -> int:
 
 
 def _summary(id: str, engine: str | None) -> dict[str, Any]:
+    from gymnasium.spaces import flatdim
+
     spec = mjenv.spec(id, engine)
     env = mjenv.make(id, engine=engine)
     summary = {
@@ -186,6 +186,8 @@ def _lanes_of(id: str, options: dict[str, Any], engine: str | None) -> dict[str,
 
 
 def _space(space: Any) -> dict[str, Any]:
+    from gymnasium.spaces import Dict, flatten_space
+
     if isinstance(space, Dict):
         space = flatten_space(space)
     low, high = ([float(str(number)) for number in bound] for bound in (space.low, space.high))  # 0.4 as float32, too

@@ -33,7 +33,7 @@ complete -o default -F _mjenv mjenv
 """
 
 
-def add(commands: Commands, whole: argparse.ArgumentParser) -> None:
+def add(commands: Commands) -> None:
     command = commands.add_parser(
         "completion",
         help="print a completion script for a shell",
@@ -41,7 +41,7 @@ def add(commands: Commands, whole: argparse.ArgumentParser) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     command.add_argument("shell", choices=("bash", "zsh", "fish"))
-    command.set_defaults(run=lambda arguments: print(script(arguments.shell, whole), end="") or 0)
+    command.set_defaults(run=lambda arguments: print(script(arguments.shell, arguments.whole), end="") or 0)
 
 
 def script(shell: str, whole: argparse.ArgumentParser) -> str:

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import mjenv
-from mjenv.cli.arguments import Commands, add_options, known_engine, not_negative, options_of, positive, seconds
-from mjenv.cli.view import load
+from mjenv.cli.arguments import Commands, add_options, known_engine, load, not_negative, options_of, positive, seconds
 from mjenv.training import CHECKPOINT, PICTURE, POLICY, Settings, Stage, Training
 
 BAR_WIDTH = 24

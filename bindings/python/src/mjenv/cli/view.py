@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import sys
 import zipfile
 from pathlib import Path
 from typing import Any
 
 import mjenv
-from mjenv.cli.arguments import Commands, add_options, known_engine, not_negative, options_of, positive
+from mjenv.cli.arguments import Commands, add_options, known_engine, load, not_negative, options_of, positive
 from mjenv.cli.policies import NORMALIZER, policy_of
 from mjenv.policy import Policy
 
@@ -96,23 +95,6 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         session.close()
     return 0
-
-
-def load(file: Path) -> None:
-    """Makes the ids of a plug-in or of a Python file known."""
-    if file.suffix != ".py":
-        mjenv.load_tasks(file)
-        return
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    if spec is None or spec.loader is None or not file.exists():
-        raise FileNotFoundError(f"there is no file {file}")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[file.stem] = module
-    sys.path.insert(0, str(file.resolve().parent))  # so that it can import modules of its folder
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # a stranger's module can raise anything
-        raise mjenv.TaskError(f"{file} cannot be imported: {type(error).__name__}: {error}") from error
 
 
 def acting(arguments: argparse.Namespace, options: dict[str, Any]) -> Any:

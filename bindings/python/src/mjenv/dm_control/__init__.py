@@ -5,7 +5,8 @@ Their environments equal Shimmy's of the same ids, which they replace.
 
 import gymnasium
 
-from mjenv.registration import SUITE, ids, spec
+from mjenv._gymnasium import SUITE
+from mjenv.registration import ids, spec
 
 spec(f"{SUITE}cheetah-run-v0")  # the library loads the tasks when it is first asked for one of them
 for _id in ids():

@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role
 from mjenv._handle import Rows
+from mjenv._make import make
 from mjenv._schema import Field
 from mjenv.dm_control.physics import Physics
 from mjenv.env import MujocoEnv
-from mjenv.registration import make
 
 Observation = OrderedDict[str, Any]
 TaskName = tuple[str, str]
