@@ -558,6 +558,7 @@ void test_contacts(void** /*state*/) {
       {"<option", "<option integrator=\"RK4\"", true},
       {"<option", "<option impratio=\"3\"", true},
       {"<option", "<option jacobian=\"dense\" iterations=\"1\"", true},
+      {"<option", "<option tolerance=\"0\" iterations=\"20\"", true},
       {"<geom conaffinity", "<geom condim=\"1\" conaffinity", true},
       {"<geom conaffinity", "<geom condim=\"4\" conaffinity", true},
       {"<geom conaffinity", "<geom condim=\"6\" conaffinity", true},
