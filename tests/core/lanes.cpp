@@ -33,6 +33,7 @@ void mju_sqrMatTDSparse(mjtNum* res, const mjtNum* mat, const mjtNum* matT, cons
                         int* res_rownnz, int* res_rowadr, int* res_colind, const int* rownnz, const int* rowadr,
                         const int* colind, const int* rowsuper, const int* rownnzT, const int* rowadrT,
                         const int* colindT, const int* rowsuperT, mjData* d);
+mjtNum mju_dotSparse(const mjtNum* vec1, const mjtNum* vec2, const int nnz1, const int* ind1);
 int mju_cholFactorSparse(mjtNum* mat, int n, mjtNum mindiag, int* rownnz, int* rowadr, int* colind, mjData* d);
 void mju_cholSolveSparse(mjtNum* res, const mjtNum* mat, const mjtNum* vec, int n, const int* rownnz, const int* rowadr,
                          const int* colind);
@@ -203,8 +204,8 @@ std::vector<double> random_block(const OwnArrays& own, Noise& noise) {
     }
     if ((ends_with(name, "_quat") || ends_with(name, "_iquat")) && noise.below(8) > 0)
       for (std::size_t i = 0; i < values.size(); i += 4) mju_normalize4(&values[i]);
-    // In a fluid, MuJoCo passes over bodies without a mass.
-    if (array.original.name == "body_mass" && noise.below(8) == 0) values[noise.below(values.size())] = 0;
+    // In a fluid, MuJoCo passes over bodies whose mass is below 1e-15.
+    if (array.original.name == "body_mass" && noise.below(8) == 0) values[noise.below(values.size())] = 1e-16;
     array.write(values.data(), bytes);
   }
   return block;
@@ -559,6 +560,7 @@ void test_contacts(void** /*state*/) {
       {"<option", "<option integrator=\"RK4\"", true},
       {"<option", "<option impratio=\"3\"", true},
       {"<option", "<option jacobian=\"dense\" iterations=\"1\"", true},
+      {"<option", "<option tolerance=\"0\" iterations=\"20\"", true},
       {"<geom conaffinity", "<geom condim=\"1\" conaffinity", true},
       {"<geom conaffinity", "<geom condim=\"4\" conaffinity", true},
       {"<geom conaffinity", "<geom condim=\"6\" conaffinity", true},
@@ -648,6 +650,82 @@ void test_adhesion(void** /*state*/) {
     if (!found.empty()) failures += option + (": " + found) + "\n";
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Masses and forces at which MuJoCo's solvers clamp numbers. Balls with these masses slide on the floor, which those at a
+// height of 0.1 touch.
+void test_clamped_numbers(void** /*state*/) {
+  struct Ball {
+    const char *mass, *armature, *friction, *height;
+  };
+  const std::vector<Ball> heavy{
+      {"4e9", "7e9", "0.1", "0.099"}, {"1e6", "0", "0", "0.09"}, {"4e9", "7e9", "0.1", "0.0999"}},
+      touching{{"1", "0", "1", "0.09999999999999998"},
+               {"0.01", "0", "1", "0.09999999999999999"},
+               {"1", "0", "1", "0.0999999999"},
+               {"1", "0", "1", "0.0999999999999"}};
+  const auto text = [](const std::string& option, const std::vector<Ball>& balls, const std::string& more) {
+    std::string bodies;
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      const Ball& ball = balls[i];
+      bodies += "<body pos='" + std::to_string(i) + " 0 " + ball.height + "'>";
+      for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"})
+        bodies += std::string("<joint type='slide' axis='") + axis + "' armature='" + ball.armature + "'/>";
+      bodies += std::string("<geom size='0.1' mass='") + ball.mass + "' friction='" + ball.friction + "'/></body>";
+    }
+    return "<mujoco>" + option + "<default><geom conaffinity='0'/></default><worldbody>" +
+           "<geom type='plane' size='9 9 1' conaffinity='1' friction='0'/>" + bodies + more + "</worldbody></mujoco>";
+  };
+  // The runner that comes second is deeper in the floor, so in the end it carries the sledge alone.
+  const std::string sledge =
+      "<body pos='0 5 0.099'><freejoint/><inertial pos='0 0 0' mass='1' diaginertia='.1 .1 .1'/>"
+      "<geom size='0.1' pos='-.05 0 0'/><geom size='0.1' pos='.05 0 -.01'/></body>";
+  const std::string flywheel =
+      "<body><joint frictionloss='5e9'/><inertial pos='2000 .001 0' mass='4e9' diaginertia='1 1 1'/></body>";
+  const int usual_share = std::exchange(share, 2);  // lanes leave more of these rows to MuJoCo than usual
+  failures.clear();
+  for (const char* cone : {"pyramidal", "elliptic"})
+    for (const char* solver :
+         {"PGS", "PGS' noslip_iterations='3", "CG' noslip_iterations='3", "Newton' noslip_iterations='3"}) {
+      const std::string option =
+          std::string("<option jacobian='dense' iterations='3' cone='") + cone + "' solver='" + solver + "'";
+      for (const auto& [name, model] : {std::pair{"heavy", text(option + " gravity='6 1 -9.8'/>", heavy, "")},
+                                        {"flywheel", text(option + " gravity='3 0 0'/>", {}, flywheel)},
+                                        {"touching", text(option + " gravity='3 0 0'/>", touching, sledge)}}) {
+        const std::string found = compare(Model::parse(name, model), 16 * share);
+        if (!found.empty()) failures += name + (", " + option) + ": " + found + "\n";
+      }
+    }
+  share = usual_share;
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// The range of a ball is the greater of two numbers, of which XML can only set the second.
+void test_range_of_ball(void** /*state*/) {
+  const auto model = Model::parse("contacts.xml", with("type=\"ball\"", "type=\"ball\" limited=\"true\" range=\"0 10\"",
+                                                       odd_model("contacts.xml")));
+  const mjModel& m = *model->get();
+  const int* const ball = std::find(m.jnt_type, m.jnt_type + m.njnt, mjJNT_BALL);
+  m.jnt_range[2 * (ball - m.jnt_type)] = 0.5;  // the model's memory is not constant
+  assert_string_equal(compare(model, kFewRows).c_str(), "");
+}
+
+// Tendons that wrap around a sphere and a cylinder, at a site beside the geom, and inside of it, where they have no length.
+void test_wraps(void** /*state*/) {
+  const auto model = Model::parse("wraps", R"(<mujoco><default><geom contype='0' conaffinity='0'/></default><worldbody>
+    <site name='start' pos='-0.3 0 0.3'/>
+    <geom name='ball' type='sphere' size='0.1'/><site name='in_ball'/><site name='above' pos='0 0 0.3'/>
+    <geom name='drum' type='cylinder' size='0.08 0.5' euler='90 0 0' pos='0 0 -0.5'/>
+    <site name='in_drum' pos='0.02 0 -0.5'/><site name='below' pos='0 0 -0.9'/>
+    <body pos='0.3 0 0.3'><joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/><geom size='0.05'/>
+    <site name='end' pos='0.1 0 -0.1'/></body></worldbody>
+    <tendon>
+    <spatial stiffness='1'><site site='start'/><geom geom='ball' sidesite='in_ball'/><site site='end'/></spatial>
+    <spatial damping='1'><site site='start'/><geom geom='ball' sidesite='above'/><site site='end'/></spatial>
+    <spatial stiffness='1'><site site='start'/><geom geom='drum' sidesite='in_drum'/><site site='end'/></spatial>
+    <spatial damping='1'><site site='start'/><geom geom='drum' sidesite='below'/><site site='end'/></spatial>
+    </tendon></mujoco>)");
+  assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
 
 // Sparse Jacobians, with and without equality constraints, by each solver that lanes have for them. In the pairs of contacts.xml,
@@ -965,6 +1043,41 @@ void test_sparse_matrices(void** /*state*/) {
   assert_in_range(matrices.mixed, 1000, 28000);
 }
 
+// mju_dotSparse, where lanes have different products, or different blocks of four. Most products are zeros of both signs.
+void test_sparse_sums(void** /*state*/) {
+  constexpr int kMost = 14;
+  const std::vector<double> ones(kMost, 1.0);
+  std::vector<int> indices(kMost);
+  for (int i = 0; i < kMost; ++i) indices[static_cast<std::size_t>(i)] = i;
+  Noise noise;
+  int negative = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const int count = 1 + static_cast<int>(noise.below(kMost));
+    const bool in_blocks = noise.below(2) == 0;
+    alignas(lanes::V) double products[kMost * lanes::kWidth]{};
+    unsigned char holders[kMost]{};
+    std::vector<double> own[lanes::kWidth];
+    for (int i = 0; i < count; ++i) {
+      holders[i] = in_blocks && i % 4 != 0 ? holders[i - 1]
+                                           : static_cast<unsigned char>(noise.below(std::uint64_t{1} << lanes::kWidth));
+      for (int lane = 0; lane < lanes::kWidth; ++lane) {
+        const double product = noise.below(8) == 0 ? noise() : noise.below(8) == 0 ? 0.0 : -0.0;
+        products[i * lanes::kWidth + lane] = product;
+        if (holders[i] >> lane & 1) own[lane].push_back(product);
+      }
+    }
+    const lanes::V found = lanes::sum_of_each(lanes::vectors(products), holders, count);
+    for (int lane = 0; lane < lanes::kWidth; ++lane) {
+      const double want =
+          mju_dotSparse(own[lane].data(), ones.data(), static_cast<int>(own[lane].size()), indices.data());
+      const double got = found[lane];
+      negative += want == 0 && std::signbit(want);
+      assert_memory_equal(&got, &want, sizeof want);
+    }
+  }
+  assert_true(negative > 100);
+}
+
 // Rows whose Hessian loses rank are left to MuJoCo. Friction that is this strong leaves little of the inertia in Newton's
 // Hessian, so taking a constraint away can lose rank.
 void test_rows_of_lost_rank(void** /*state*/) {
@@ -1186,8 +1299,12 @@ int run(bool few) {
                               cmocka_unit_test(test_contacts),
                               cmocka_unit_test(test_noslip),
                               cmocka_unit_test(test_adhesion),
+                              cmocka_unit_test(test_clamped_numbers),
+                              cmocka_unit_test(test_range_of_ball),
+                              cmocka_unit_test(test_wraps),
                               cmocka_unit_test(test_sparse),
                               cmocka_unit_test(test_sparse_matrices),
+                              cmocka_unit_test(test_sparse_sums),
                               cmocka_unit_test(test_many_dofs),
                               cmocka_unit_test(test_rank_loss),
                               cmocka_unit_test(test_rows_of_lost_rank),

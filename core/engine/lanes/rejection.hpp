@@ -59,8 +59,8 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether the box from low to high is higher than all points of the height field in the cells below it. heights:
-// hfield_data.
+// Whether the box from low to high is higher than all points of the height field in the cells below it. MuJoCo passes over
+// cells that are lower than the geom, also where a row's own heights are below the base. heights: hfield_data.
 bool is_above_ground(const mjModel& m, const float* heights, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
   const double* const size = m.hfield_size + 4 * id;
@@ -78,7 +78,7 @@ bool is_above_ground(const mjModel& m, const float* heights, int geom, const dou
   for (int row = first_row; row <= last_row; ++row)
     for (int column = first_column; column <= last_column; ++column)
       if (data[row * columns + column] * size[2] >= low[2]) return false;
-  return -size[3] < low[2];  // a row's own heights can be below the base, so the base must be below the box, too
+  return true;
 }
 
 // Returns those of the lanes `rows` (bits) in which a geom is above a height field by more than `limit`.
