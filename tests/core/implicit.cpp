@@ -221,27 +221,12 @@ void test_failure(void** /*state*/) {
   assert_true(fails);
 }
 
-// MuJoCo's sparse Jacobian of a tendon has two elements for a joint that the tendon has twice. Such rows are left to it.
-void test_repeated_joint(void** /*state*/) {
-  const auto model = Model::parse("repeated", with_option("<option jacobian='sparse'/>", kTree + R"(<tendon>
-    <fixed damping='1'><joint joint='leg' coef='.3'/><joint joint='leg' coef='.4'/></fixed></tendon></mujoco>)"));
-  const StateLayout layout(*model);
-  const ErrorTrap trap;
-  Work first(model), second(model);
-  Work* works[] = {&first, &second};
-  std::vector<double> state(layout.size), before(layout.size), other(layout.size);
-  std::copy_n(model->get()->qpos0, model->get()->nq, layout.qpos(state.data()));
-  double* befores[] = {before.data(), other.data()};
-  for (Work* work : works) work->load(state.data());
-  assert_int_equal(lanes::make_stepper(*model, *lanes::code_of(2))->step(works, 2, 1, befores), 0);
-}
-
 }  // namespace
 }  // namespace mjenv::core
 
 int run_implicit() {
   using namespace mjenv::core;
   const CMUnitTest tests[] = {cmocka_unit_test(test_steps), cmocka_unit_test(test_factorization),
-                              cmocka_unit_test(test_failure), cmocka_unit_test(test_repeated_joint)};
+                              cmocka_unit_test(test_failure)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -486,6 +486,17 @@ def counts() -> Iterator[Case]:
     yield Case("muscles-unstable", model(sections=unstable))
     stated = '<actuator><muscle joint="x" lengthrange="-1 1"/></actuator>'
     yield Case("muscles-stated", model(sections=stated), expect="works")
+    # MuJoCo writes an element of a sparse Jacobian each time, behind the matrix.
+    twice = '<tendon><fixed><joint joint="x" coef="1"/><joint joint="x" coef="2"/></fixed></tendon>'
+    each = twice.replace('joint="x" coef="2"', 'joint="z" coef="2"')
+    for name, tendon, jacobian, expect in (
+        ("twice", twice, "sparse", "refused"),
+        ("twice-dense", twice, "dense", "works"),
+        ("each", each + each, "sparse", "works"),
+    ):
+        sections = f'{tendon}<option jacobian="{jacobian}"/>'
+        words = ('joint "x" twice',) if expect == "refused" else ()
+        yield Case(f"tendon-joint-{name}", model(sections=sections), expect=expect, words=words)
 
 
 def texts() -> Iterator[Case]:

@@ -8,6 +8,9 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -132,6 +135,9 @@ class Check {
   // A joint without a type has the type of its default class. Here it counts as the joint with the most dofs of any
   // default class.
   std::int64_t dofs_ = 0, untyped_joints_ = 0, max_default_dofs_ = 1;
+  std::string jacobian_;
+  std::set<std::string> tendon_joints_;  // those that the present fixed tendon has named so far
+  std::optional<std::string> repeated_joint_;
   std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_cubes_ = 0;
 
   // A check of all elements with this name or parent.
@@ -361,6 +367,13 @@ class Check {
   void option(const Element& element) {
     source_.settings.timestep = real(element, "timestep", source_.settings.timestep);
     if (const char* solver = element.xml.Attribute("solver")) source_.settings.solver = solver;
+    if (const char* jacobian = element.xml.Attribute("jacobian")) jacobian_ = jacobian;
+  }
+
+  void fixed_tendon(const Element&) { tendon_joints_.clear(); }
+  void tendon_joint(const Element& element) {
+    const std::string joint = element.text("joint");
+    if (!tendon_joints_.insert(joint).second) repeated_joint_ = joint;
   }
 
   void mesh(const Element& element) {
@@ -632,6 +645,12 @@ class Check {
   void check_sums() {
     dofs_ += untyped_joints_ * max_default_dofs_;
     check_limit("degrees of freedom", dofs_, kDofs);
+    // MuJoCo writes an element of a sparse Jacobian for each joint that a tendon names, at last behind the matrix.
+    constexpr std::int64_t kSparseDofs = 60;  // from which on MuJoCo chooses sparse Jacobians itself
+    if (repeated_joint_ && (jacobian_ == "sparse" || (jacobian_ != "dense" && dofs_ >= kSparseDofs)))
+      refuse(
+          "a fixed tendon names the joint " + quoted(*repeated_joint_) +
+          " twice, which MuJoCo cannot compute with sparse Jacobians; name it once, with the sum of the coefficients");
 
     const std::int64_t copies = max_copies_ + attachments_;
     check_limit("elements", counts_.elements + references_ * (copies - 1), kElements);
@@ -718,6 +737,8 @@ const Check::Rule Check::kRules[] = {
     {"deformable", nullptr, nullptr, &Check::reference},
     {"equality", nullptr, &Counts::equalities, &Check::reference},
     {"tendon", nullptr, &Counts::tendons, &Check::reference},
+    {"tendon", "fixed", nullptr, &Check::fixed_tendon},
+    {"fixed", "joint", nullptr, &Check::tendon_joint},
     {"actuator", nullptr, &Counts::actuators, &Check::actuator},
     {nullptr, "muscle", nullptr, &Check::muscle},
     {"sensor", nullptr, &Counts::sensors, &Check::sensor},
