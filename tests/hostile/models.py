@@ -1329,7 +1329,14 @@ def swept_today() -> Iterator[Case]:
 
 # What MuJoCo 4.0 does not know, or reads in another way. The last one takes it half a minute, as it takes any engine
 # that is not compiled in.
-ONLY_IN_MUJOCO_2 = ("good-rich", "texture-good-custom", "mesh-inline-normals", "composite", "muscles-unstable")
+ONLY_IN_MUJOCO_2 = (
+    "good-rich",
+    "texture-good-custom",
+    "mesh-inline-normals",
+    "composite",
+    "muscles-unstable",
+    "tendon-joint-twice",
+)
 
 
 def cases(mujoco: str = "2") -> Iterator[Case]:
