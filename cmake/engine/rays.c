@@ -17,6 +17,8 @@ struct field {
   mjtNum dx, dy;  // between vertices
 };
 
+static mjtNum dot(const mjtNum a[3], const mjtNum b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 static void to_frame(const mjtNum* mat, const mjtNum* from, mjtNum* to) {
   for (int i = 0; i < 3; ++i) to[i] = mat[i] * from[0] + mat[3 + i] * from[1] + mat[6 + i] * from[2];
 }
@@ -35,7 +37,7 @@ static void make_normals(struct ray* ray) {
     longest = 1;
   mjtNum other[3] = {1, 1, 1};
   other[longest] = 0;
-  mju_addScl3(ray->normals[1], other, v, -mju_dot3(v, other) / mju_dot3(v, v));
+  mju_addScl3(ray->normals[1], other, v, -dot(v, other) / dot(v, v));
   mju_normalize3(ray->normals[1]);
   mju_cross(ray->normals[0], ray->normals[1], v);
   mju_normalize3(ray->normals[0]);
@@ -66,21 +68,17 @@ static void vertex_at(const struct field* field, int row, int column, mjtNum ver
 // The coordinates along the two normals of a vertex seen from the ray.
 static void project(const struct ray* ray, const mjtNum vertex[3], mjtNum planar[2]) {
   const mjtNum difference[3] = {vertex[0] - ray->point[0], vertex[1] - ray->point[1], vertex[2] - ray->point[2]};
-  for (int k = 0; k < 2; ++k) planar[k] = mju_dot3(ray->normals[k], difference);
-}
-
-// The signs of both coordinates, as bits. If three vertices have one of them in common, the ray misses their triangle.
-static int signs_at(const struct ray* ray, const struct field* field, int row, int column) {
-  mjtNum vertex[3], planar[2];
-  vertex_at(field, row, column, vertex);
-  project(ray, vertex, planar);
-  return (planar[0] > 0) | (planar[0] < 0) << 1 | (planar[1] > 0) << 2 | (planar[1] < 0) << 3;
+  for (int k = 0; k < 2; ++k) planar[k] = dot(ray->normals[k], difference);
 }
 
 // The distance to a triangle; less than 0 if the ray misses it.
 static mjtNum cross_triangle(const struct ray* ray, const mjtNum v[3][3]) {
   mjtNum planar[3][2];
   for (int i = 0; i < 3; ++i) project(ray, v[i], planar[i]);
+  for (int k = 0; k < 2; ++k) {
+    const mjtNum a = planar[0][k], b = planar[1][k], c = planar[2][k];
+    if ((a > 0 && b > 0 && c > 0) || (a < 0 && b < 0 && c < 0)) return -1;
+  }
   // The ray's place in the triangle, as coordinates from vertex 2 to the others.
   const mjtNum a0 = planar[0][0] - planar[2][0], a1 = planar[1][0] - planar[2][0];
   const mjtNum a2 = planar[0][1] - planar[2][1], a3 = planar[1][1] - planar[2][1];
@@ -94,12 +92,23 @@ static mjtNum cross_triangle(const struct ray* ray, const mjtNum v[3][3]) {
   for (int i = 0; i < 2; ++i) mju_sub3(edges[i], v[i], v[2]);
   mju_sub3(from, ray->point, v[2]);
   mju_cross(normal, edges[0], edges[1]);
-  const mjtNum speed = mju_dot3(ray->direction, normal);
-  return fabs(speed) < mjMINVAL ? -1 : -mju_dot3(from, normal) / speed;
+  const mjtNum speed = dot(ray->direction, normal);
+  return fabs(speed) < mjMINVAL ? -1 : -dot(from, normal) / speed;
 }
 
 static void keep_nearest(mjtNum* nearest, mjtNum distance) {
   if (distance >= 0 && (*nearest < 0 || distance < *nearest)) *nearest = distance;
+}
+
+// Tests both triangles of a cell.
+static void cross_cell(const struct ray* ray, const struct field* field, int row, int column, mjtNum* nearest) {
+  mjtNum v[3][3];
+  vertex_at(field, row, column, v[0]);
+  vertex_at(field, row + 1, column + 1, v[1]);
+  vertex_at(field, row, column + 1, v[2]);
+  keep_nearest(nearest, cross_triangle(ray, v));
+  vertex_at(field, row + 1, column, v[2]);
+  keep_nearest(nearest, cross_triangle(ray, v));
 }
 
 // Columns of a strip between two rows.
@@ -112,59 +121,82 @@ struct columns {
 // rounding errors can change.
 static struct columns columns_of(const struct ray* ray, const struct field* field, int row, mjtNum low, mjtNum high,
                                  struct columns all) {
+  const mjtNum *p = ray->point, *size = field->size;
+  const mjtNum y0 = field->dy * row - size[1], y1 = y0 + field->dy, z0 = low * size[2], z1 = high * size[2];
   for (int k = 0; k < 2; ++k) {
-    const mjtNum *n = ray->normals[k], *p = ray->point, *size = field->size;
-    const mjtNum y0 = field->dy * row - size[1], y1 = y0 + field->dy;
-    const mjtNum z0 = low * size[2], z1 = high * size[2];
+    const mjtNum* n = ray->normals[k];
+    const mjtNum ny0 = n[1] * y0, ny1 = n[1] * y1, nz0 = n[2] * z0, nz1 = n[2] * z1, np = dot(n, p);
     // n * (vertex - p) without the part of x, for the vertices of the strip.
-    const mjtNum least = fmin(n[1] * y0, n[1] * y1) + fmin(n[2] * z0, n[2] * z1) - mju_dot3(n, p);
-    const mjtNum most = fmax(n[1] * y0, n[1] * y1) + fmax(n[2] * z0, n[2] * z1) - mju_dot3(n, p);
-    const mjtNum scale = fabs(n[0]) * size[0] + fabs(n[1]) * (size[1] + field->dy) +
-                         fabs(n[2]) * fmax(fabs(z0), fabs(z1)) + fabs(n[0] * p[0]) + fabs(n[1] * p[1]) +
-                         fabs(n[2] * p[2]);
+    const mjtNum least = mjMIN(ny0, ny1) + mjMIN(nz0, nz1) - np, most = mjMAX(ny0, ny1) + mjMAX(nz0, nz1) - np;
+    const mjtNum scale = fabs(n[0]) * size[0] + fabs(n[1]) * (size[1] + field->dy) + fabs(nz0) + fabs(nz1) +
+                         fabs(n[0] * p[0]) + fabs(n[1] * p[1]) + fabs(n[2] * p[2]);
     const mjtNum margin = 1e-9 * scale;
     const mjtNum a = -(most + margin) / n[0], b = -(least - margin) / n[0];  // x lies between them
-    const mjtNum first = floor((fmin(a, b) + size[0]) / field->dx) - 1,
-                 last = ceil((fmax(a, b) + size[0]) / field->dx) + 1;
-    // These comparisons are false for NaN, and where n[0] is 0.
+    const mjtNum first = (mjMIN(a, b) + size[0]) / field->dx - 2, last = (mjMAX(a, b) + size[0]) / field->dx + 3;
+    // These comparisons are false for NaN, and where n[0] is 0 and the ray can meet the strip.
     if (first > all.first) all.first = first < all.last ? (int)first : all.last;
     if (last < all.last) all.last = last > all.first ? (int)last : all.first;
   }
   return all;
 }
 
+// The signs of a vertex's coordinates along the normals, as bits. If three vertices have one of them in common, the ray
+// misses their triangle. x, y: the terms of the coordinates that project adds first. z: the vertex's height above the ray.
+static int signs_of(const struct ray* ray, const mjtNum x[2], const mjtNum y[2], mjtNum z) {
+  int signs = 0;
+  for (int k = 0; k < 2; ++k) {
+    const mjtNum coordinate = x[k] + y[k] + ray->normals[k][2] * z;
+    signs |= ((coordinate > 0) | (coordinate < 0) << 1) << 2 * k;
+  }
+  return signs;
+}
+
 static void cross_strip(const struct ray* ray, const struct field* field, int row, struct columns columns,
                         mjtNum* nearest) {
-  int lower = signs_at(ray, field, row, columns.first), upper = signs_at(ray, field, row + 1, columns.first);
-  for (int column = columns.first; column < columns.last; ++column) {
-    const int next_lower = signs_at(ray, field, row, column + 1),
-              next_upper = signs_at(ray, field, row + 1, column + 1);
-    const int diagonal = lower & next_upper;
-    mjtNum v[3][3];
-    if (!(diagonal & next_lower) || !(diagonal & upper)) {
-      vertex_at(field, row, column, v[0]);
-      vertex_at(field, row + 1, column + 1, v[1]);
-    }
-    if (!(diagonal & next_lower)) {
-      vertex_at(field, row, column + 1, v[2]);
-      keep_nearest(nearest, cross_triangle(ray, v));
-    }
-    if (!(diagonal & upper)) {
-      vertex_at(field, row + 1, column, v[2]);
-      keep_nearest(nearest, cross_triangle(ray, v));
-    }
-    lower = next_lower;
-    upper = next_upper;
+  const float* heights[2];
+  mjtNum y[2][2];
+  for (int i = 0; i < 2; ++i) {
+    heights[i] = field->heights + (row + i) * field->columns;
+    const mjtNum from_ray = field->dy * (row + i) - field->size[1] - ray->point[1];
+    for (int k = 0; k < 2; ++k) y[i][k] = ray->normals[k][1] * from_ray;
+  }
+  int before[2] = {0, 0};  // the signs of the vertices of the column before
+  for (int column = columns.first; column <= columns.last; ++column) {
+    const mjtNum from_ray = field->dx * column - field->size[0] - ray->point[0];
+    const mjtNum x[2] = {ray->normals[0][0] * from_ray, ray->normals[1][0] * from_ray};
+    int signs[2];
+    for (int i = 0; i < 2; ++i) signs[i] = signs_of(ray, x, y[i], heights[i][column] * field->size[2] - ray->point[2]);
+    const int diagonal = before[0] & signs[1];
+    if (column > columns.first && !(diagonal & signs[0] && diagonal & before[1]))
+      cross_cell(ray, field, row, column - 1, nearest);
+    before[0] = signs[0];
+    before[1] = signs[1];
   }
 }
 
-// Extends the range by the heights of a row.
-static void add_heights(const struct field* field, int row, struct columns columns, mjtNum* low, mjtNum* high) {
-  for (int column = columns.first; column <= columns.last; ++column) {
-    const float height = field->heights[row * field->columns + column];
-    if (height < *low) *low = height;
-    if (height > *high) *high = height;
+struct range {
+  float low, high;
+};
+
+static void extend(struct range* range, float height) {
+  range->low = height < range->low ? height : range->low;
+  range->high = height > range->high ? height : range->high;
+}
+
+// The range of a row's heights. Four ranges at once, because each comparison waits for the last one of its range.
+static struct range heights_of(const struct field* field, int row, struct columns columns) {
+  const float* heights = field->heights + row * field->columns;
+  struct range ranges[4];
+  for (int i = 0; i < 4; ++i) ranges[i] = (struct range){INFINITY, -INFINITY};
+  int column = columns.first;
+  for (; column + 3 <= columns.last; column += 4)
+    for (int i = 0; i < 4; ++i) extend(&ranges[i], heights[column + i]);
+  for (; column <= columns.last; ++column) extend(&ranges[0], heights[column]);
+  for (int i = 1; i < 4; ++i) {
+    extend(&ranges[0], ranges[i].low);
+    extend(&ranges[0], ranges[i].high);
   }
+  return ranges[0];
 }
 
 static void cross_surface(const struct ray* ray, const struct field* field, const mjtNum segment[2], mjtNum* nearest) {
@@ -177,11 +209,16 @@ static void cross_surface(const struct ray* ray, const struct field* field, cons
   const int first_row = (int)floor(mju_min(y[0], y[1])) - 1, last_row = (int)ceil(mju_max(y[0], y[1])) + 1;
   const struct columns all = {mjMAX(0, first_column), mjMIN(field->columns - 1, last_column)};
   if (all.first >= all.last) return;
-  for (int row = mjMAX(0, first_row); row < mjMIN(field->rows - 1, last_row); ++row) {
-    mjtNum low = INFINITY, high = -INFINITY;
-    for (int i = 0; i < 2; ++i) add_heights(field, row + i, all, &low, &high);
-    const struct columns near = columns_of(ray, field, row, low, high, all);
-    cross_strip(ray, field, row, near, nearest);
+  const int row_end = mjMIN(field->rows - 1, last_row);
+  int row = mjMAX(0, first_row);
+  if (row >= row_end) return;
+  struct range below = heights_of(field, row, all);
+  for (; row < row_end; ++row) {
+    const struct range above = heights_of(field, row + 1, all);
+    const float low = below.low < above.low ? below.low : above.low,
+                high = below.high > above.high ? below.high : above.high;
+    cross_strip(ray, field, row, columns_of(ray, field, row, low, high, all), nearest);
+    below = above;
   }
 }
 
