@@ -282,10 +282,10 @@ inline void cross(V* D, const V* vec) {
 class FluidDerivative {
  public:
   FluidDerivative(const Lanes& d, int geom, const V* vel)
-      : e_(ellipsoid_of(d, geom)),
-        of_(d, geom),
-        coef_(vectors(d.geom_fluid) + mjNFLUID * geom),
+      : of_(d, geom),
         viscosity_(*vectors(d.viscosity)),
+        e_(ellipsoid_of(d, geom)),
+        coef_(vectors(d.geom_fluid) + mjNFLUID * geom),
         ang_(vel),
         lin_(vel + 3) {
     for (int k = 0; k < 3; ++k) squares_[k] = lin_[k] * lin_[k];
@@ -309,14 +309,15 @@ class FluidDerivative {
   }
 
  private:
-  const Ellipsoid& e_;
+  // The vectors first, because they are aligned.
   const Dimensions of_;
-  const V* const coef_;  // geom_fluid
   const V viscosity_;
-  const V *const ang_, *const lin_;
   V squares_[3], a_[3], aa_[3];  // a, b, c and aa, bb, cc of MuJoCo
   V proj_denom_, proj_num_, speed2_;
   V B_[36]{};
+  const Ellipsoid& e_;
+  const V* const coef_;  // geom_fluid
+  const V *const ang_, *const lin_;
 
   static V positive(V x) { return splat(mjMINVAL) >= x ? splat(mjMINVAL) : x; }
 
