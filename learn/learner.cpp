@@ -282,7 +282,8 @@ void Learner::take(const Outcome& outcome) {
   if (step_ == rollout_.steps) finish_rollout();
 }
 
-// A truncated episode would have gone on. So the critic's value of its last observation is added to its last reward.
+// A truncated episode would have gone on. So the critic's value of its last observation, times gamma, is added to its
+// last reward.
 void Learner::bootstrap_truncated(const Outcome& outcome) {
   for (std::size_t i = 0; i < rows(); ++i) {
     if (outcome.truncated[i] == 0 || outcome.terminated[i] != 0) continue;
@@ -294,7 +295,7 @@ void Learner::bootstrap_truncated(const Outcome& outcome) {
 }
 
 void Learner::finish_rollout() {
-  curve_.reserve(curve_.size() + 1 + curve_.size() / 2);  // reserved now, because nothing may fail after the update
+  curve_.reserve(curve_.size() + 1 + curve_.size() / 2);  // so that push_back below allocates nothing
   const std::size_t n = rows(), stride = agent_.stride();
   const float* after = &rollout_.inputs[rollout_.steps * n * stride];
   evaluate(after, static_cast<int>(n), &rollout_.values[rollout_.steps * n], nullptr);

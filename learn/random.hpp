@@ -37,7 +37,7 @@ class Random {
   // Uniform in [0, 1).
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-  // An integer from 0 to below - 1, all equally likely.
+  // An integer from 0 to below - 1. Their probabilities differ by at most 2^-32.
   std::uint32_t below(std::uint32_t below) { return static_cast<std::uint32_t>(((bits() >> 32) * below) >> 32); }
 
   // A standard normal number, by Marsaglia's polar method, which computes two at a time.

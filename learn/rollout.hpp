@@ -23,8 +23,9 @@ struct Rollout {
   std::vector<float> inputs;   // [steps + 1][rows][stride] normalised observations, followed by rows of padding
   std::vector<float> actions;  // [steps][rows][actuators] before they are clipped
   std::vector<float> log_probabilities;
-  std::vector<float> values;     // [steps + 1][rows] what the critic estimates
-  std::vector<float> rewards;    // normalised; if a step truncated the episode, plus the value of its last observation
+  std::vector<float> values;  // [steps + 1][rows] what the critic estimates
+  // Normalised; if a step truncated the episode, plus gamma times the value of its last observation.
+  std::vector<float> rewards;
   std::vector<float> continues;  // 0 if the episode ended with this step, otherwise 1
   std::vector<float> advantages, returns;
 

@@ -1,4 +1,5 @@
-// A compiled model. Only this folder handles what differs between MuJoCo's versions (mujoco.hpp). Besides it, only
+// A compiled model. Only this folder handles what differs between MuJoCo's versions (mujoco.hpp names one exception). Besides
+// it, only
 // task/sim_view.cpp and render/ use MuJoCo's structs.
 #pragma once
 

@@ -56,7 +56,7 @@ LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t r
   std::string why = obstacle_of(task);
   if (why.empty() && rows < width) why = "the environment has only " + counted(rows, "row");
   if (why.empty()) return {width, ""};
-  if (is_explicit) refuse(why + "; the default, -1, takes as many lanes as there can be");
+  if (is_explicit) refuse(why + "; the default, -1, takes only as many lanes as this environment can use");
   return {0, std::move(why)};
 }
 

@@ -16,7 +16,7 @@ struct LaneChoice {
 };
 
 // Chooses the number of lanes that the option "lanes" asks for, or throws if that many are not available. If the option
-// is -1, the environment variable MJENV_LANES decides. It must be a number that this CPU supports, and is ignored by
+// is negative, the environment variable MJENV_LANES decides, if it is set. It must be a number that this CPU supports, and is ignored by
 // environments that cannot have so many lanes.
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
 

@@ -129,8 +129,8 @@ class Worker {
   struct OwnValues {
     const OwnArray* array;
     bool is_force;
-    // Whether MuJoCo has float32 numbers, so that what the task writes to `values` is converted. Arrays of doubles of
-    // mjModel are not copied in a reset, which writes directly to the block that MuJoCo reads.
+    // Whether MuJoCo has float32 numbers, so that what the task writes to `values` is converted. Otherwise, if the
+    // array is of mjModel, a reset writes directly to the block that MuJoCo reads.
     bool is_converted;
     std::vector<double> values, before;
   };

@@ -44,7 +44,7 @@ class Places {
   int places_[kMostRows][kWidth]{};
 };
 
-// The base class of both solvers. Its functions have the names of the MuJoCo functions whose computations they repeat.
+// The base class of all solvers. Its functions have the names of the MuJoCo functions whose computations they repeat.
 class Constrained {
  protected:
   Constrained(Lanes& d, Constraints& c) : d_(d), c_(c), m_(*d.model), nv_(m_.nv), size_(c.size), active_(c.rows) {}

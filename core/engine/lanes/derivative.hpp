@@ -124,7 +124,7 @@ void rne_vel(Lanes& d, const TreeMatrix& DfDv) {
     const auto subtract = [&](V& element, int dof, int body) {
       for (int k = 0; k < 6; ++k) element -= Dcfrc[6 * body + k] * cdof[6 * dof + k];
     };
-    // The other bodies that bear `own` have its derivative.
+    // The velocity of c changes the forces on the bodies that carry `own` only through `own`: the derivative is the same.
     const int adr = d.ancestor_adr[c], depth = d.ancestor_adr[c + 1] - adr;
     subtract(DfDv.below[adr], c, own);
     for (int n = 1; n < depth; ++n) subtract(DfDv.above[adr + n], d.ancestors[adr + n], own);

@@ -31,7 +31,7 @@ class Solver {
     return d.nefc > 0 && !constraints_.is_aligned && !is_elliptic_ && !removes_slip_ && m.opt.noslip_iterations == 0 &&
            can_solve(d, d.nefc);
   }
-  // Whether noslip runs after the main solver, as MuJoCo decides for this row.
+  // Whether this solver and MuJoCo agree for this row on whether noslip runs after the main solver.
   bool has_noslip_of(const mjModel& m) const { return removes_slip_ == (m.opt.noslip_iterations > 0); }
   // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;

@@ -107,7 +107,7 @@ class SparseFactor {
       for (int c = r; c >= 0; c = m.dof_simplenum[r] ? -1 : m.dof_parentid[c]) {
         const V number = qM[adr++], sum = row[c] + number;
         const Mask is_negative = is_negative_zero(number);
-        // MuJoCo adds nothing to -0 where J' * J has no element.
+        // Where J' * J has no element, MuJoCo keeps a -0 of M. Here it would be added to +0, which gives +0.
         row[c] = __builtin_expect(any(is_negative), 0) && any(sum == V{})
                      ? (is_negative & ~mask_of(elements_of_J(r, c)) ? number : sum)
                      : sum;

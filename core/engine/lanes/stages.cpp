@@ -170,7 +170,7 @@ const std::vector<Obstacle>& obstacles() {
        comparison},
       {"MuJoCo's callbacks in the process", "they may read and write all of mjData", callbacks},
       {"numbers of the model that are not finite or whose absolute value is above 1e10",
-       "products of zeros and such numbers are not zeros", excess}};
+       "computations with such numbers may overflow, and products of zeros and infinity are not zeros", excess}};
   return list;
 }
 

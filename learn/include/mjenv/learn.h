@@ -121,7 +121,7 @@ typedef struct mjenv_learn_settings {
   double value_coef;           /* the weight of the mean squared error of the value in the loss */
   double entropy_coef;         /* the weight of the entropy */
   double max_grad_norm;        /* gradients with a greater norm are scaled to this one; 0: none is */
-  double target_kl;            /* no further epoch begins once approx_kl is greater than this; 0: no limit */
+  double target_kl;            /* no epoch follows one whose own approx_kl was greater than this; 0: no limit */
   double initial_std;          /* the standard deviation of the actions at the beginning */
   double obs_clip;             /* normalised observations are clipped to -obs_clip .. obs_clip */
   double reward_clip;          /* the same for rewards */

@@ -149,6 +149,9 @@ class Engines:
         If the function fails now, it is not called again. After an interrupt the next `get` goes on, and may call the
         function again for an engine for which it has succeeded.
         """
+        # Imported before the function is called. This imports Gymnasium, for which mjenv then registers all ids, which
+        # calls all functions; one that fails could not raise its error while that is being imported.
+        failure = errors.Error
         turn = self._lock.take()
         try:
             names = [*self._ready]
@@ -157,7 +160,7 @@ class Engines:
             try:
                 for name in names:
                     self._load(name)
-            except errors.Error:
+            except failure:
                 self._forget(registration)
                 raise
         finally:

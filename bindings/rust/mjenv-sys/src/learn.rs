@@ -145,7 +145,7 @@ pub struct mjenv_learn_settings {
     pub entropy_coef: f64,
     #[doc = " gradients with a greater norm are scaled to this one; 0: none is"]
     pub max_grad_norm: f64,
-    #[doc = " no further epoch begins once approx_kl is greater than this; 0: no limit"]
+    #[doc = " no epoch follows one whose own approx_kl was greater than this; 0: no limit"]
     pub target_kl: f64,
     #[doc = " the standard deviation of the actions at the beginning"]
     pub initial_std: f64,
