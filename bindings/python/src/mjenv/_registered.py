@@ -134,7 +134,8 @@ class Registered:
         except TaskError as failure:
             if now.error is not None and (task or not isinstance(now.error, Exception)):
                 raise now.error from None
-            if not now.finished and any(text in str(failure) for text in _INTERRUPTED):
+            # An interrupt may also have come just before the callback returned.
+            if _NO_MESSAGE in str(failure) or (not now.finished and _NO_FIELD in str(failure)):
                 raise now.interrupt() from None
             raise
         finally:
@@ -641,4 +642,4 @@ class _Building(threading.local):
 building = _Building()
 # Texts in the library's error if ctypes has ended the callback, because _build_environment always sets another message.
 # The second comes if ctypes returned 0, for which the library takes an unfinished build as finished.
-_INTERRUPTED = ("without a message", "there is no field of the observation")
+_NO_MESSAGE, _NO_FIELD = "without a message", "there is no field of the observation"
