@@ -36,6 +36,7 @@ LEARNED: dict[str, tuple[str, ...]] = {
     "Ant-v5": (),
     "HalfCheetah-v5": (),
     "Humanoid-v5": (),
+    "HumanoidStandup-v5": ("--learning-rate", "0.0005", "--steps", "4000000"),
     # Larger displacements at the start than those of the episodes that are played, so that those are within reach.
     "InvertedDoublePendulum-v5": ("--option", "reset_noise_scale=0.3", "--gamma", "0.995", "--steps", "800000"),
     "Pusher-v5": (),
