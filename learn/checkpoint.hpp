@@ -13,7 +13,7 @@ namespace mjenv::learn {
 void write_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces,
                       const std::vector<std::byte>& state);
 
-// Reads a file of write_checkpoint. Throws if it is damaged, or if it is from a learner with another id or other sizes.
+// Reads a file of write_checkpoint. Throws if it is damaged, or if its learner differs in one of the described values.
 std::vector<std::byte> read_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces);
 
 }  // namespace mjenv::learn

@@ -284,16 +284,10 @@ static int is_invisible(const mjModel* m, int geom) {
   return (material < 0 ? m->geom_rgba[4 * geom + 3] : m->mat_rgba[4 * material + 3]) == 0;
 }
 
-static int has_fields(const mjModel* m) {
-  for (int geom = 0; geom < m->ngeom; ++geom)
-    if (m->geom_type[geom] == mjGEOM_HFIELD) return 1;
-  return 0;
-}
-
 // mj_ray for a rangefinder: all groups and static geoms count. Its caller in MuJoCo is engine_sensor.c.
 mjtNum mjenv_ray(const mjModel* m, const mjData* d, const mjtNum* point, const mjtNum* direction, const mjtByte* groups,
                  mjtByte counts_static, int excluded_body, int* found) {
-  if (!has_fields(m) || mju_norm3(direction) < mjMINVAL)
+  if (m->nhfield == 0 || mju_norm3(direction) < mjMINVAL)
     return mj_ray(m, d, point, direction, groups, counts_static, excluded_body, found);
   mjtNum nearest = -1;
   *found = -1;

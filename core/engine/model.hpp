@@ -1,6 +1,5 @@
-// A compiled model. Only this folder handles what differs between MuJoCo's versions (mujoco.hpp names one exception). Besides
-// it, only
-// task/sim_view.cpp and render/ use MuJoCo's structs.
+// A compiled model. Only this folder handles what differs between MuJoCo's versions (mujoco.hpp names one exception).
+// Besides it, only task/sim_view.cpp and render/ use MuJoCo's structs.
 #pragma once
 
 #include <cstdint>
@@ -51,8 +50,8 @@ class Model {
   // Loads a built-in model ("ant.xml") or a file. As in Gymnasium, a text that starts with ".", "/" or "~" is a path.
   // An untrusted model can only read files in its folder, and its size is limited (engine/untrusted/limits.hpp).
   static std::shared_ptr<const Model> open(const std::string& xml_file, bool trusted = false);
-  // Loads MJCF text. If a model of the same text is already in use, open and parse return that one, unless the text
-  // refers to files.
+  // Loads MJCF text. If a model with the same text, label and `trusted` is already in use, open and parse return that
+  // one, unless the text refers to files.
   static std::shared_ptr<const Model> parse(const std::string& label, const std::string& xml, bool trusted = false);
   ~Model();
 

@@ -62,7 +62,7 @@ class Cache {
  private:
   using Models = std::map<std::string, std::weak_ptr<const Model>>;
   std::atomic<bool> busy_{false};
-  Models* models_ = nullptr;  // never freed, because environments may outlive this object
+  Models* models_ = nullptr;  // not freed with this object, because environments may outlive it
 
   // Calls the body, unless another thread is inside.
   template <typename F>

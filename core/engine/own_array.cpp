@@ -15,11 +15,11 @@ namespace {
 
 using Names = std::vector<const char*>;
 
-// Rows cannot have their own values of arrays whose names begin like this, because the arrays are large or because
-// MuJoCo uses them as indices.
+// Rows cannot have their own values of arrays whose names begin like this: they are large, MuJoCo uses them as indices,
+// or only drawing reads them (vis).
 const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_", "vis."};
 
-// The integers that are neither sizes nor indices, with their bounds.
+// The integers of which rows can have their own values, with their bounds.
 struct IntegerRule {
   const char* array;
   double low, high;
@@ -193,7 +193,7 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
       refuse_name(name,
                   std::string(is_integer(of_model->type)
                                   ? "it is part of the model's structure, which all rows share"
-                                  : "it is shared by all rows, because it is large or MuJoCo uses it as an index") +
+                                  : "it is shared by all rows, because it is large, an index, or only for drawing") +
                       ": change the model file");
     array.original = *of_model;
     const bool is_number = name.find('.') != std::string::npos;

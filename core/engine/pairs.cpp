@@ -81,8 +81,8 @@ bool are_excluded(const mjModel& m, int body1, int body2) {
   return std::count(m.exclude_signature, m.exclude_signature + m.nexclude, signature) > 0;
 }
 
-// Lists the pairs that can touch. Returns no value if there are more than `most`, or if one of them is between two
-// bodies other than the world and between_bodies is false.
+// Lists the pairs that can touch. Returns no value if a list cannot replace MuJoCo's search, if there are more pairs
+// than `most`, or if one of them is between two bodies other than the world and between_bodies is false.
 std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
   if (!can_replace_search(m)) return std::nullopt;
   Pairs pairs;

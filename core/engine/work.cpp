@@ -60,7 +60,8 @@ bool Work::has_forces() const {
 void Work::clear() {
   mj_resetData(&model(), data_.get());
   std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
-  forces_lag_ = has_lost_forces_ = frames_lag_ = false;
+  forces_ = Forces::kCurrent;
+  frames_lag_ = false;
   is_whole_ = true;
   ++computation_;
 }
@@ -79,7 +80,7 @@ void Work::begin() {
   clear_caches(*m, *d);
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
-  forces_lag_ = has_lost_forces_ = false;
+  forces_ = Forces::kCurrent;
 }
 
 void Work::load(const double* state, bool continues) {
@@ -101,8 +102,8 @@ void Work::load(const double* state, bool continues) {
   load_rest(state);
 }
 
-// RK4 does not use mj_step2. The parts of a state in StateLayout::more may change in mj_step1, so a step that does not
-// continue changes them a second time, and would give other results.
+// RK4 does not use mj_step2. The parts of a state in StateLayout::more may change in mj_step1. A step that does not
+// continue changes them a second time, so its results would differ from those of a step that continues.
 bool Work::can_continue() {
   return keeps_current_ && layout_.more == 0 && stepped().opt.integrator != mjINT_RK4 && !diverged();
 }
@@ -131,13 +132,13 @@ void Work::keep_current() {
 void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
 
 void Work::compute_current() {
-  has_lost_forces_ = forces_lag_;  // mj_step1 overwrites what they are computed from
+  if (forces_ == Forces::kOld) forces_ = Forces::kLost;
   keep_raw_qpos();
   mjData* d = data_.get();
   std::uint8_t of_step = warnings();
   set_warnings(0);
   mj_step1(&stepped(), d);
-  if (diverged()) keep_raw_qpos();  // the new state was bad, and MuJoCo has reset the simulation
+  if (diverged()) keep_raw_qpos();  // the new state was bad: MuJoCo resets the simulation, unless that is disabled
   if (was_reset()) of_step = 0;     // mj_resetData has cleared these
   new_state_warnings_ = warnings();
   only_new_state_warnings_ = static_cast<std::uint8_t>(new_state_warnings_ & ~of_step);
@@ -201,8 +202,7 @@ void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before
 
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
-  forces_lag_ = true;
-  has_lost_forces_ = false;
+  forces_ = Forces::kOld;
   if (keeps_current_) complete_forces();
   note_step(true, false, keeps_current_);
 }
@@ -222,9 +222,9 @@ void Work::complete_frames() {
 }
 
 void Work::complete_forces() {
-  if (!forces_lag_ || has_lost_forces_) return;
+  if (forces_ != Forces::kOld) return;
   mj_rnePostConstraint(&model(), data_.get());
-  forces_lag_ = false;
+  forces_ = Forces::kCurrent;
 }
 
 static_assert(mjNWARNING <= 8, "warnings() has a bit for each kind");

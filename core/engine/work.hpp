@@ -109,16 +109,15 @@ class Work {
 
   // Called before each mj_step of a step, with its number. May write ctrl and forces.
   using BeforeSubstep = std::function<void(std::int64_t)>;
-  // For a step, call act, then step, which calls mj_step `frames` times and writes the state before the last call to
-  // `before`. before_substep may be null.
+  // For a step, call act, then step, which calls mj_step `frames` times. `before` receives the state before the last of
+  // these calls. before_substep may be null.
   void act(const Action& action);
   void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
   // lanes::Stepper advances mjData instead of `step`, and calls this at the end. shows_current: it has called
   // keep_raw_qpos and then computed the stages of mj_step1. has_forces: it has computed what complete_forces computes.
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
-    forces_lag_ = !has_forces;
-    has_lost_forces_ = false;
+    forces_ = has_forces ? Forces::kCurrent : Forces::kOld;
     new_state_warnings_ = only_new_state_warnings_ = 0;
     if (keeps_current_ && !shows_current) {
       if (is_whole && reads_forces_) complete_forces();
@@ -137,7 +136,7 @@ class Work {
   void complete_frames();
   // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read forces
   // (reads_forces) compute them.
-  bool has_lost_forces() const { return has_lost_forces_; }
+  bool has_lost_forces() const { return forces_ == Forces::kLost; }
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }
   int constraint_count() const;
@@ -148,8 +147,8 @@ class Work {
   // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
-  // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state.
-  // Rows do not store these, because lanes do not compute them, and they follow from the new state.
+  // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state,
+  // which rows do not store, because lanes do not compute them, and they follow from the new state.
   std::uint8_t step_warnings() const { return static_cast<std::uint8_t>(warnings() & ~only_new_state_warnings_); }
   std::uint8_t new_state_warnings() const { return new_state_warnings_; }
   static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds
@@ -165,8 +164,9 @@ class Work {
   std::optional<ModelView> view_;  // only if rows have arrays of their own
   StateLayout layout_;
   std::unique_ptr<mjData_, DeleteData> data_;
-  bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
-  bool has_lost_forces_ = false;
+  // Of which step cacc, cfrc_int and cfrc_ext are. kLost: mj_step1 has overwritten what they are computed from.
+  enum class Forces : std::uint8_t { kCurrent, kOld, kLost };
+  Forces forces_ = Forces::kCurrent;
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own

@@ -77,10 +77,11 @@ void declare_env_options(Options& options) {
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
                InIdentity::no);
-  options.integer("max_contacts", 0, 0, kMaxContacts,
-                  "how many contacts of a row the exported arrays contact.* can hold, the first ones; 0: as many as "
-                  "MuJoCo can find",
-                  InIdentity::no);
+  options.integer(
+      "max_contacts", 0, 0, kMaxContacts,
+      "how many contacts of a row, from the first on, the exported arrays contact.* can hold; 0: as many as "
+      "MuJoCo can find",
+      InIdentity::no);
   declare_frame_options(options);
   declare_action_options(options);
 }

@@ -99,7 +99,7 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
     record_count_ = kHead + count;
   check_memory(rows, " row(s) with the option \"history\"", record_count_ * sizeof(double));
   check_memory(
-      1, " description of an observation with the option \"history\"",
+      1, " description(s) of an observation with the option \"history\"",
       2 * count * sizeof(double) + static_cast<std::uint64_t>(history.integer) * fields_.size() * sizeof(Field));
   if (whole > 0)
     name_frames(blocks, whole);

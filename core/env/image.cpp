@@ -17,9 +17,9 @@ namespace {
 
 // An image consists of
 //   - an ImageHeader
-//   - an Entry for each part that some row of the image has, in the order of kParts, with the bytes that one row has
+//   - an Entry for each part that some row of the image has, in the order of kParts, with the part's size in one row
 //   - an Entry for each array in which some row has own values that are not the model's, in alphabetical order, with
-//     its bytes in a block of own values, where the arrays follow each other at multiples of 8 bytes
+//     its size in a block of own values, where the arrays follow each other at multiples of 8 bytes
 //   - each row's parts, one after the other. Head::kept says which of the kept parts the row has
 // Rows in equal states have equal images, whatever calls led to the states. So an image leaves out arrays whose values
 // equal the model's, and a version's own values if the same values would apply without them (Version).

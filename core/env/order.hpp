@@ -1,4 +1,4 @@
-// The order in which rows are stepped in lanes. Rows in the same lanes take as long as the one with the most
+// The order in which rows are stepped in lanes. Rows that are stepped together take as long as the one with the most
 // constraints. So rows are sorted by how many constraints they had in their last step.
 #pragma once
 

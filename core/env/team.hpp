@@ -43,8 +43,8 @@ class Team {
 
   std::size_t size() const { return workers_.size(); }
   Worker& operator[](std::size_t index) { return *workers_[index]; }
-  // The worker for everything but steps, such as resets and observations: it computes one row after the other.
-  // gather_failures moves the failures of all workers to it.
+  // The worker with which Workers::for_rows computes one row after the other, for example in resets. gather_failures
+  // moves the failures of all workers to it.
   Worker& first() { return *workers_[0]; }
 
   // The steps to play next. Worker i plays the one at index i. There is room for size() of them.

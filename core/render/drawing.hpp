@@ -39,7 +39,7 @@ struct Drawing {
   // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
 
-  // Makes pictures show each row's own height fields, of a task that writes them. Otherwise they show those of the
+  // Makes pictures show each row's own height fields, for a task that writes them. Otherwise they show those of the
   // first row that is drawn, as in Gymnasium.
   void follow_fields() { follows_fields_ = true; }
 

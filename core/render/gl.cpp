@@ -24,7 +24,7 @@ constexpr std::array<BackEnd, 4> back_ends{
     {{MJENV_GL_EGL, "egl"}, {MJENV_GL_GLFW, "glfw"}, {MJENV_GL_OSMESA, "osmesa"}, {MJENV_GL_WGL, "wgl"}}};
 
 // MuJoCo looks up the functions of OpenGL once per process. EGL and GLFW have the same functions, but OSMesa has its
-// own, so a process that has drawn with one of them cannot draw with the other.
+// own, so a process that has drawn with OSMesa cannot draw with EGL or GLFW, nor the other way round.
 struct Binding {
   std::mutex mutex;
   std::atomic<std::int32_t> process{0};

@@ -26,7 +26,7 @@ inline V load(const float* from) { return *reinterpret_cast<const Unaligned*>(fr
 inline void store(float* to, V x) { *reinterpret_cast<Unaligned*>(to) = x; }
 inline V splat(float x) { return x - V{}; }
 
-// Copies of a number in memory.
+// A vector of copies of the number at an address.
 #if MJENV_LEARN_WIDTH == 16
 // Made by the instruction for integers, because on AMD's CPUs the one for floats, which compilers choose, takes time of
 // the units that add and multiply.

@@ -80,7 +80,7 @@ extern "C" {
 /* This number changes when compiled clients have to be built again. */
 #define MJENV_ABI_VERSION 1
 
-/* Means all rows where a function takes a row's number. */
+/* In mjenv_snapshot and mjenv_restore: all rows, in place of a row's number. */
 #define MJENV_ALL_ROWS (-1)
 
 /* Values of mjenv_render_settings.camera besides the index of a camera. */
@@ -125,7 +125,8 @@ enum mjenv_status_value {
 };
 
 /* The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that
- * Gymnasium returns; the library returns all fields as doubles, which represent their values exactly. */
+ * Gymnasium returns; the library returns fields as doubles, which represent their values exactly, unless obs_dtype is
+ * FLOAT32. */
 typedef int32_t mjenv_dtype;
 enum mjenv_dtype_value {
   MJENV_DTYPE_FLOAT64 = 1,
@@ -680,7 +681,7 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,
  * which a reset clears. */
 
-/* Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a
+/* Writes an array in rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a
  * live parameter of the task ("parameters.speed"), which stays after resets; or the parameters from which resets draw
  * item 0 of mjenv_randomize ("draws[0]").
  *   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused

@@ -2,9 +2,9 @@
  *
  * The header only calls the functions of mjenv.h, whose comments say what each does. handle() returns the handle that
  * they take. A call that fails throws mjenv::Error. This header itself refuses a mask or a list of seeds whose length
- * is not the number of rows (MJENV_E_SIZE), a row that a Batch does not have and an integer beyond int64_t
- * (MJENV_E_VALUE), a std::string with a NUL inside (MJENV_E_ARGUMENT), and a library with another MJENV_ABI_VERSION
- * (MJENV_E_INTERNAL). Moved-from objects may only be destroyed or assigned to. */
+ * does not fit the number of rows, and goals of different sizes (MJENV_E_SIZE); a row that a Batch does not have and an
+ * integer beyond int64_t (MJENV_E_VALUE); a std::string with a NUL inside (MJENV_E_ARGUMENT); and a library with another
+ * MJENV_ABI_VERSION (MJENV_E_INTERNAL). Moved-from objects may only be destroyed or assigned to. */
 #ifndef MJENV_MJENV_HPP
 #define MJENV_MJENV_HPP
 

@@ -591,8 +591,8 @@ static inline int32_t mjenv_random_state_is_new(mjenv_random *random) { return r
 
 /* Calls mj_forward with actuation disabled, for the qpos, qvel, act and own arrays that reset has written. */
 static inline int32_t mjenv_start_forward(mjenv_start *start) { return start->api->forward(start); }
-/* Simulates count >= 1 timesteps, then computes the stages of mj_step1. With the integrator Euler, the first timestep
- * continues from what was computed last (mj_step2), even if qpos was written since. */
+/* Simulates count >= 1 timesteps, then computes the stages of mj_step1. Except with RK4, the first timestep continues
+ * from what was computed last (mj_step2), even if qpos was written since. */
 static inline int32_t mjenv_start_advance(mjenv_start *start, int64_t count) {
   return start->api->advance(start, count);
 }

@@ -997,8 +997,8 @@ class Robot {
     functions_.carry = [before, at = carried_.first](const Sim &s, double *to) { Eigen::Map<V>{to + at} = before(s); };
   }
   /* Sets the lambda that computes the reward, the info and whether the episode has terminated, after frame_skip
-   * mj_steps. Its parameters are (sim, info), (sim, carried, info) with the vector of carry, which is empty
-   * without carry, (sim, row, info), or (sim, carried, row, info). */
+   * mj_steps. Its parameters are (sim, info), (sim, carried, info), (sim, row, info) or (sim, carried, row, info);
+   * carried is the vector of carry, which is empty without carry. */
   template <typename F>
   void step(const F &outcome) {
     detail::check_step<F>();

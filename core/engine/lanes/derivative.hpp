@@ -71,7 +71,7 @@ void momentum_vel(const Lanes& d, int body, V* mat) {
   }
 }
 
-// The first dof whose velocity mj_comVel adds to cvel after it has computed cdof_dot of this dof
+// The first of the dofs whose velocities mj_comVel adds to cvel only after it has computed cdof_dot of `dof`.
 int first_added(const mjModel& m, int dof) {
   const int joint = m.dof_jntid[dof], first = m.jnt_dofadr[joint], type = m.jnt_type[joint];
   if (type == mjJNT_FREE) return dof < first + 3 ? first : first + 3;
@@ -124,7 +124,7 @@ void rne_vel(Lanes& d, const TreeMatrix& DfDv) {
     const auto subtract = [&](V& element, int dof, int body) {
       for (int k = 0; k < 6; ++k) element -= Dcfrc[6 * body + k] * cdof[6 * dof + k];
     };
-    // The velocity of c changes the forces on the bodies that carry `own` only through `own`: the derivative is the same.
+    // The velocity of c reaches the bodies that carry `own` only through `own`: their derivative is that of `own`.
     const int adr = d.ancestor_adr[c], depth = d.ancestor_adr[c + 1] - adr;
     subtract(DfDv.below[adr], c, own);
     for (int n = 1; n < depth; ++n) subtract(DfDv.above[adr + n], d.ancestors[adr + n], own);
@@ -271,7 +271,7 @@ void inertiaBoxFluid(const Lanes& d, const TreeMatrix& DfDv, int body) {
   LocalJacobian(d, body, pos, mat).addJTBJ(DfDv, elements, 12);
 }
 
-// mjd_cross: the derivative of a x b by b, given -a; by a, given b
+// mjd_cross: given b, the derivative of a x b by a; given -a, the derivative by b.
 inline void cross(V* D, const V* vec) {
   const V o{};
   const V matrix[9] = {o, vec[2], -vec[1], -vec[2], o, vec[0], vec[1], -vec[0], o};

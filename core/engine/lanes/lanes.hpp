@@ -180,7 +180,7 @@ struct Lanes {
   double* ellipsoids;       // for each geom, kEllipsoidNumbers by which mj_ellipsoidFluidModel multiplies
   bool has_fluid;           // a model has a fluid
   bool has_wind;            // a model has wind
-  bool has_negative_zeros;  // a vector of a model that quaternions rotate contains -0
+  bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
   unsigned damped;          // the lanes, as bits, in which a dof has damping
 
   // Up to `boxes`, the following depend on the shared model alone, except pair_rows. The dofs at which the Jacobian of
@@ -361,8 +361,8 @@ struct Constraints {
 
   // Only for sparse Jacobians. `columns` are then the dofs at which MuJoCo's sparse matrix has numbers, also if these
   // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
-  // constraint or take no part. couples: at a constraint's first place, Chain::couples; 0 at its others. For dof k, the
-  // places whose columns contain it are dof_places[k * most_places] and the following dof_place_counts[k]. products and
+  // constraint or take no part. couples: at a constraint's first place, Chain::couples; 0 at its others. The places
+  // whose columns contain dof k are the dof_place_counts[k] elements from dof_places[k * most_places] on. products and
   // product_lanes: the terms of a sum, and the lanes, as bits, that have them. products is also room for 2 * nv
   // vectors.
   bool is_sparse;
@@ -373,8 +373,8 @@ struct Constraints {
   Pattern pattern;
 };
 
-// Lists the functions of an instruction set: result, name and parameters. Each is named after the function of MuJoCo
-// 2.2.2 that it repeats.
+// Lists the functions of an instruction set: result, name and parameters. Those that repeat a function of MuJoCo 2.2.2
+// are named after it.
 #define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                              \
   /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                         \
   FUNCTION(void, adopt, (Lanes&))                                                                                    \

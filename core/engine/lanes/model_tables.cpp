@@ -176,7 +176,7 @@ int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const
   return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
 }
 
-// Appends the dofs that move one of two bodies, in ascending order, if Jacobians are sparse.
+// Appends the dofs that move at least one of two bodies, in ascending order, if Jacobians are sparse.
 Chain chain_of(const mjModel& m, std::vector<int> dofs, const std::vector<int>& others, std::vector<int>& columns) {
   Chain chain{static_cast<int>(columns.size()), 0, false};
   if (!mj_isSparse(&m)) return chain;

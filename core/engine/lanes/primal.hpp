@@ -247,7 +247,7 @@ class Primal : Constrained {
     return sum;
   }
 
-  // warmstart of engine_forward.c. Chooses the acceleration with which mj_solNewton begins, and keeps the products of M
+  // warmstart of engine_forward.c. Chooses the acceleration with which the solver begins, and keeps the products of M
   // and J with it.
   void warmstart() {
     V *const qacc = vectors(d_.qacc), *const Ma = of(c_.Ma), *const jar = of(c_.jar), *const b = of(c_.b);

@@ -45,8 +45,8 @@ class Solver {
   // Does what mj_forward does with constraints after mj_makeConstraint, which must have run for these rows (bits).
   // is_last: also writes to mjData what only readers of mjData after the step need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
-  // Makes the constraints of these limits and contacts, then solves them in the same way. Writes to the rows' mjData
-  // only what the next mj_step needs, and the number of constraints.
+  // Makes the constraints that `contacts` lists, then solves them in the same way. Writes to the rows' mjData only what
+  // the next mj_step needs, and the number of constraints.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
   // The part of mj_fwdConstraint after the main solver. qacc_warmstart must have been saved.
   void remove_slip(Lanes& lanes, const Contacts& contacts);

@@ -46,7 +46,7 @@ inline V sum_of_blocks(const V* products, const unsigned char* lanes, int n) {
 // The sum that mju_dotSparse computes, where lanes lack some of the products, so that the others are at other places in
 // its partial sums. lanes: for each product, the lanes, as bits, that have it.
 V sum_of_each(const V* products, const unsigned char* lanes, int n) {
-  bool has_blocks = n % 4 == 0;  // each block of four is in the same lanes, as those of most contacts
+  bool has_blocks = n % 4 == 0;  // the same lanes have all four products of a block, as with most contacts
   for (int i = 0; i < n && has_blocks; ++i) has_blocks = lanes[i] == lanes[i & ~3];
   if (has_blocks) return sum_of_blocks(products, lanes, n);
   V res{};

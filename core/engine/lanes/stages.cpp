@@ -199,8 +199,8 @@ const std::vector<Stage>& stages() {
        "of 0; all in models with adhesion",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
-       "PGS and noslip with sparse Jacobians, sparse Jacobians of tendons; with elliptic cones, noslip or sparse "
-       "Jacobians also rows whose constraints are needed in mjData",
+       "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "
+       "cones, noslip or sparse Jacobians, rows whose constraints are needed in mjData",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",

@@ -626,8 +626,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     works_[row] = works[row];
     data_[row] = works[row]->data();
   }
-  // With RK4, MuJoCo computes sensors before the other stages and the forces after them, in the same arrays. Lanes do
-  // not compute both, so if both are read, the step leaves all of mjData as MuJoCo does.
+  // With RK4, sensors read what mj_rnePostConstraint computes in the first stage, and complete_forces computes the same
+  // arrays after the last. Lanes do not compute both, so if both are read, the step leaves all of mjData as MuJoCo does.
   reads_forces_ = works[0]->reads_forces();
   is_whole_ =
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
@@ -867,8 +867,8 @@ void LaneStepper::collide() {
   });
 }
 
-// Calls mj_collision row by row, with MuJoCo's own search for pairs. A model with a list of pairs does not compute the
-// frames of geoms that only the search reads, so this computes them.
+// Calls mj_collision row by row, with MuJoCo's own search for pairs. If the model has a list of pairs, lanes do not
+// compute the frames of geoms that only the search reads, so this does.
 void LaneStepper::search() {
   scatter(searches_ ? for_geoms_ : poses_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {

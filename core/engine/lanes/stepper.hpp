@@ -37,8 +37,8 @@ class Stepper {
   virtual ~Stepper() = default;
 
   // Advances `count` work spaces, at most as many as there are lanes, by `frames` calls of mj_step. Call Work::act for
-  // each of them first, and Work::use with the same arrays for all or for none. Writes the state of each before the
-  // last mj_step to `before`. before_substep: null, or a function that is called before each mj_step with the index of
+  // each of them first, and Work::use with the same arrays for all or for none. `before` receives the state of each
+  // before the last mj_step. before_substep: null, or a function that is called before each mj_step with the index of
   // each work space and the number of the mj_step. It may write ctrl and forces. Returns, as bits, the work spaces that
   // are now as Work::step leaves them. The others met numbers or cases that are left to MuJoCo's own code: load them
   // again and step them one by one.

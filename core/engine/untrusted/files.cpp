@@ -362,8 +362,8 @@ std::int64_t check_raw(const std::string& content, const Limits& limits, std::in
   if (first < 0 || second < 0 || (second > 0 && first > bytes / second) ||
       8 + first * second * bytes_per_pixel != bytes)
     refuse(
-        "it is no PNG image (.png), and not in MuJoCo's own format: a file in that format begins with the numbers of "
-        "rows and columns, here " +
+        "it is no PNG image (.png), and not in MuJoCo's own format: a file in that format begins with its two "
+        "dimensions, here " +
         std::to_string(first) + " and " + std::to_string(second) + ", and has " + std::to_string(bytes_per_pixel) +
         " bytes for each element, but this file has " + std::to_string(bytes) + " bytes in all");
   check_limit(limits, "rows", first, kPixels);

@@ -62,7 +62,7 @@ inline constexpr Limit kCompositeParts{kElements.untrusted / 20, kElements.trust
 inline constexpr Limit kSubgrid{64, 64};
 inline constexpr Limit kIterations{10'000, kBillion};
 inline constexpr Limit kMultiplications{kBillion, kNoLimit};
-inline constexpr Limit kSearches{1'000, kBillion};  // of the solver along one line, or of distances in one collision
+inline constexpr Limit kSearches{1'000, kBillion};  // ls_iterations, sdf_iterations and sdf_initpoints
 inline constexpr Limit kArenaBytes{1024 * kMiB, 1024 * 1024 * kMiB};
 inline constexpr Limit kReplicas{2'000, 100'000};    // and attachments; the time grows with the square of their number
 inline constexpr Limit kReported{1'000, 1'000'000};  // contacts that one sensor reports

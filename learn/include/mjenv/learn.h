@@ -91,7 +91,7 @@ enum mjenv_instructions_value {
 typedef int32_t mjenv_learned;
 enum mjenv_learned_value {
   MJENV_LEARNED_LAST = 1, /* that of the last update */
-  MJENV_LEARNED_BEST = 2  /* that of the update after which the mean return of the last episodes was greatest */
+  MJENV_LEARNED_BEST = 2  /* that of the rollout at whose end the mean return of the last episodes was greatest */
 };
 
 /* The precision in which a policy is evaluated. */
@@ -242,8 +242,9 @@ MJENV_LEARN_API mjenv_status mjenv_learner_report_at(const mjenv_learner *learne
  * image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete. Errors: FILE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, const char *path);
 
-/* Continues from a file of mjenv_learner_save, bit for bit. The learner must have been created for the same id, sizes
- * and spaces; other settings are those of the learner. Errors: FILE, SNAPSHOT (damaged, or of another id or size). */
+/* Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations
+ * and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;
+ * its other settings stay. Errors: FILE, SNAPSHOT (damaged, or of another learner). */
 MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const char *path);
 
 /* Writes a policy as text (docs/training.md) into text[capacity], with a NUL.
