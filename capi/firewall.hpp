@@ -147,8 +147,8 @@ inline const void* need_memory(const void* memory, std::int64_t count, const cha
   return need_array(static_cast<const unsigned char*>(memory), count, name);
 }
 
-// Writes the number of elements to `count` in any case, and the elements if the caller gives room for them. So a caller
-// can ask for the number first.
+// Writes the elements if the caller gives room for them, and their number to `count`. With too little room, fails and
+// writes nothing. With capacity 0, a caller can ask for the number first.
 template <typename Write>
 void deliver(std::int64_t available, std::int64_t capacity, const void* target, std::int64_t* count,
              const Write& write) {

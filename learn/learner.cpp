@@ -400,7 +400,7 @@ std::string Learner::policy(mjenv_learned which) const {
                      settings_->obs_clip);
 }
 
-// Lists all that a rollout and its update change, except what follows from the settings.
+// Lists what the next rollouts depend on, besides the curve, the settings and the environment.
 template <typename Archive>
 void Learner::archive(Archive& a) {
   a(random_);

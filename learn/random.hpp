@@ -8,7 +8,7 @@
 namespace mjenv::learn {
 
 // The natural logarithm of a positive normal number, to about 1e-15: x = 2^n m with m near 1, and log m = 2 artanh(s)
-// with s = (m - 1) / (m + 1), |s| < 0.172, whose series ends below 1e-16 after s^19.
+// with s = (m - 1) / (m + 1), |s| < 0.172. The terms of its series after s^19 sum to less than 1e-16.
 inline double natural_log(double x) {
   int exponent = 0;
   double m = std::frexp(x, &exponent);  // 0.5 to 1

@@ -29,8 +29,8 @@ class Constants {
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates this object's mjData.
   void make_data();
-  // The arrays that mj_setConst has changed and for which rows do not have their own values yet. Fails with
-  // MJENV_E_MODEL if rows cannot have own values of one of them.
+  // The arrays that mj_setConst has changed and for which rows do not have their own values yet, except those of
+  // Kind::unchecked. Fails with MJENV_E_MODEL if one of Kind::shared has changed.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;

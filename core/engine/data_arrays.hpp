@@ -16,7 +16,7 @@ std::vector<Array> data_arrays(const mjModel_& model, const mjData_& data);
 Array with_contacts(Array array, std::int64_t count);
 
 // is_force: whether Work::complete_forces computes the array (cacc, cfrc_int, cfrc_ext). is_frame: whether
-// Work::complete_frames does (positions and orientations of geoms, cameras and lights). Steps compute neither.
+// Work::complete_frames does (positions and orientations of geoms, cameras and lights). Steps need not compute them.
 bool is_force(const std::string& array);
 bool is_frame(const std::string& array);
 inline bool is_on_demand(const std::string& array) { return is_force(array) || is_frame(array); }

@@ -86,8 +86,8 @@ bool frames_unread(const mjModel& m) {
 }
 
 // Makes the view of the model that mj_step uses. In it, collision detection tests the pairs of the list, and frames
-// that no step reads are left out. Where MuJoCo cannot leave out such a geom's frame, the view says that it equals the
-// frame of the geom's body, so that MuJoCo only copies it. Work::complete computes all of them later.
+// that no step reads are left out. Where MuJoCo cannot leave out such a frame of a geom, the view says that it equals
+// that of the geom's body, so that MuJoCo only copies it. Work::complete computes all of them later.
 std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<Pairs>& pairs,
                                             std::vector<unsigned char>& sameframe) {
   auto view = std::make_unique<mjModel>(model);

@@ -30,8 +30,11 @@ void _mjPRIVATE__set_tls_warning_fn(mjenv_mju_handler);
 // mj_ray for a rangefinder, with the same result (cmake/engine/rays.c).
 extern "C" mjtNum mjenv_ray(const mjModel*, const mjData*, const mjtNum* point, const mjtNum* direction,
                             const mjtByte* groups, mjtByte counts_static, int excluded_body, int* found);
+// mj_collision, with the same result (cmake/engine/collision.c).
+extern "C" void mjenv_collision(const mjModel*, mjData*);
 #else
 constexpr auto mjenv_ray = &mj_ray;
+constexpr auto mjenv_collision = &mj_collision;
 #endif
 
 using mjtSize = int;

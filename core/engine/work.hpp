@@ -127,7 +127,7 @@ class Work {
     ++computation_;
   }
   void keep_raw_qpos();
-  // Repeats the last call of mj_step. Load the state before that call first.
+  // Repeats the last call of mj_step. First load the state that preceded that call.
   void repeat_step();
   // Computes what steps do not compute: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and
   // lights.
@@ -147,8 +147,8 @@ class Work {
   // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
-  // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state,
-  // which rows do not store, because lanes do not compute them, and they follow from the new state.
+  // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state.
+  // Rows do not store these: lanes do not compute them, and they follow from the new state.
   std::uint8_t step_warnings() const { return static_cast<std::uint8_t>(warnings() & ~only_new_state_warnings_); }
   std::uint8_t new_state_warnings() const { return new_state_warnings_; }
   static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds

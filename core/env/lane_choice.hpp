@@ -16,8 +16,8 @@ struct LaneChoice {
 };
 
 // Chooses the number of lanes that the option "lanes" asks for, or throws if that many are not available. If the option
-// is negative, the environment variable MJENV_LANES decides, if it is set. It must be a number that this CPU supports, and is ignored by
-// environments that cannot have so many lanes.
+// is negative and the environment variable MJENV_LANES is set, the variable decides. It must be a number that this CPU
+// supports; an environment that cannot have so many lanes then has none.
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
 
 }  // namespace mjenv::core

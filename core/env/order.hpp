@@ -13,7 +13,7 @@ class Order {
  public:
   // rows: how many rows there are, or 0 to keep their order. share: how many rows each thread steps. Only rows of the
   // same window, which has at most `share` rows, change places with each other. So rows that are stepped together are
-  // near each other in memory, and stay with their thread.
+  // near each other in memory, and mostly stay with their thread.
   Order(std::int64_t rows, std::int64_t share)
       : constraints_(static_cast<std::size_t>(rows)), offsets_(constraints_.size()) {
     while (window_ < kMaxWindow && 2 * static_cast<std::int64_t>(window_) <= share) window_ *= 2;

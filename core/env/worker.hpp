@@ -55,8 +55,8 @@ class Worker {
   // computes the derived arrays, still with the row's old values. `adopt` replaces the old values by the drawn ones.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
-  // Makes the work space ready for a step: loads the row's state and the action. If the state or own values were
-  // written since the last computation, first calls the callback carry. pushes: must live until commit has returned.
+  // Makes the work space ready for a step: loads the row's state and the action. If the caller has written the state or
+  // own values since the last computation, first calls the callback carry. pushes: must live until commit has returned.
   void load(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes = nullptr);
   // Does the same as load for a task that has before_step or before_substep, and calls before_step. random: the stream
   // for the task; it must live until the step ends.

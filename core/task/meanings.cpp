@@ -30,7 +30,7 @@ constexpr Meaning kMeanings[] = {
     {"reward_alive", "reward for being healthy"},
     {"reward_contact", "cost of the squared contact forces"},
     {"reward_ctrl", "cost of the squared action"},
-    {"reward_dist", "cost of the distance to the target, or in Pusher of the object to its goal"},
+    {"reward_dist", "cost of the distance to the target, or in Pusher of the object's distance from its goal"},
     {"reward_forward", "reward for the velocity along x"},
     {"reward_fwd", "reward for the velocity along x"},
     {"reward_impact", "cost of the squared contact forces"},

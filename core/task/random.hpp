@@ -24,8 +24,7 @@ class Random : public mjenv_random {
   // The RandomState from which this callback draws; null if it has none.
   np::RandomState* state = nullptr;
 
-  // Why a draw failed. MJENV_E_TASK means that NumPy would refuse the arguments or that there was no entropy for a
-  // seed; task_message() tells which of the two.
+  // Why a draw, or in reset a simulation, failed. If it is MJENV_E_TASK, task_message() tells the reason.
   mjenv_status failure = MJENV_OK;
 
  private:

@@ -192,8 +192,7 @@ void Calls::refuse(const char* callback, const std::string& why) const {
   fail(MJENV_E_TASK, id_ + ": " + callback + ": " + why);
 }
 
-// Throws the error of a callback that returned `result`, or that drew from its stream with arguments that NumPy
-// refuses.
+// Throws the error of a callback that returned `result`, or in which a draw or a simulation failed (refuse_draw).
 void Calls::fail_with(const char* callback, std::int32_t result) const {
   if (result == MJENV_E_MEMORY) throw std::bad_alloc();
   const std::string why = task_message();

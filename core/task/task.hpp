@@ -68,7 +68,8 @@ class Builder;
 // model's initial state after a reset.
 class Calls {
  public:
-  // Calls build. checks: whether to refuse NaN in observations and rewards, and NaN and infinity in initial states.
+  // Calls build. checks: whether to refuse NaN in observations and rewards, and NaN and infinity in initial states and
+  // in ctrl.
   Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder);
   ~Calls();
   Calls(const Calls&) = delete;

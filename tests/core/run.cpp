@@ -38,6 +38,7 @@ int main(int argc, char** argv) {
   if (topic == "lanes") return run_lanes(false);
   if (topic == "few-lanes") return run_lanes(true);
   if (topic == "rays") return run_rays();
+  if (topic == "search") return run_search();
   if (topic == "stages") return run_stages();
 #endif
   if (topic == "levers") return run_levers();
@@ -45,7 +46,7 @@ int main(int argc, char** argv) {
   if (topic == "worker") return run_worker();
   std::fputs(
       "usage: test_core TOPIC [TESTS], where TOPIC is chars, collisions, cpus, failures, forks, implicit, info,\n"
-      "       lanes, few-lanes, levers, numpy, rays, stages or worker\n"
+      "       lanes, few-lanes, levers, numpy, rays, search, stages or worker\n"
       "       test_core random-models [FIRST COUNT | print SEED]\n",
       stderr);
   return 2;

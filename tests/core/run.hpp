@@ -27,5 +27,6 @@ int run_levers();
 int run_numpy();
 int run_random_models(int argc, char** argv);
 int run_rays();
+int run_search();
 int run_stages();
 int run_worker();

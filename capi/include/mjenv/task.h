@@ -317,7 +317,7 @@ typedef struct mjenv_plugin {
 /* Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;
  * loading it again does nothing. Any thread may call this at any time.
  * path  a shared object that exports "mjenv_tasks" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable
- *       MJENV_TASKS lists, separated by ":", which the first function that looks up an id also loads by itself
+ *       MJENV_TASKS lists, separated by ":"; the first function that looks up an id also loads them
  * Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of
  * mjenv_register_task. With NULL, all are TASK. */
 MJENV_API mjenv_status mjenv_load_tasks(const char *path);
@@ -586,8 +586,8 @@ static inline void mjenv_random_state_permutation(mjenv_random *random, int64_t 
 static inline int32_t mjenv_random_state_is_new(mjenv_random *random) { return random->api->state_is_new(random); }
 
 /* ---- Functions for reset: the simulation ----
- * For tasks that called mjenv_build_current. Each returns 0, or another number if MuJoCo fails; the callback then fails
- * whatever it returns. */
+ * For tasks that called mjenv_build_current. All but the last return 0, or another number if MuJoCo fails; the callback
+ * then fails whatever it returns. */
 
 /* Calls mj_forward with actuation disabled, for the qpos, qvel, act and own arrays that reset has written. */
 static inline int32_t mjenv_start_forward(mjenv_start *start) { return start->api->forward(start); }

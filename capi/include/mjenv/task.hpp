@@ -43,8 +43,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /* ---- The parameters of the lambdas ---- */
 
-/* A row's action, in the dtype that the caller passed. It is 0 in trial calls. In other calls it is NaN, except in
- * step, before_step and before_substep. */
+/* A row's action: its numbers as doubles, and the dtype that the caller passed. It is 0 in trial calls. In other calls
+ * it is NaN, except in step, before_step and before_substep. */
 struct Action {
   const double *values = nullptr;
   mjenv_dtype dtype = MJENV_DTYPE_FLOAT64;
@@ -401,8 +401,8 @@ using Carried = Eigen::Map<const Eigen::VectorXd>;
 /* A goal, achieved or desired (Robot::compute_reward). */
 using Goal = Eigen::Map<const Eigen::VectorXd>;
 
-/* Counts how long each of some geoms, such as feet, has been in the air. time: a Robot::carry of N numbers (row[air]),
- * which is 0 for a geom that touches the ground, and otherwise grows by dt in each step. Returns for each geom how long
+/* Counts how long each of some geoms, such as feet, has been in the air. time: a Robot::carry of N numbers (row[air]):
+ * 0 for a geom that touches the ground, otherwise growing by dt in each step. Returns for each geom how long
  * the flight was that ended in this step, s; 0 if none did. */
 template <std::size_t N>
 std::array<double, N> air_time(Eigen::Map<Eigen::VectorXd> time, const std::array<bool, N> &touching, double dt) {

@@ -110,7 +110,8 @@ class Constrained {
     }
   }
 
-  // mj_mulJacTVec with a sparse Jacobian. The rows of its transpose have an element for each constraint with this dof.
+  // mj_mulJacTVec with a sparse Jacobian. In its transpose, the row of a dof has an element for each constraint with
+  // that dof.
   void mulJacTVecSparse(V* res, const V* vec) const {
     V* const products = vectors(c_.products);
     for (int dof = 0; dof < nv_; ++dof) {

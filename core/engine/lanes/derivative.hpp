@@ -124,7 +124,7 @@ void rne_vel(Lanes& d, const TreeMatrix& DfDv) {
     const auto subtract = [&](V& element, int dof, int body) {
       for (int k = 0; k < 6; ++k) element -= Dcfrc[6 * body + k] * cdof[6 * dof + k];
     };
-    // The velocity of c reaches the bodies that carry `own` only through `own`: their derivative is that of `own`.
+    // The velocity of c changes the forces of bodies that carry `own` only through `own`, so own's Dcfrc is theirs, too.
     const int adr = d.ancestor_adr[c], depth = d.ancestor_adr[c + 1] - adr;
     subtract(DfDv.below[adr], c, own);
     for (int n = 1; n < depth; ++n) subtract(DfDv.above[adr + n], d.ancestors[adr + n], own);

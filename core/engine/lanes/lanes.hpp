@@ -35,7 +35,7 @@ struct GeomBox {
 // Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes without their round edges is
 // greater than the sum of three numbers: limit, which includes the radii and the margin; kRounding times the sizes of
 // the coordinates, for rounding errors; and kCollinear / (the distance between the geoms' centres), because MuJoCo's
-// search for contacts of convex shapes treats a product of two lengths below 1.5e-8 as zero.
+// search for contacts of convex shapes treats a product of two lengths as zero if it is below 1.5e-8.
 struct BoxPair {
   static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
   double limit;
@@ -322,10 +322,10 @@ struct Constraints {
 
   // For Newton's method and CG with elliptic cones or sparse Jacobians (is_aligned), a place belongs to the same
   // equality, friction, limit or contact in all lanes, also in lanes that lack it. With elliptic cones, contacts begin
-  // at the place `cones`; otherwise it equals `size`. dims: at the first place of each of these, how many places it has.
-  // scale: mjContact's mu at a contact's first place, and its friction at the others. middle: at its first place, the
-  // lanes, as bits, in which it is in the middle zone. Hcone: H plus the part of the contacts in the middle zone. LTJ:
-  // the array of that name in MuJoCo's HessianCone.
+  // at the place `cones`; otherwise it equals `size`. dims: how many places an equality, friction, limit or contact has,
+  // at its first place. scale: mjContact's mu at a contact's first place, and its friction at the others. middle: at a
+  // contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part of the contacts
+  // in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;

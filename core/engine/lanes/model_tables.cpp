@@ -169,7 +169,7 @@ int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, c
   return count;
 }
 
-// Appends the elements that both lists have to the columns. Returns how many there are.
+// Appends to the columns the elements that both lists have. Returns how many there are.
 int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
   const auto is_shared = [&](int dof) { return std::count(others.begin(), others.end(), dof) > 0; };
   std::copy_if(dofs.begin(), dofs.end(), std::back_inserter(columns), is_shared);

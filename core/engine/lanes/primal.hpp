@@ -56,8 +56,8 @@ void cholSolve(V* res, const V* mat, const V* vec, int n) {
   }
 }
 
-// mju_cholUpdate in the lanes in which x is not 0. Returns the lanes, as bits, in which the matrix loses rank. x + (-y)
-// * z has the same bits as x - y * z.
+// mju_cholUpdate in the lanes in which x is not 0. Returns the lanes, as bits, in which the matrix loses rank.
+// x - y * z has the same bits as x + (-y) * z.
 unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   unsigned lost = 0;
   for (int k = 0; k < n; ++k) {

@@ -530,7 +530,7 @@ void LaneStepper::gather_heights() {
   for (int lane = 0; lane < code_.width; ++lane) heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
 }
 
-// Leaves two kinds of rows to MuJoCo: those whose own numbers are not finite or too large, with which obstacle() would
+// Leaves two kinds of rows to MuJoCo: those whose own numbers are too large or not finite, with which obstacle() would
 // refuse a model; and those for which the tables of the shared model are not valid.
 void LaneStepper::leave_unlike() {
   const auto leave = [&](const auto& list) {
@@ -873,7 +873,7 @@ void LaneStepper::search() {
   scatter(searches_ ? for_geoms_ : poses_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     for (int geom = 0; geom < m.ngeom && !searches_; ++geom) update_frame(m, d, geom);
-    mj_collision(&m, &d);
+    mjenv_collision(&m, &d);
   });
 }
 

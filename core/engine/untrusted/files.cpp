@@ -66,7 +66,7 @@ MeshSize check_stl(const std::string& content, const Limits& limits) {
   if (content.size() < 84) refuse("it is no binary STL file: it has no header");
   const std::int64_t faces = Words(content, 80).next<std::uint32_t>();
   check_limit(limits, "triangles", faces, kFaces);
-  // MuJoCo merges equal corners of triangles to one vertex.
+  // MuJoCo merges equal corners of triangles into one vertex.
   using Vertex = std::array<std::uint32_t, 3>;  // compared as bits, because floats may be NaN
   std::vector<Vertex> corners;
   for (std::size_t at = 84; at + kStlFace <= content.size(); at += kStlFace)
@@ -223,7 +223,7 @@ class Obj {
     check_limit(limits_, "triangles", triangles_, kFaces);
   }
 
-  // Reads a polyline. MuJoCo 4.0 turns it into edges of a flex; other meshes ignore it.
+  // Reads a polyline. In the file of a flex, MuJoCo 4.0 turns it into edges; otherwise it ignores it.
   void segments(std::string_view text) {
     begins_with_lines_ = begins_with_lines_ || faces_ == 0;
     check_limit(limits_, "lines", ++lines_, kFaces);

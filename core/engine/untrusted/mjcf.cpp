@@ -547,8 +547,8 @@ class Check {
     check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
   }
 
-  // Counts the elements of a flex. Also counts a body with dofs_each joints for each of its points; 0: the points have
-  // no joints.
+  // Counts the elements of a flex. Also counts two bodies and dofs_each joints for each of its points; 0: the points
+  // have no joints.
   void add_points(std::int64_t points, std::int64_t dofs_each) {
     check_limit("points of a flexcomp", points, kCompositeParts);
     counts_.elements += points;
@@ -647,7 +647,7 @@ class Check {
     check_limit("degrees of freedom", dofs_, kDofs);
     // MuJoCo writes an element of a sparse Jacobian for each joint that a fixed tendon names. If it names one twice, there
     // may be more elements than the matrix has room for.
-    constexpr std::int64_t kSparseDofs = 60;  // from which on MuJoCo chooses sparse Jacobians itself
+    constexpr std::int64_t kSparseDofs = 60;  // from this many on, MuJoCo chooses sparse Jacobians itself
     if (repeated_joint_ && (jacobian_ == "sparse" || (jacobian_ != "dense" && dofs_ >= kSparseDofs)))
       refuse(
           "a fixed tendon names the joint " + quoted(*repeated_joint_) +

@@ -23,8 +23,8 @@
  * instruction set. docs/training.md has the algorithm in detail.
  *
  * Arrays, counts, errors and handles are as in mjenv.h: functions return statuses, and a call that fails changes
- * nothing. mjenv_learn_last_error has the reason. While one thread trains or changes a learner, all other calls with
- * this learner return BUSY.
+ * nothing unless its comment says so. mjenv_learn_last_error has the reason. While one thread trains or changes a
+ * learner, all other calls with this learner return BUSY.
  */
 #ifndef MJENV_LEARN_H
 #define MJENV_LEARN_H
@@ -220,15 +220,17 @@ MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *ac
  * up, and the next one begins with mjenv_learner_restart. */
 MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
 
-/* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE. */
+/* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE,
+ * VALUE (the library steps the rows, or a number is not finite). */
 MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner *learner, const double *obs, int64_t obs_count);
 
 /* Continues in another environment with the same spaces and number of rows, for instance one with other options. The
  * environment is seeded and reset. Errors: as mjenv_learner_create. */
 MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner *learner, mjenv_env *env);
 
-/* Replaces the settings from the next rollout on. These must stay as they are: id, rows, rollout_steps, activation,
- * hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads, instructions, window. Errors: VALUE. */
+/* Replaces the settings at once, even in the middle of a rollout whose rows the caller steps. These must stay as they
+ * are: id, rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads,
+ * instructions, window. Errors: VALUE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const mjenv_learn_settings *settings);
 
 /* Describes the learner after its last update; before the first one, all means are NaN. */
