@@ -75,7 +75,7 @@ T read_struct(const T* theirs, const char* name, T defaults = {}) {
   return defaults;
 }
 
-// Calls visit(element) for each of at most `most` structs of a caller's array. count_name, name: for messages.
+// Calls visit(element) for each struct of a caller's array. Refuses more than `most`. count_name, name: for messages.
 template <typename T, typename Visit>
 void for_each_struct(const T* array, std::int64_t count, std::int64_t most, const char* count_name,
                      const std::string& name, const Visit& visit) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kHead = "mjenv-checkpoint 1\n";
 
-// FNV-1a over 64-bit words, and over the bytes that are left.
+// FNV-1a over 64-bit words, with a shift after each, and over the bytes that are left.
 std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
   constexpr std::uint64_t kPrime = 0x100000001b3;
   std::uint64_t hash = 0xcbf29ce484222325;

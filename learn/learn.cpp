@@ -109,7 +109,7 @@ Settings checked(const mjenv_learn_settings* given, const Spaces& spaces) {
   return Settings(settings_of(given), static_cast<std::int64_t>(spaces.observations));
 }
 
-// Writes the size of a text with its NUL in any case, and the text if there is room for it.
+// Writes a text with a NUL, and its size; with capacity 0 the size alone. Fails if the capacity is too small.
 void deliver(const std::string& content, char* text, std::int64_t capacity, std::int64_t* size) {
   const auto needed = static_cast<std::int64_t>(content.size() + 1);
   need(size, "size");

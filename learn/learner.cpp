@@ -15,7 +15,7 @@ namespace mjenv::learn {
 namespace {
 
 constexpr int kRowsOfPass = 16;  // rows that one thread evaluates together during a rollout
-// The threads share an evaluation of at least so many multiplications. A smaller one takes less time than to wake them.
+// The threads share an evaluation of at least so many multiplications. A smaller one takes less time than waking them.
 constexpr std::size_t kSharedWork = std::size_t{1} << 23;
 
 mjenv_learn_report empty_report() {

@@ -82,7 +82,7 @@ class Policy::Parser {
   Parser(std::string_view text, Policy& policy) : text_(text), policy_(policy) {}
 
   void parse() {
-    if (!next() || line_ != kHead) fail("does not begin with " + core::quoted(std::string(kHead)));
+    if (!next() || line_ != kHead) fail("is not " + core::quoted(std::string(kHead)));
     if (!next() || line_.substr(0, 3) != "id ") fail("is not \"id ID\"");
     policy_.id_ = line_.substr(3);
     while (next()) {

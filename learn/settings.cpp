@@ -27,12 +27,12 @@ void check_count(const char* name, std::int64_t value, std::int64_t low, std::in
 void check_number(const char* name, double value, double low, double high) {
   if (value >= low && value <= high && std::isfinite(value)) return;
   refuse(name, core::number(value),
-         std::isinf(high) ? "a number from " + core::number(low) + " on"
+         std::isinf(high) ? "a finite number from " + core::number(low) + " on"
                           : core::number(low) + " to " + core::number(high));
 }
 
 void check_positive(const char* name, double value) {
-  if (!(value > 0 && std::isfinite(value))) refuse(name, core::number(value), "a number greater than 0");
+  if (!(value > 0 && std::isfinite(value))) refuse(name, core::number(value), "a finite number greater than 0");
 }
 
 void check_values(const mjenv_learn_settings& s) {

@@ -65,7 +65,7 @@ static void vertex_at(const struct field* field, int row, int column, mjtNum ver
   vertex[2] = field->heights[row * field->columns + column] * field->size[2];
 }
 
-// The coordinates along the two normals of a vertex seen from the ray.
+// The coordinates of a vertex along the ray's two normals, seen from the ray's point.
 static void project(const struct ray* ray, const mjtNum vertex[3], mjtNum planar[2]) {
   const mjtNum difference[3] = {vertex[0] - ray->point[0], vertex[1] - ray->point[1], vertex[2] - ray->point[2]};
   for (int k = 0; k < 2; ++k) planar[k] = dot(ray->normals[k], difference);

@@ -121,7 +121,7 @@ class Model {
 const char* mujoco_version();
 // Whether sin, cos and so on are this library's own (MJENV_MATH=portable), not the C library's.
 bool math_is_portable();
-// For example "0.1.0 (MuJoCo 2.2.2)". The version of MuJoCo is that of the opened library, or before it is opened, the
+// For example "0.1.0 (MuJoCo 2.2.2)". The version of MuJoCo is that of the opened library, or, before it is opened, the
 // one that this library was compiled for.
 const char* library_version();
 

@@ -65,7 +65,7 @@ inline void restore_handlers(const Handlers& previous) {
 
 // ---- Models ----
 
-// Makes the text available under the path's name.
+// Makes the text available under the last part of the path.
 inline void add_file(mjVFS& files, const std::string& path, const std::string& text) {
   const std::string name = path.substr(path.find_last_of("/\\") + 1);
   if (mj_makeEmptyFileVFS(&files, name.c_str(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();

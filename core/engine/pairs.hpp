@@ -22,9 +22,9 @@ struct Pairs {
 };
 
 // Lists all pairs that can touch. Returns no value if there are too many, if a setting or excluded bodies change what
-// MuJoCo's search finds, or if the search might miss a contact that the list finds: it excludes pairs of moving geoms by
-// float32 computations, and could miss a contact in which the geoms overlap by less than 1e-7 m. misses_none: the model
-// is known to have no such contacts.
+// MuJoCo's search finds, or if the search might miss a contact that the list finds: it excludes pairs of moving geoms
+// by float32 computations, and could miss a contact in which the bounding spheres overlap by less than about 1e-7 times
+// the coordinates. misses_none: the model is known to have no such contacts.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool misses_none);
 
 // Lists all pairs that MuJoCo's search can find in any state, in the order of the search. The caller must determine

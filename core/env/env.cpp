@@ -67,12 +67,11 @@ void declare_env_options(Options& options) {
                   "how many threads step rows, at most one per row; 1: only the caller's; 0: one for each CPU that the "
                   "process may use",
                   InIdentity::no);
-  options.integer(
-      "lanes", -1, -2, static_cast<std::int64_t>(Team::kMaxSize),
-      "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
-      "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, as many as are fast here; "
-      "-2: likewise, but as many as the CPU has, which is faster still and takes more memory",
-      InIdentity::no);
+  options.integer("lanes", -1, -2, static_cast<std::int64_t>(Team::kMaxSize),
+                  "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
+                  "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, at most 4; "
+                  "-2: likewise, but as many as the CPU has, which is faster and takes more memory",
+                  InIdentity::no);
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", InIdentity::no);
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
@@ -507,7 +506,7 @@ void Env::perturb(const mjenv_perturbation* given) {
   perturbation_ = std::move(next);
 }
 
-// Sets the forces to 0 that the pushes of each row's last step have left in its own values.
+// Sets to 0 the forces that the pushes of each row's last step have left in its own values.
 void Env::end_pushes() {
   if (!perturbation_.applies_forces()) return;
   for (std::int64_t row = 0; row < rows(); ++row) {

@@ -89,8 +89,8 @@ constexpr std::uint8_t kept_bit(Part part) { return kParts[index_of(part)].kept;
 //   now        state           values            always                       loads it last; steps begin with it
 //   computed   computed_state  computed_values   if written since             repeats the last mj_step or mj_forward
 //                                                the computation
-//   stepped    stepped_state   stepped_values    if computed_values were      repeats the last mj_step before that
-//                                                kept at set_state            mj_forward, for that step's forces
+//   stepped    stepped_state   stepped_values    if computed_values were      repeats the last mj_step before
+//                                                kept at set_state            set_state, for that step's forces
 //   constants  constants_rest  constants_values  from mj_setConst until       repeats mj_setConst
 //                                                the next computation
 //

@@ -32,7 +32,7 @@ struct Place {
     put<std::uint8_t>(out.truncated, truncated);
   }
   // Call this before a step. If the step fails, the reward and flags are then 0 instead of those of an earlier step.
-  // The other outputs are undefined.
+  // The other outputs except the status are undefined.
   void forget() const {
     put_result(0, false, false);
     put<std::uint8_t>(out.was_reset, 0);

@@ -58,7 +58,7 @@ class Rows {
   std::int32_t& worker(std::int64_t row) { return workers_[static_cast<std::size_t>(row)]; }
   std::int32_t worker(std::int64_t row) const { return workers_[static_cast<std::size_t>(row)]; }
   double* state(std::int64_t row) { return numbers(Part::state, row); }
-  // The state before the computation that Origin names, so that a worker can compute it again.
+  // The state before the computation that Origin names, so that a worker can repeat it.
   double* computed_state(std::int64_t row) { return numbers(Part::computed_state, row); }
   double* stepped_state(std::int64_t row) { return numbers(Part::stepped_state, row); }
   double* constants_rest(std::int64_t row) { return numbers(Part::constants_rest, row); }

@@ -256,7 +256,7 @@ void Worker::prepare(const OwnArrays& arrays) {
   is_prepared_ = false;
   draws_.reserve(arrays.block_bytes());
   inputs_.resize(arrays.block_bytes());
-  // In vectors of their own, so that those of the last call stay if memory runs out.
+  // In new vectors, so that those of the last call stay if memory runs out.
   std::vector<OwnValues> own;
   std::vector<double*> controlled(task_.needs.own.size()), forces = controlled, written = controlled;
   own.reserve(controlled.size());

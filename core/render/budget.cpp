@@ -26,8 +26,8 @@ constexpr double kBytesPerPixel = 8;
 double cells(const mjtNum* size, int axis) {
   const double half = size[axis];
   const double cell = std::max({size[2], half / (mjMAXPLANEGRID - 2), mjMINVAL});
-  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2)
-                  : mjMAXPLANEGRID;  // also for inf / inf
+  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2)  // inf / inf: mjMAXPLANEGRID
+                  : mjMAXPLANEGRID;
 }
 
 double texture_bytes(const mjModel& m) {

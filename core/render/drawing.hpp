@@ -25,7 +25,7 @@ struct Drawing {
   mjvScene scene{};
   mjrContext context{};
 
-  // Throws if a setting is invalid that MuJoCo does not check, or if drawing the model exceeds the budget.
+  // Throws if a setting that MuJoCo does not check is invalid, or if drawing the model exceeds the budget.
   Drawing(const Model& shared, const mjenv_render_settings& settings);
   ~Drawing();
   Drawing(const Drawing&) = delete;

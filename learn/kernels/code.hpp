@@ -93,7 +93,7 @@ inline int product_columns(int column, const float* x, int stride, int rows, int
   return column;
 }
 
-// How many vectors a tile has, so that registers are left for the factors. AVX-512 has 32 registers, the others at
+// How many vectors wide a tile is, so that registers are left for the factors. AVX-512 has 32 registers, the others at
 // least 16.
 constexpr int kTile = kWidth == 16 ? 4 : 2;
 

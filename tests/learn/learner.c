@@ -546,7 +546,7 @@ static void test_settings(void** state) {
   BAD(final_learning_rate, -1e-9, "");
   BAD(gamma, 1.01, " is 1.01, not 0 to 1");
   BAD(gae_lambda, -0.1, "");
-  BAD(clip, 0, " is 0, not a number greater than 0");
+  BAD(clip, 0, " is 0, not a finite number greater than 0");
   BAD(value_clip, -1, "");
   BAD(value_coef, INFINITY, "");
   BAD(entropy_coef, -1, "");

@@ -125,8 +125,8 @@ enum mjenv_status_value {
 };
 
 /* The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that
- * Gymnasium returns; the library returns fields as doubles, which represent their values exactly, unless obs_dtype is
- * FLOAT32. */
+ * Gymnasium returns; the library returns fields as doubles, which represent their values exactly, but observations as
+ * floats if obs_dtype is FLOAT32. */
 typedef int32_t mjenv_dtype;
 enum mjenv_dtype_value {
   MJENV_DTYPE_FLOAT64 = 1,
@@ -143,7 +143,7 @@ enum mjenv_dtype_value {
 typedef int32_t mjenv_role;
 enum mjenv_role_value {
   MJENV_ROLE_OBSERVATION = 1, /* the parts of an observation, in order */
-  MJENV_ROLE_ACTION = 2,      /* the actuators, one number each */
+  MJENV_ROLE_ACTION = 2,      /* the numbers of an action: one for each actuator, or those of mjenv_build_action */
   MJENV_ROLE_INFO = 3,        /* the info of a step */
   MJENV_ROLE_RESET_INFO = 4,  /* the info of a reset */
   MJENV_ROLE_REWARD = 5,      /* the reward, as one field */
@@ -321,7 +321,7 @@ typedef struct mjenv_perturbation {
   uint32_t struct_size;
   int32_t reserved;                /* 0 */
   const double *action_noise;      /* [action_noise_count] standard deviations of what is added to the action */
-  int64_t action_noise_count;      /* 0: no noise; 1: the same for all actuators; or one for each */
+  int64_t action_noise_count;      /* 0: no noise; 1: the same for all numbers of an action; or one for each */
   const double *observation_noise; /* [observation_noise_count] the same for the observation */
   int64_t observation_noise_count; /* 0, 1, or the count of the task's observation, without time and history */
   int64_t action_delay;            /* how many steps an action takes until it reaches the task */
@@ -329,7 +329,7 @@ typedef struct mjenv_perturbation {
   const mjenv_push *pushes;        /* [push_count], at most one of each kind for a body */
   int64_t push_count;
   const double *first_action;    /* [first_action_count] what reaches the task until the first delayed action does */
-  int64_t first_action_count;    /* 0: zeros; 1: the same for all actuators; or one for each */
+  int64_t first_action_count;    /* 0: zeros; 1: the same for all numbers of an action; or one for each */
   int64_t max_action_delay;      /* 0: the delay is action_delay. Else it is drawn:
                                  integers(action_delay, max_action_delay + 1) */
   int64_t max_observation_delay; /* the same for the observation */
@@ -421,8 +421,8 @@ typedef struct mjenv_render_settings {
   int32_t reserved;        /* 0 */
   const char *camera_name; /* a camera of the model; camera must then be MJENV_CAMERA_DEFAULT. NULL: camera is used */
   /* The free camera, which does not move. Default: Gymnasium's default_camera_config; NaN where that has no value. */
-  double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn */
-  double distance;    /* m; NaN: the model's extent */
+  double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn; in a window: 0 */
+  double distance;    /* m; NaN: the model's extent; in a window: 2 */
   double azimuth;     /* degrees; NaN: 90 */
   double elevation;   /* degrees; NaN: -45 */
   uint8_t visual[32]; /* Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's */
@@ -592,7 +592,8 @@ MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint6
 /* Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does. */
 MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);
 
-/* Draws action[rows][actuators] as action_space.sample() does. Errors: SIZE (count), MODEL (infinite bounds). */
+/* Draws action[rows][n] as action_space.sample() does, for n numbers of an action. Errors: SIZE (count), MODEL
+ * (infinite bounds). */
 MJENV_API mjenv_status mjenv_sample_actions(mjenv_env *env, float *action, int64_t count);
 
 /* ---- Episodes ---- */
@@ -605,7 +606,7 @@ MJENV_API mjenv_status mjenv_reset(mjenv_env *env, const uint8_t *mask, const mj
 /* Steps rows. With the option "autoreset_mode" disabled, the default, a row whose episode has ended must be reset
  * first; in the other modes, steps reset it. Actions must be finite. Otherwise the call fails and steps no row, unless
  * the option "strict" is 0.
- *   action    [rows][actuators] of dtype; count = rows * actuators. As in NumPy, results depend on the dtype
+ *   action    [rows][n] of dtype, for n numbers of an action; count = rows * n. As in NumPy, results depend on the dtype
  *   out       receives the outputs; may be NULL
  * If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0.
  * Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK; those of resets. */
@@ -616,7 +617,7 @@ MJENV_API mjenv_status mjenv_step(mjenv_env *env, const uint8_t *mask, const voi
  * Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one
  * thread, mjenv_recv steps the rows.
  *   rows      [row_count] the rows to step, each at most once; NULL: all rows
- *   action    [row_count][actuators] of dtype, copied: element i is for rows[i]; count = row_count * actuators
+ *   action    [row_count][n] of dtype, copied: element i is for rows[i]; count = row_count * n
  * Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice). */
 MJENV_API mjenv_status mjenv_send(mjenv_env *env, const int64_t *rows, int64_t row_count, const void *action,
                                   int64_t count, mjenv_dtype dtype);
@@ -636,7 +637,7 @@ MJENV_API mjenv_status mjenv_recv(mjenv_env *env, int64_t least, double timeout,
 /* Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends keeps its
  * state; for its remaining steps, observation and flags are repeated, and rewards and infos are 0. If a row fails, its
  * status at that step has the reason, and nothing is written for its later steps.
- *   action    [rows][steps][actuators] of dtype; count = rows * steps * actuators
+ *   action    [rows][steps][n] of dtype; count = rows * steps * n
  *   out       of rows * steps rows: step t of row r is element r * steps + t. May be NULL
  * Errors: as mjenv_step, and VALUE (steps < 1). */
 MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t count, mjenv_dtype dtype,

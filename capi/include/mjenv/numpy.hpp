@@ -70,8 +70,8 @@ inline double power2(double x) {
   return std::pow(x, two);
 }
 
-// numpy.linalg.norm of a vector of at most 10000 numbers, as OpenBLAS, which divides longer ones among threads,
-// computes it. The kernel of OpenBLAS for AVX-512 (fused) fuses each multiplication with an addition, and so rounds
+// numpy.linalg.norm of a vector of at most 10000 numbers, as OpenBLAS computes it. (It divides longer ones among
+// threads.) The kernel of OpenBLAS for AVX-512 (fused) fuses each multiplication with an addition, and so rounds
 // once instead of twice. Its kernel for AVX2 (plain) does so only in whole blocks of 16 numbers. docs/fidelity.md has
 // the other CPUs.
 class Norm {

@@ -23,7 +23,7 @@
  *   mj_step computes from them (xpos, contacts, ...) belongs to the state one timestep before. If a task calls
  *   mjenv_build_current, its callbacks see what belongs to the new state.
  * Compatibility
- *   As in mjenv.h. In an array of structs, all elements have the struct_size of the first. */
+ *   docs/abi.md has the rules. In an array of structs, all elements have the struct_size of the first. */
 #ifndef MJENV_TASK_H
 #define MJENV_TASK_H
 
@@ -212,7 +212,8 @@ typedef struct mjenv_task {
                              digits. It begins with a letter, a digit or "_" and has at most 100 bytes. A namespace may
                              stand before it: "dm_control/cheetah-run-v0" */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
-                             with "/", "~", or ".", which is the folder of the shared object that contains step */
+                             with "/", "~" or ".", which is the folder of the shared object that contains step
+                             (or build, if step is NULL) */
   const char *model_text; /* the text of an MJCF model, instead of model; give exactly one of the two */
   int32_t frame_skip;     /* how many times a step calls mj_step; at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */
@@ -267,7 +268,7 @@ typedef struct mjenv_task {
 
   /* Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step
    * and before_substep, only these members of sim are valid: time, action, carried, parameters, the state and the
-   * arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a number
+   * arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a ctrl
    * that is not finite, unless "strict" is 0. If lanes cannot finish the step of a row, the row is stepped again by
    * MuJoCo, and both are called again with the same numbers. */
   int32_t (*before_step)(const void *self, const mjenv_sim *sim, mjenv_control *control);

@@ -81,7 +81,7 @@ void spatial_tendon(Lanes& d, int tendon) {
   vectors(d.ten_length)[tendon] = length;
 }
 
-// mj_tendon. The Jacobian of a tendon along joints is the model's.
+// mj_tendon. `adopt` computes the Jacobians of tendons along joints.
 void tendon(Lanes& d) {
   const mjModel& m = *d.model;
   for (int i = 0; i < m.ntendon; ++i) {

@@ -78,8 +78,8 @@ int first_added(const mjModel& m, int dof) {
   return type == mjJNT_BALL ? first : dof;
 }
 
-// The derivative of cacc by the velocity of dof c. mjd_comVel_vel's derivative of cvel is cdof of c, in all bodies that
-// c moves.
+// Adds to a body's Dcacc what the body's own dofs contribute. mjd_comVel_vel's derivative of cvel by the velocity of
+// dof c is cdof of c, in all bodies that c moves.
 void acceleration_vel(const Lanes& d, int c, int body, V* Dcacc) {
   const mjModel& m = *d.model;
   const V* const cdof = vectors(d.cdof);

@@ -75,7 +75,7 @@ class Dual : protected Constrained {
       for (int k = 0; k < kSize; ++k) block[j * kSize + k] = AR(first + j, first + k);
   }
 
-  // costChange of engine_solver.c, for more than one constraint. Returns the change, before MuJoCo decides by it
+  // costChange of engine_solver.c, for more than one constraint. Returns the change by which MuJoCo decides
   // whether to restore the forces.
   template <int kSize>
   static V costChange(const V* block, const V* force, const V* old, const V* res) {
@@ -119,8 +119,8 @@ class Dual : protected Constrained {
  private:
   static constexpr int kMostBlocks = Constraints::kMostNumbered / 4;
   const int blocks_;  // how many places are in blocks of four
-  // If places are numbered: whether some lane has its last one, two or three constraints in this block of four, and
-  // which lanes have.
+  // If places are numbered, for each block of four: whether some lanes have their last one, two or three constraints in
+  // it, and which lanes.
   bool has_rest_[kMostBlocks]{};
   Mask is_rest_[kMostBlocks]{};
 

@@ -346,7 +346,7 @@ class MakeConstraint {
     }
   }
 
-  // The Jacobian of a joint whose position depends on that of another joint, made by mju_combineSparse
+  // The Jacobian of a joint whose position depends on that of another joint, as mju_combineSparse makes it
   void couple_sparse(const Equality& equality, V factor) {
     const int dof1 = m_.jnt_dofadr[equality.object1];
     const int dof2 = equality.object2 < 0 ? -1 : m_.jnt_dofadr[equality.object2];

@@ -58,8 +58,8 @@ bool has_adhesion(const mjModel_& m);
 // Whether fluids act on some geoms as on ellipsoids.
 bool has_ellipsoids(const mjModel_& m);
 
-// Whether lanes need an array of moments: an actuator acts on something other than a slide or a hinge, or MuJoCo's
-// functions compute the moments and the integrator implicit reads them.
+// Whether lanes need an array of moments. If MuJoCo's functions compute the moments: whether the integrator implicit
+// reads them. Otherwise: whether an actuator acts on something other than a slide or a hinge.
 bool has_moments(const mjModel_& m);
 
 // Computes the numbers of a pair of geoms in this model. The type of the first must not be above that of the second.

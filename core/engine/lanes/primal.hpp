@@ -95,7 +95,7 @@ class LineSearch {
     stage_ = Stage::ended;
   }
   bool has_ended() const { return stage_ == Stage::ended; }
-  // Where the caller must evaluate next, or after the search has ended, the step that it has found.
+  // Where the caller must evaluate next, or, after the search has ended, the step that it has found.
   double alpha() const { return alpha_; }
 
   // Receives the result of the evaluation at alpha(): the cost and its first two derivatives. Then searches on, up to

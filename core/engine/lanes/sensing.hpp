@@ -5,8 +5,8 @@
 
 namespace mjenv::core::lanes {
 
-// What the model's sensors read. nothing: there are no sensors. motion: positions, velocities and accelerations.
-// constraints: also contacts and constraints with their forces.
+// What the model's sensors read. nothing: there are none, or they are disabled. motion: positions, velocities and
+// accelerations. constraints: also contacts and constraints with their forces.
 enum class SensorNeeds { nothing, motion, constraints };
 
 SensorNeeds sensor_needs(const mjModel& m);

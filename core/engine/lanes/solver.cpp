@@ -176,7 +176,7 @@ int Solver::constraint_at(int place, int count) const {
 }
 
 // rows: the rows that have constraints, as bits. most: the largest number of constraints in a row. bounded: the largest
-// number of equality and friction constraints in a row. cones: Constraints::cones; -1 if places are not aligned.
+// number of equality and friction constraints in a row. cones: Constraints::cones; -1: no aligned cones.
 void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.rows = rows;
   const bool is_numbered = constraints_.is_numbered, has_rest = is_dual_ && !is_numbered;
@@ -193,7 +193,7 @@ void Solver::run(Lanes& lanes) {
   }
 }
 
-void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last) {
+void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read) {
   int most = 0, bounded = 0, first = code_.width;
   for (int lane = code_.width - 1; lane >= 0; --lane)
     if (rows >> lane & 1) {
@@ -217,7 +217,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
   code_.gather(constraints_.warmstart, warmstart.data(), nv_);
   run(lanes);
   for (int lane = first; lane < code_.width; ++lane)
-    if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_last);
+    if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_read);
 }
 
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {
@@ -406,14 +406,14 @@ void Solver::load_bounds(int lane, const mjData& d) {
   }
 }
 
-void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const {
+void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const {
   const Constraints& c = constraints_;
   for (int i = 0; i < nv_; ++i) {
     d.qacc[i] = d.qacc_warmstart[i] = lanes.qacc[i * code_.width + lane];
     d.qfrc_constraint[i] = lanes.qfrc_constraint[i * code_.width + lane];
   }
   d.solver_iter = c.iterations[lane];
-  if (!is_last) return;
+  if (!is_read) return;
   for (int i = 0; i < d.nefc; ++i) {
     const int at = place(i, d.nefc), number = at * code_.width + lane;
     d.efc_vel[i] = c.vel[number];

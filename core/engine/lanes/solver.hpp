@@ -43,10 +43,11 @@ class Solver {
   bool has_room(const Contacts& contacts) const;
 
   // Does what mj_forward does with constraints after mj_makeConstraint, which must have run for these rows (bits).
-  // is_last: also writes to mjData what only readers of mjData after the step need.
-  void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_last);
-  // Makes the constraints that `contacts` lists, then solves them in the same way. Writes to the rows' mjData only what
-  // the next mj_step needs, and the number of constraints.
+  // is_read: also writes efc_vel, efc_aref, efc_b, efc_force and efc_state, which only sensors and readers of mjData
+  // after the step need.
+  void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read);
+  // Makes the constraints that `contacts` lists, then solves them in the same way. Writes only the number of
+  // constraints to the rows' mjData.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
   // The part of mj_fwdConstraint after the main solver. qacc_warmstart must have been saved.
   void remove_slip(Lanes& lanes, const Contacts& contacts);
@@ -89,7 +90,7 @@ class Solver {
   void load(int lane, const mjModel& m);
   void load(int lane, const mjData& d);
   void load_bounds(int lane, const mjData& d);
-  void finish(const Lanes& lanes, int lane, mjData& d, bool is_last) const;
+  void finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const;
 };
 
 }  // namespace mjenv::core::lanes

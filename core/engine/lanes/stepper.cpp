@@ -116,7 +116,7 @@ class LaneArrays {
   int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
-// shown_ lists what mjenv_sim shows to callbacks.
+// shown_ lists what mjenv_sim shows to callbacks, but the state, frames, sensors and the solver's results.
 LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;

@@ -43,7 +43,7 @@ int scalable_vector_bytes() { return 0; }
 void pin_thread(std::thread&, int) {}
 void name_thread(std::thread&, const std::string&) {}
 
-// The stack begins at address 0, see cmake/emscripten.cmake.
+// The lowest address of the stack is 0, see cmake/emscripten.cmake.
 std::size_t stack_left() { return reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)); }
 bool run_on_thread(std::size_t, const std::function<void()>&) { return false; }
 void sleep_while(std::atomic<std::uint32_t>&, std::uint32_t) {}

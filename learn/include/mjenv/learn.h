@@ -233,7 +233,7 @@ MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner *learner, mjenv
  * instructions, window. Errors: VALUE. */
 MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const mjenv_learn_settings *settings);
 
-/* Describes the learner after its last update; before the first one, all means are NaN. */
+/* Describes the learner after its last update; before the first one, all its doubles are NaN. */
 MJENV_LEARN_API mjenv_status mjenv_learner_report(const mjenv_learner *learner, mjenv_learn_report *report);
 
 /* Describes the learner after the update 1 <= update <= updates: the learning curve. Errors: VALUE. */
