@@ -136,7 +136,7 @@ struct Lanes {
   const mjModel* model;
 
   double *qpos, *qvel, *act, *act_dot, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc,
-      *qfrc_constraint;
+      *qacc_warmstart, *qfrc_constraint;
   double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
   double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
   double *ten_J, *actuator_moment, *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
@@ -307,7 +307,6 @@ struct Constraints {
   // The layout is that of Lanes. J is [size][nv]; the others up to force have a number for each place.
   double *J, *D, *vel, *aref, *b, *jar, *force;
   double *damping, *spring;         // aref is -damping * vel - spring
-  double* warmstart;                // qacc_warmstart
   double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
   int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0

@@ -38,8 +38,8 @@ class Pgs : Dual {
     residual(b, vectors(d_.qacc_smooth));
     leave_negative_zeros(b, c_.is_numbered ? size_ : c_.bounded);
     if (m_.opt.disableflags & mjDSBL_WARMSTART) return zero(force, size_);
-    leave_huge(c_.warmstart, nv_);  // mulJacTVec leaves out forces that are not finite where the Jacobian is 0
-    residual(jar, vectors(c_.warmstart));
+    leave_huge(d_.qacc_warmstart, nv_);  // mulJacTVec leaves out forces that are not finite where the Jacobian is 0
+    residual(jar, vectors(d_.qacc_warmstart));
     force_of(jar);
     if (c_.is_numbered) force_of_cones(jar);
     V* const ARf = jar;

@@ -255,7 +255,7 @@ class Primal : Constrained {
     residual(b, smooth);
     Mask is_smooth = V{} == V{};
     if (!(m_.opt.disableflags & mjDSBL_WARMSTART)) {
-      copy(qacc, of(c_.warmstart), nv_);
+      copy(qacc, vectors(d_.qacc_warmstart), nv_);
       residual(jar, qacc);
       mulM(d_, Ma, qacc);
       is_smooth = gauss_of(Ma, qacc, cost_of(jar)) > cost_of(b);

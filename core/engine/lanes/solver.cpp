@@ -23,10 +23,9 @@ Counts<Constraints> counts(const mjModel& m, std::size_t places) {
   using C = Constraints;
   const auto nv = static_cast<std::size_t>(m.nv);
   Counts<Constraints> result{
-      {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},          {&C::aref, places},
-      {&C::b, places},      {&C::jar, places},   {&C::force, places},        {&C::damping, places},
-      {&C::spring, places}, {&C::warmstart, nv}, {&C::tolerance, 1},         {&C::meaninertia, 1},
-      {&C::low, places},    {&C::high, places},  {&C::frictionloss, places}, {&C::bend, places}};
+      {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},     {&C::aref, places},         {&C::b, places},
+      {&C::jar, places},    {&C::force, places}, {&C::damping, places}, {&C::spring, places},       {&C::tolerance, 1},
+      {&C::meaninertia, 1}, {&C::low, places},   {&C::high, places},    {&C::frictionloss, places}, {&C::bend, places}};
   const bool is_pgs = m.opt.solver == mjSOL_PGS;
   if (is_pgs) {
     append(result, {{&C::ARinv, places}, {&C::A, places}, {&C::least, places}, {&C::greatest, places}});
@@ -205,16 +204,13 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
 
   // Lanes that take no part compute the constraints of the first row that does.
   RowData from{};
-  std::array<const double*, kMaxWidth> warmstart{};
   for (int lane = 0; lane < code_.width; ++lane) {
     const int row = rows >> lane & 1 ? lane : first;
     from[lane] = data[row];
-    warmstart[lane] = data[row]->qacc_warmstart;
     load(lane, *models[row]);
     load(lane, *data[row]);
   }
   gather_J(from);
-  code_.gather(constraints_.warmstart, warmstart.data(), nv_);
   run(lanes);
   for (int lane = first; lane < code_.width; ++lane)
     if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_read);
@@ -238,14 +234,10 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
       set_size(rows, most, bounded);
     }
     const int some = static_cast<int>(__builtin_ctz(rows));
-    std::array<const double*, kMaxWidth> warmstart{};
     for (int lane = 0; lane < width; ++lane) {
-      const int row = rows >> lane & 1 ? lane : some;
       constraints_.at_first[lane] = in_blocks(contacts.constraints[lane]);
-      warmstart[lane] = data[row]->qacc_warmstart;
-      load(lane, *models[row]);
+      load(lane, *models[rows >> lane & 1 ? lane : some]);
     }
-    code_.gather(constraints_.warmstart, warmstart.data(), nv_);
     code_.makeConstraint(lanes, contacts, constraints_);
     if (!starts_.empty()) number(contacts);
     run(lanes);
@@ -258,6 +250,12 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
 
 // Does what mj_fwdConstraint does for a row without constraints, in all but these rows (bits).
 void Solver::set_rest(Lanes& lanes, std::uint32_t rows) const {
+  if (rows == 0) {
+    const auto count = static_cast<std::size_t>(nv_) * static_cast<std::size_t>(code_.width);
+    std::copy_n(lanes.qacc_smooth, count, lanes.qacc);
+    std::fill_n(lanes.qfrc_constraint, count, 0.0);
+    return;
+  }
   for (int lane = 0; lane < code_.width; ++lane) {
     if (rows >> lane & 1) continue;
     for (int i = 0; i < nv_; ++i) {

@@ -49,7 +49,7 @@ class Solver {
   // Makes the constraints that `contacts` lists, then solves them in the same way. Writes only the number of
   // constraints to the rows' mjData.
   void solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data);
-  // The part of mj_fwdConstraint after the main solver. qacc_warmstart must have been saved.
+  // The part of mj_fwdConstraint after the main solver. lanes.qacc_warmstart must have been set.
   void remove_slip(Lanes& lanes, const Contacts& contacts);
 
  private:

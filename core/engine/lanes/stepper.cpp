@@ -130,6 +130,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   input_ = {{&L::qpos, &D::qpos, nq},
             {&L::qvel, &D::qvel, nv},
             {&L::act, &D::act, m_.na},
+            {&L::qacc_warmstart, &D::qacc_warmstart, nv},
             {&L::ctrl, &D::ctrl, nu},
             {&L::mocap_pos, &D::mocap_pos, 3 * m_.nmocap},
             {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
@@ -172,6 +173,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
   for_contacts_ = {{&L::subtree_com, &D::subtree_com, 3 * nbody}, {&L::cdof, &D::cdof, 6 * nv}};
   for_solver_ = {{&L::qvel, &D::qvel, nv},
+                 {&L::qacc_warmstart, &D::qacc_warmstart, nv},
                  {&L::qM, &D::qM, nM},
                  {&L::qLD, &D::qLD, nM},
                  {&L::qLDiagInv, &D::qLDiagInv, nv},
@@ -216,7 +218,7 @@ LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   moments_ = {{&L::actuator_moment, &D::actuator_moment, has_moments(m_) ? nu * nv : 0}};
   passive_ = {{&L::qfrc_passive, &D::qfrc_passive, nv}};
   from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
-  warmstart_ = {{&L::qacc, &D::qacc_warmstart, nv}};
+  warmstart_ = {{&L::qacc_warmstart, &D::qacc_warmstart, nv}};
   of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
 
   const int sensing = m_.nsensor > 0 ? nbody : 0;
@@ -377,6 +379,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   };
   void forward(Readers readers);
   bool constrain_in_lanes();
+  void keep_warmstart();
   void actuate_row_by_row();
   void gather_sparse_tendons();
   void compute_passive_row_by_row();
@@ -646,6 +649,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
     if (before_substep || is_last) scatter(state_);
+    if (is_last) scatter(warmstart_);
     if (before_substep) {
       for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { (*before_substep)(row, frame - 1); });
       gather(control_);
@@ -667,6 +671,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     scatter(after_constraints_);
   }
   scatter(state_);
+  scatter(warmstart_);
   if (is_whole_ && !single_.actuation) scatter_moments();
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
@@ -845,7 +850,7 @@ bool LaneStepper::constrain_in_lanes() {
   code_.reject(lanes_);
   if (!maker_->find(lanes_, live(), *solver_, row_models_, data_)) return false;
   solver_->solve(lanes_, maker_->found(), row_models_, data_);
-  scatter(warmstart_);
+  keep_warmstart();
   solver_->remove_slip(lanes_, maker_->found());
   return true;
 }
@@ -906,11 +911,18 @@ void LaneStepper::solve_constraints(bool is_held) {
     mj_fwdConstraint(&m, &d);
   });
   if (solvable != 0) solver_->solve(lanes_, solvable, row_models_, data_, is_held);
-  if (constrained != 0) return gather(from_solver_);
+  if (constrained != 0) {
+    gather(from_solver_);
+    return gather(warmstart_);
+  }
   const auto count = static_cast<std::size_t>(m_.nv) * static_cast<std::size_t>(code_.width);
   std::copy_n(lanes_.qacc_smooth, count, lanes_.qacc);
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
+  keep_warmstart();
 }
+
+// The next solver begins with the acceleration that this one has found, as in mj_fwdConstraint.
+void LaneStepper::keep_warmstart() { std::copy_n(lanes_.qacc, m_.nv * code_.width, lanes_.qacc_warmstart); }
 
 // Copies the moments of actuators to mjData. If all actuators act on slides and hinges, their moments are their gears,
 // and the lanes have no array of them.
