@@ -30,9 +30,10 @@ TASKS = (
 PAIRS = (
     ("mjenv-suite", "dm_control", "one environment, `suite.load`"),
     ("mjenv-single", "dm_control", "one environment, `make`"),
+    ("mj_step", "dm_control", "only `mj_step` of MuJoCo's library"),  # which bounds what the same physics can gain
     ("mjenv-64", "envpool-64", "64 rows, one thread"),
 )
-PEERS = ("dm_control", "mjenv-suite", "mjenv-single", "mjenv-64", "envpool-64")
+PEERS = ("dm_control", "mj_step", "mjenv-suite", "mjenv-single", "mjenv-64", "envpool-64")
 # With --pixels: CPU time for a picture and the two steps before it, drawn by EGL or OSMesa.
 PIXEL_PAIRS = (
     ("mjenv-pixels", "dm_control-pixels", "pictures, one environment, `make_vec`"),

@@ -22,6 +22,7 @@ import numpy as np
 ENVS = 64
 WARM_UP = 50  # steps of each environment before measuring
 ACTIONS = 256
+EPISODE = 1000  # steps
 
 
 class Task:
@@ -51,6 +52,29 @@ def dm_control(task: str) -> Task:
     if task == "quadruped-escape":  # it shows its terrain to OpenGL, which is off here
         suite.quadruped.Physics.contexts = None
     return of_suite(suite, task)
+
+
+def mj_step(task: str) -> Task:
+    """MuJoCo's part of dm_control's steps alone, in MuJoCo's own library."""
+    import mujoco
+    from dm_control import suite
+
+    if task == "quadruped-escape":
+        suite.quadruped.Physics.contexts = None
+    env = suite.load(*task.split("-"), task_kwargs={"random": 1})
+    env.reset()
+    spec = env.action_spec()
+    physics, frames, left = env.physics, env._n_sub_steps, itertools.cycle(reversed(range(EPISODE)))
+    model, data = physics.model.ptr, physics.data.ptr
+
+    def step(action: Any) -> int:
+        data.ctrl[:] = action
+        mujoco.mj_step(model, data, frames)
+        if next(left) == 0:
+            env.reset()
+        return 1
+
+    return Task(spec.shape, spec.minimum, spec.maximum, step)
 
 
 def mjenv_suite(task: str) -> Task:
@@ -161,6 +185,7 @@ def all_tasks() -> list[str]:
 
 PEERS: dict[str, tuple[Callable[[str], Task], str]] = {
     "dm_control": (dm_control, "dm_control mujoco numpy"),
+    "mj_step": (mj_step, "dm_control mujoco numpy"),
     "mjenv-suite": (mjenv_suite, "numpy dm_env"),
     "mjenv-single": (mjenv_single, "numpy gymnasium"),
     "mjenv-64": (mjenv_rows, "numpy gymnasium"),
