@@ -8,7 +8,7 @@
 #include "qhull_ra.h"
 #include "support.h"
 
-// engine_setconst.c calls this function in place of mj_step1. It simulates muscles up to a certain time. If the
+// engine_setconst.c, which simulates muscles up to a certain time, calls this function in place of mj_step1. If the
 // simulation diverges, MuJoCo restarts it at time 0, so it would never end.
 void mjenv_step1(const mjModel* model, mjData* data) {
   mj_step1(model, data);
@@ -37,9 +37,9 @@ void mjenv_support(const void* a, const void* b, const ccd_vec3_t* dir, const cc
   __ccdSupport(a, b, dir, ccd, found);
 }
 
-// Computing convex hulls can take hours. MuJoCo needs a time that grows with the square of the number of a hull's
-// vertices to connect them, and whenever qhull adds a vertex, it visits all vertices of the facets that change, which
-// can be most of them. So both are counted, over all meshes of a model. user_mesh.cc calls mjenv_vertexneighbors in
+// Computing convex hulls can take hours. The time in which MuJoCo connects a hull's vertices grows with the square of
+// their number. And whenever qhull adds a vertex, qhull visits all vertices of the facets that change, which can be most
+// vertices of the hull. So both are counted, over all meshes of a model. user_mesh.cc calls mjenv_vertexneighbors in
 // place of qh_vertexneighbors, before it connects the vertices. libqhull_r.c calls mjenv_resetlists in place of
 // qh_resetlists, after each new vertex.
 static _Thread_local double hull_work, hull_limit;

@@ -141,7 +141,7 @@ static struct columns columns_of(const struct ray* ray, const struct field* fiel
 }
 
 // The signs of a vertex's coordinates along the normals, as bits. If three vertices have one of them in common, the ray
-// misses their triangle. x, y: the terms of the coordinates that project adds first. z: the vertex's height above the ray.
+// misses their triangle. x, y: the terms of the coordinates that project adds first. z: the height above ray->point.
 static int signs_of(const struct ray* ray, const mjtNum x[2], const mjtNum y[2], mjtNum z) {
   int signs = 0;
   for (int k = 0; k < 2; ++k) {

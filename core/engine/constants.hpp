@@ -14,8 +14,8 @@ namespace mjenv::core {
 // MuJoCo have them.
 std::vector<std::string> constant_arrays(const Model& model);
 
-// Calls mj_setConst for one row after the other. mj_setConst changes the model, so it is given a view of it with copies
-// of all arrays that it may write. Arrays of meshes, skins, textures and height fields are large and not written, so
+// Calls mj_setConst for one row after the other. mj_setConst changes its model, so it gets a view with copies of all
+// arrays that it may write. Arrays of meshes, skins, textures and height fields are large and not written, so
 // they are shared.
 class Constants {
  public:

@@ -94,7 +94,7 @@ class Plan {
   bool is_in(const PartKind& kind, std::uint8_t kept) const {
     return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
   }
-  // The row's Head::kept in the image: without own values of a version if the same would apply without them (Version).
+  // The row's Head::kept, without the bits of own values that equal those that would apply in their place (Version).
   std::uint8_t kept_of(std::int64_t row) const {
     std::uint8_t kept = rows_.head(row).kept;
     if (kept == 0) return 0;

@@ -212,8 +212,8 @@ typedef struct mjenv_task {
                              digits. It begins with a letter, a digit or "_" and has at most 100 bytes. A namespace may
                              stand before it: "dm_control/cheetah-run-v0" */
   const char *model;      /* the default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins
-                             with "/", "~" or ".", which is the folder of the shared object that contains step
-                             (or build, if step is NULL) */
+                             with "/", "~" or "."; "." is the folder of the shared object that contains step (or
+                             build, if step is NULL) */
   const char *model_text; /* the text of an MJCF model, instead of model; give exactly one of the two */
   int32_t frame_skip;     /* how many times a step calls mj_step; at least 1 */
   int32_t has_reward_threshold;    /* 0: the task has no reward_threshold */

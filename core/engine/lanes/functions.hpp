@@ -285,7 +285,7 @@ inline void cross(V* res, const V* a, const V* b) {
   res[2] = z;
 }
 
-// mju_crossMotion; b - a has the bits of -a + b
+// mju_crossMotion. It writes -x + y where `cross` has y - x; the bits are the same.
 inline void crossMotion(V* res, const V* vel, const V* v) {
   cross(res, vel, v);
   V turn[3], shift[3];

@@ -189,14 +189,14 @@ const std::vector<Stage>& stages() {
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
        "capsules with capsules; up to 6 dimensions",
-       "other shapes, where bounding spheres and boxes are near each other; all in models with adhesion or whose pairs "
-       "of geoms lanes cannot list",
+       "other shapes, where bounding spheres and boxes are near each other; all in models with adhesion, or if lanes "
+       "cannot list the pairs of geoms",
        "reject collision", has_contacts, contacts, other_shapes},
       {"constraints",
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
        "all constraints of a row that has an equality constraint, or a limit or friction of a tendon, with a Jacobian "
-       "of 0; all in models with adhesion or whose pairs of geoms lanes cannot list",
+       "of 0; all in models with adhesion, or if lanes cannot list the pairs of geoms",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
        "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "

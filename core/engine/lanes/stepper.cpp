@@ -116,7 +116,8 @@ class LaneArrays {
   int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
-// shown_ lists what mjenv_sim shows to callbacks, but the state, frames, sensors and the solver's results.
+// shown_ lists what mjenv_sim shows to callbacks, except the state, sensors, the solver's results and what is computed
+// on demand.
 LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
   using L = Lanes;
   using D = mjData;

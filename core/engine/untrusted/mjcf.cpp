@@ -140,7 +140,7 @@ class Check {
   std::optional<std::string> repeated_joint_;
   std::int64_t text_bytes_ = 0, file_bytes_ = 0, pixels_ = 0, numbers_ = 0, hull_cubes_ = 0;
 
-  // A check of all elements with this name or parent.
+  // A check of all elements with this parent and name.
   struct Rule {
     const char *parent, *name;     // null for any
     std::int64_t Counts::*counts;  // what the element is counted as; may be null
@@ -547,8 +547,8 @@ class Check {
     check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
   }
 
-  // Counts the elements of a flex. Also counts two bodies and dofs_each joints for each of its points; 0: the points
-  // have no joints.
+  // Counts each point of a flex as an element, two bodies and dofs_each joints. dofs_each is 0 if the points have no
+  // joints.
   void add_points(std::int64_t points, std::int64_t dofs_each) {
     check_limit("points of a flexcomp", points, kCompositeParts);
     counts_.elements += points;
