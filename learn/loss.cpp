@@ -149,7 +149,7 @@ void Loss::add_chunk(const Task& task, const Job& job, int from, int count, bool
 // present policy divided by that under the policy of the rollout; bounded is the clipped ratio.
 void Loss::add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part,
                                Scratch& scratch) {
-  LossTerms& terms = part.terms[0];
+  LossTerms terms = part.terms[0];  // a copy, because another thread may write to the memory beside them
   const std::size_t actuators = agent_.actuators;
   const auto stride = static_cast<std::size_t>(agent_.actor.output_stride());
   const float *log_std = task.parameters + agent_.log_std_at, *inverse_std = deviations_.inverse.data();
@@ -191,13 +191,14 @@ void Loss::add_policy_gradient(const Task& task, const std::int32_t* steps, int 
       std_gradient[j] += slope * (z * z - 1);
     }
   }
+  part.terms[0] = terms;
 }
 
 // With value_clip, the error is the greater of two: that of the value, and that of the value whose change since the
 // rollout is clipped.
 void Loss::add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part,
                               Scratch& scratch) {
-  LossTerms& terms = part.terms[1];
+  LossTerms terms = part.terms[1];
   const auto stride = static_cast<std::size_t>(agent_.critic.output_stride());
   const auto factor = static_cast<float>(2 * task.settings.value_coef) / static_cast<float>(task.batch.count);
   const auto most = static_cast<float>(task.settings.value_clip);
@@ -217,6 +218,7 @@ void Loss::add_value_gradient(const Task& task, const std::int32_t* steps, int c
     terms.value += error * error;
     output_gradient[static_cast<std::size_t>(i) * stride] = slope * error;
   }
+  part.terms[1] = terms;
 }
 
 }  // namespace mjenv::learn

@@ -62,14 +62,16 @@ void Pool::start(std::function<void(int)> job) {
 
 void Pool::finish() {
   check_here();
-  returns_.wait_for(calls_.count() * threads_.size());
+  wait();
 }
+
+void Pool::wait() { returns_.wait_for(calls_.count() * threads_.size()); }
 
 void Pool::run(const std::function<void(int)>& job) {
   if (threads_.empty()) return job(0);
   start(job);
   job(0);
-  finish();
+  wait();
 }
 
 void Pool::work(int worker) {

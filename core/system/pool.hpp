@@ -30,7 +30,7 @@ class Pool {
   void start(std::function<void(int)> job);
   // Waits until the job has returned on all threads.
   void finish();
-  // start, job(0), finish.
+  // Calls job(worker) on every thread of the pool, the calling one included, and returns when all calls have.
   void run(const std::function<void(int)>& job);
 
   // Within run(), all threads call these in the same order.
@@ -56,6 +56,7 @@ class Pool {
   std::atomic<bool> stop_{false};
   std::vector<std::thread> threads_;
 
+  void wait();
   void work(int worker);
   void end();
 };
