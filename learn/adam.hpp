@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "kernels/kernels.hpp"
+#include "system/pool.hpp"
 
 namespace mjenv::learn {
 
@@ -14,21 +16,32 @@ class Adam {
   explicit Adam(std::size_t size) : first_(size), second_(size) {}
 
   // Changes the parameters, and returns the gradient's norm before it was clipped. max_norm 0: the gradient is not
-  // clipped.
-  double step(const Kernels& kernels, double rate, double max_norm, const std::vector<float>& gradient,
-              std::vector<float>& parameters) {
-    const double norm = std::sqrt(kernels.squares(gradient.data(), gradient.size()));
+  // clipped. Each thread of the pool changes the parameters of one share. With two threads and networks of equal sizes,
+  // these are nearly those whose gradient it has computed, so they are in the cache of its CPU.
+  double step(const Kernels& kernels, core::Pool& pool, double rate, double max_norm,
+              const std::vector<float>& gradient, std::vector<float>& parameters) {
     power1_ *= kBeta1;
     power2_ *= kBeta2;
     AdamStep step{};
-    step.scale = max_norm > 0 && norm > max_norm ? static_cast<float>(max_norm / (norm + 1e-6)) : 1.0F;
     step.rate = static_cast<float>(rate / (1 - power1_));
     step.second_root = static_cast<float>(1 / std::sqrt(1 - power2_));
     step.beta1 = static_cast<float>(kBeta1);
     step.beta2 = static_cast<float>(kBeta2);
     step.epsilon = 1e-5F;
-    kernels.adam(step, gradient.data(), first_.data(), second_.data(), parameters.data(), parameters.size());
-    return norm;
+    SumOfSquares squares;
+    const auto job = [&](int worker) {
+      const auto blocks = parameters.size() / kLaneBlock, threads = static_cast<std::size_t>(pool.threads());
+      const auto start = [&](std::size_t share) { return blocks * share / threads * kLaneBlock; };
+      const std::size_t at = start(static_cast<std::size_t>(worker));
+      const std::size_t count = start(static_cast<std::size_t>(worker) + 1) - at;
+      pool.take_turns(worker, [&] { squares.add(kernels, gradient.data() + at, count); });
+      const double norm = std::sqrt(squares.total());
+      AdamStep mine = step;
+      mine.scale = max_norm > 0 && norm > max_norm ? static_cast<float>(max_norm / (norm + 1e-6)) : 1.0F;
+      kernels.adam(mine, gradient.data() + at, first_.data() + at, second_.data() + at, parameters.data() + at, count);
+    };
+    pool.run(std::cref(job));
+    return std::sqrt(squares.total());
   }
 
   template <typename Archive>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr int kRowsOfPass = 16;  // rows that one thread evaluates together during a rollout
 // The threads share an evaluation of at least so many multiplications. A smaller one takes less time than waking them.
-constexpr std::size_t kSharedWork = std::size_t{1} << 23;
+constexpr std::size_t kSharedWork = std::size_t{1} << 22;
 
 mjenv_learn_report empty_report() {
   mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
@@ -188,29 +189,39 @@ void Learner::set(const Settings& settings) {
   observations_.set_clip(settings->obs_clip);
 }
 
-// Evaluates the critic for all rows, and the actor if `means` is not null. The threads share the blocks of rows.
-void Learner::evaluate(const float* inputs, int rows, float* values, float* means) {
+// Calls body(worker, from, count) for blocks of rows. The threads share them if that takes longer than waking them.
+template <typename Body>
+void Learner::for_row_blocks(int rows, const Network& network, const Body& body) {
   const int threads = pool_.threads();
-  const auto evaluate_block = [&](int worker, int from, int count) {
+  const auto work = [&](int worker) {
+    for (int from = worker * kRowsOfPass; from < rows; from += threads * kRowsOfPass)
+      body(static_cast<std::size_t>(worker), from, std::min(kRowsOfPass, rows - from));
+  };
+  if (static_cast<std::size_t>(rows) * network.size() >= kSharedWork)
+    pool_.run(std::cref(work));
+  else
+    for (int worker = 0; worker < threads; ++worker) work(worker);
+}
+
+// Evaluates the actor. means: [rows][actuators].
+void Learner::mean_actions(const float* inputs, int rows, float* means) {
+  for_row_blocks(rows, agent_.actor, [&](std::size_t worker, int from, int count) {
     const float* x = inputs + static_cast<std::size_t>(from) * agent_.stride();
-    const auto index = static_cast<std::size_t>(worker);
-    const int padded_count = padded(count, kRowBlock);
-    const float* value = critic_passes_[index]->forward(kernels_, &parameters_[agent_.critic_at], x, padded_count);
-    for (int i = 0; i < count; ++i) values[from + i] = value[i * agent_.critic.output_stride()];
-    if (!means) return;
-    const float* mean = actor_passes_[index]->forward(kernels_, parameters_.data(), x, padded_count);
+    const float* mean = actor_passes_[worker]->forward(kernels_, parameters_.data(), x, padded(count, kRowBlock));
     for (int i = 0; i < count; ++i)
       std::copy_n(mean + i * agent_.actor.output_stride(), agent_.actuators,
                   means + static_cast<std::size_t>(from + i) * agent_.actuators);
-  };
-  const auto work = [&](int worker) {
-    for (int from = worker * kRowsOfPass; from < rows; from += threads * kRowsOfPass)
-      evaluate_block(worker, from, std::min(kRowsOfPass, rows - from));
-  };
-  if (static_cast<std::size_t>(rows) * agent_.size >= kSharedWork)
-    pool_.run(work);
-  else
-    for (int worker = 0; worker < threads; ++worker) work(worker);
+  });
+}
+
+// Evaluates the critic. values: [rows].
+void Learner::estimate_values(const float* inputs, int rows, float* values) {
+  for_row_blocks(rows, agent_.critic, [&](std::size_t worker, int from, int count) {
+    const float *parameters = &parameters_[agent_.critic_at],
+                *x = inputs + static_cast<std::size_t>(from) * agent_.stride();
+    const float* value = critic_passes_[worker]->forward(kernels_, parameters, x, padded(count, kRowBlock));
+    for (int i = 0; i < count; ++i) values[from + i] = value[i * agent_.critic.output_stride()];
+  });
 }
 
 // Draws the actions of all rows into rollout_.actions, and converts them for the environment into bounded_.
@@ -222,7 +233,7 @@ void Learner::draw_actions() {
   }
   float *actions = &rollout_.actions[step_ * n * actuators],
         *log_probabilities = &rollout_.log_probabilities[step_ * n];
-  evaluate(&rollout_.inputs[step_ * n * agent_.stride()], static_cast<int>(n), &rollout_.values[step_ * n], actions);
+  mean_actions(&rollout_.inputs[step_ * n * agent_.stride()], static_cast<int>(n), actions);
   const float* log_std = &parameters_[agent_.log_std_at];
   for (std::size_t i = 0; i < n; ++i) {
     float log_probability = 0;
@@ -289,7 +300,7 @@ void Learner::bootstrap_truncated(const Outcome& outcome) {
     if (outcome.truncated[i] == 0 || outcome.terminated[i] != 0) continue;
     observations_.normalize(outcome.final_obs + i * spaces_.observations, 1, last_inputs_.data());
     float value = 0;
-    evaluate(last_inputs_.data(), 1, &value, nullptr);
+    estimate_values(last_inputs_.data(), 1, &value);
     rollout_.rewards[step_ * rows() + i] += static_cast<float>(settings_->gamma) * value;
   }
 }
@@ -298,7 +309,8 @@ void Learner::finish_rollout() {
   curve_.reserve(curve_.size() + 1 + curve_.size() / 2);  // so that push_back below allocates nothing
   const std::size_t n = rows(), stride = agent_.stride();
   const float* after = &rollout_.inputs[rollout_.steps * n * stride];
-  evaluate(after, static_cast<int>(n), &rollout_.values[rollout_.steps * n], nullptr);
+  // Not step by step, because here the threads can share all rows of the rollout.
+  estimate_values(rollout_.inputs.data(), static_cast<int>((rollout_.steps + 1) * n), rollout_.values.data());
   rollout_.estimate_advantages(static_cast<float>(settings_->gamma), static_cast<float>(settings_->gae_lambda));
   if (episodes_.is_full() && episodes_.mean_return() > best_.mean_return) keep_best();
   std::copy_n(after, now_.size(), now_.begin());
@@ -339,13 +351,16 @@ mjenv_learn_report Learner::update() {
       const auto count = static_cast<int>(std::min(size, order_.size() - start));
       const Minibatch batch(&order_[start], count, rollout_, settings_->normalize_advantage != 0);
       all.add(loss_.differentiate(parameters_, rollout_, batch, *settings_));
-      norms += adam_.step(kernels_, report.learning_rate, settings_->max_grad_norm, loss_.gradient(), parameters_);
+      norms +=
+          adam_.step(kernels_, pool_, report.learning_rate, settings_->max_grad_norm, loss_.gradient(), parameters_);
     }
     ++report.epochs;
     const double kl = (all.kl - kl_before) / static_cast<double>(order_.size());
     if (settings_->target_kl > 0 && kl > settings_->target_kl) break;
   }
-  if (!std::isfinite(kernels_.squares(parameters_.data(), parameters_.size())))
+  SumOfSquares squares;
+  squares.add(kernels_, parameters_.data(), parameters_.size());
+  if (!std::isfinite(squares.total()))
     core::fail(MJENV_E_VALUE, "update " + std::to_string(report.updates) +
                                   " made weights of the networks infinite: a smaller settings.learning_rate may help");
   const double steps = static_cast<double>(order_.size()) * static_cast<double>(report.epochs);

@@ -85,7 +85,7 @@ class Learner {
 
   // Scratch memory; each line names the function that uses it.
   std::vector<float> bounded_;                                                // draw_actions
-  std::vector<std::unique_ptr<Network::Pass>> actor_passes_, critic_passes_;  // evaluate; one for each thread
+  std::vector<std::unique_ptr<Network::Pass>> actor_passes_, critic_passes_;  // for_row_blocks; one for each thread
   std::vector<unsigned char> ended_;                                          // take
   std::vector<float> last_inputs_;                                            // bootstrap_truncated
   std::vector<std::byte> image_;                                              // save_state
@@ -99,7 +99,10 @@ class Learner {
   void begin(const double* obs);
   void draw_actions();
   float bounded(std::size_t j, float action) const;
-  void evaluate(const float* inputs, int rows, float* values, float* means);
+  void mean_actions(const float* inputs, int rows, float* means);
+  void estimate_values(const float* inputs, int rows, float* values);
+  template <typename Body>
+  void for_row_blocks(int rows, const Network& network, const Body& body);
   void check_finite(const Outcome& outcome) const;
   void take(const Outcome& outcome);
   void bootstrap_truncated(const Outcome& outcome);

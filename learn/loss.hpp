@@ -1,8 +1,9 @@
 // The loss of PPO and its gradient.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "agent.hpp"
@@ -42,18 +43,27 @@ class Loss {
                           const mjenv_learn_settings& settings);
 
   // The derivatives with respect to the parameters, in their order.
-  const std::vector<float>& gradient() const { return parts_.front()->gradient; }
+  const std::vector<float>& gradient() const { return parts_.front().gradient; }
 
  private:
-  // Memory for the gradient of one part of a minibatch. The parts are added in order, so that the number of threads
-  // does not change any bit.
+  // One of the two networks, and the offset of its parameters.
+  struct Side {
+    const Network& network;
+    std::size_t at;
+    std::vector<float> transposed;
+  };
+  // Memory for the gradient of one part of a minibatch, and for the terms of each side. The parts are added in order, so
+  // that the number of threads does not change any bit.
   struct Part {
-    explicit Part(const Agent& agent);
-
-    Network::Pass actor, critic;
-    std::vector<float> inputs, ratios;  // those of a chunk
     std::vector<float> gradient;
-    LossTerms terms;
+    std::array<LossTerms, 2> terms;
+  };
+  // Memory of one thread for a chunk.
+  struct Scratch {
+    explicit Scratch(const Agent& agent);
+
+    std::array<Network::Pass, 2> passes;
+    std::vector<float> inputs, ratios;
   };
   // The arguments of differentiate.
   struct Task {
@@ -61,19 +71,30 @@ class Loss {
     const Rollout& rollout;
     const Minibatch& batch;
     const mjenv_learn_settings& settings;
+    int parts;
+  };
+  // What one thread computes at a time: the gradient of one part with respect to the parameters of some sides.
+  struct Job {
+    int part;
+    std::size_t first_side, end_side;
   };
 
   const Agent& agent_;
   const Kernels& kernels_;
   core::Pool& pool_;
-  std::vector<std::unique_ptr<Part>> parts_;
-  std::vector<float> actor_transposed_, critic_transposed_;
+  std::array<Side, 2> sides_;  // of the actor and of the critic
+  std::vector<Part> parts_;
+  std::vector<Scratch> scratch_;  // one for each thread that has jobs
   Deviations deviations_;
 
-  void differentiate_part(const Task& task, int index, int parts, Part& part);
-  void add_chunk(const Task& task, int from, int count, bool adds, Part& part);
-  void add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part);
-  void add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part);
+  void share(const Task& task, int worker);
+  void differentiate(const Task& task, const Job& job, Part& part, Scratch& scratch);
+  void add(const Job& job, const Part& part);
+  void add_chunk(const Task& task, const Job& job, int from, int count, bool adds, Part& part, Scratch& scratch);
+  void add_policy_gradient(const Task& task, const std::int32_t* steps, int count, const float* mean, Part& part,
+                           Scratch& scratch);
+  void add_value_gradient(const Task& task, const std::int32_t* steps, int count, const float* value, Part& part,
+                          Scratch& scratch);
 };
 
 }  // namespace mjenv::learn

@@ -10,28 +10,17 @@
 namespace mjenv::core {
 namespace {
 
-// Before a thread sleeps, it spins for about 50 microseconds, the time that waking it takes, so that jobs in close
-// succession need no wake-up.
-constexpr int kSpins = 3000;
-
-inline void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
-
-template <typename Condition>
-bool spin_until(const Condition& condition) {
-  for (int i = 0; i < kSpins; ++i) {
-    if (condition()) return true;
-    pause();
-  }
-  return condition();
+// How often a thread looks for what it waits for before it sleeps: for about 50 microseconds, the time that waking it
+// takes, so that jobs in close succession need no wake-up. Threads for which there are no CPUs sleep at once.
+int spins_of(int threads) {
+  constexpr int kSpins = 3000;
+  return threads > 1 && threads <= usable_cpus() ? kSpins : 0;
 }
 
 }  // namespace
 
-Pool::Pool(int threads, bool pinned) : owner_(platform::process_id()) {
+Pool::Pool(int threads, bool pinned)
+    : owner_(platform::process_id()), calls_(spins_of(threads)), returns_(calls_.spins()), turns_(calls_.spins()) {
   const auto cpus = pinned ? allowed_cpus() : std::vector<int>{};  // before the threads start, because this may throw
   try {
     const platform::BlockedSignals blocked;
@@ -51,11 +40,8 @@ Pool::Pool(int threads, bool pinned) : owner_(platform::process_id()) {
 Pool::~Pool() { end(); }
 
 void Pool::end() {
-  {
-    const std::lock_guard lock(mutex_);
-    stop_ = true;
-  }
-  wake_.notify_all();
+  stop_ = true;
+  calls_.add();
   for (auto& thread : threads_) thread.join();
 }
 
@@ -71,47 +57,32 @@ void Pool::check_here() const {
 void Pool::start(std::function<void(int)> job) {
   check_here();
   job_ = std::move(job);
-  running_ = static_cast<int>(threads_.size());
-  {
-    const std::lock_guard lock(mutex_);
-    generation_.fetch_add(1);
-  }
-  wake_.notify_all();
+  calls_.add();
 }
 
 void Pool::finish() {
   check_here();
-  const auto done = [&] { return running_.load() == 0; };
-  if (spin_until(done)) return;
-  std::unique_lock lock(mutex_);
-  done_.wait_until(lock, done);
+  wait();
 }
+
+void Pool::wait() { returns_.wait_for(calls_.count() * threads_.size()); }
 
 void Pool::run(const std::function<void(int)>& job) {
   if (threads_.empty()) return job(0);
   start(job);
   job(0);
-  finish();
+  wait();
 }
 
 void Pool::work(int worker) {
-  std::uint64_t seen = 0;
-  const auto called = [&] { return stop_.load() || generation_.load() != seen; };
-  for (;;) {
-    if (!spin_until(called)) {
-      std::unique_lock lock(mutex_);
-      wake_.wait_until(lock, called);
-    }
+  for (std::uint64_t call = 1;; ++call) {
+    calls_.wait_for(call);
     if (stop_) return;
-    seen = generation_;
     {
       const DefaultFloats floats;
       job_(worker);
     }
-    if (running_.fetch_sub(1) == 1) {
-      const std::lock_guard lock(mutex_);
-      done_.notify_all();
-    }
+    returns_.add();
   }
 }
 

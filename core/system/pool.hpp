@@ -4,11 +4,10 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
 
-#include "system/condition.hpp"
+#include "system/tally.hpp"
 
 namespace mjenv::core {
 
@@ -31,19 +30,33 @@ class Pool {
   void start(std::function<void(int)> job);
   // Waits until the job has returned on all threads.
   void finish();
-  // start, job(0), finish.
+  // Calls job(worker) on every thread of the pool, the calling one included, and returns when all calls have.
   void run(const std::function<void(int)>& job);
+
+  // Within run(), all threads call these in the same order.
+  // Returns when all threads have called it.
+  void meet() {
+    take_turns(0, [] {});
+  }
+  // Calls turn() on one thread after the other, in the order of the workers. Returns when all turns are over.
+  template <typename Turn>
+  void take_turns(int worker, const Turn& turn) {
+    // While this thread's turn is not over, this round of turns is not either.
+    const auto all = static_cast<std::uint64_t>(threads()), before = turns_.count() / all * all;
+    turns_.wait_for(before + static_cast<std::uint64_t>(worker));
+    turn();
+    turns_.add();
+    turns_.wait_for(before + all);
+  }
 
  private:
   const std::int32_t owner_;  // the id of the process that created the pool
   std::function<void(int)> job_;
-  std::atomic<std::uint64_t> generation_{0};
-  std::atomic<int> running_{0};
+  Tally calls_, returns_, turns_;  // how often jobs were started, and returned on another thread, and turns were taken
   std::atomic<bool> stop_{false};
-  std::mutex mutex_;
-  Condition wake_, done_;
   std::vector<std::thread> threads_;
 
+  void wait();
   void work(int worker);
   void end();
 };

@@ -272,19 +272,16 @@ void add(const float* from, float* to, std::size_t count) {
   for (std::size_t i = 0; i < count; i += kWidth) store(to + i, load(to + i) + load(from + i));
 }
 
-double squares(const float* x, std::size_t count) {
+void squares(const float* x, std::size_t count, float* lanes) {
   constexpr int kVectors = kLaneBlock / kWidth;
-  V sum[kVectors] = {};
+  V sum[kVectors];
+  repeat<kVectors>([&](int v) { sum[v] = load(lanes + kWidth * v); });
   for (std::size_t i = 0; i < count; i += kLaneBlock)
-    for (int v = 0; v < kVectors; ++v) {
+    repeat<kVectors>([&](int v) {
       const V part = load(x + i + kWidth * v);
       sum[v] += part * part;
-    }
-  float lanes[kLaneBlock];
-  for (int v = 0; v < kVectors; ++v) store(lanes + kWidth * v, sum[v]);
-  double total = 0;
-  for (const float lane : lanes) total += lane;
-  return total;
+    });
+  repeat<kVectors>([&](int v) { store(lanes + kWidth * v, sum[v]); });
 }
 
 void adam(const AdamStep& step, const float* gradient, float* first, float* second, float* parameters,

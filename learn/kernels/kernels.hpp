@@ -48,11 +48,22 @@ struct Kernels {
   void (*derive)(mjenv_activation activation, const float* y, float* d, std::size_t count);
   void (*exp)(float* x, std::size_t count);
   void (*add)(const float* from, float* to, std::size_t count);
-  // The sum of squares: lane l of kLaneBlock sums elements l, l + kLaneBlock and so on; then the lanes are added in
-  // order.
-  double (*squares)(const float* x, std::size_t count);
+  // Adds the squares of elements l, l + kLaneBlock and so on to lanes[l], for the lanes of a SumOfSquares.
+  void (*squares)(const float* x, std::size_t count, float* lanes);
   void (*adam)(const AdamStep& step, const float* gradient, float* first, float* second, float* parameters,
                std::size_t count);
+};
+
+// A sum of squares. Its numbers can be added in several parts, which changes no bit if they follow each other in order.
+struct SumOfSquares {
+  float lanes[kLaneBlock] = {};
+
+  void add(const Kernels& kernels, const float* x, std::size_t count) { kernels.squares(x, count, lanes); }
+  double total() const {
+    double sum = 0;
+    for (const float lane : lanes) sum += lane;
+    return sum;
+  }
 };
 
 // The tables that this CPU can run, the one with the widest vectors last.

@@ -21,6 +21,7 @@
 #include "normalizer.hpp"
 #include "random.hpp"
 #include "rollout.hpp"
+#include "system/pool.hpp"
 
 // Last: it defines a macro `fail`, and does not say itself that it is C.
 extern "C" {
@@ -86,7 +87,9 @@ std::vector<float> outputs_of(const Kernels& kernels) {
         keep(z);
         keep(d);
       }
-      all.push_back(static_cast<float>(kernels.squares(y.data(), y.size())));
+      SumOfSquares squares;
+      squares.add(kernels, y.data(), y.size());
+      all.push_back(static_cast<float>(squares.total()));
       auto m = randoms(y.size(), 0.1, random), v = y, p = y, sum = y;
       for (float& value : v) value *= value;
       kernels.adam({0.7F, 1e-3F, 1.5F, 0.9F, 0.999F, 1e-5F}, y.data(), m.data(), v.data(), p.data(), p.size());
@@ -461,6 +464,7 @@ void test_adam(void**) {
   constexpr std::size_t kSize = 64;
   constexpr double kRate = 1e-3, kMaxNorm = 2;
   Random random(11);
+  mjenv::core::Pool pool(1, false);
   Adam adam(kSize);
   std::vector<float> parameters = randoms(kSize, 1, random);
   Doubles p(parameters.begin(), parameters.end()), m(kSize), v(kSize);
@@ -475,9 +479,57 @@ void test_adam(void**) {
       v[i] = 0.999 * v[i] + 0.001 * g * g;
       p[i] -= kRate * (m[i] / (1 - std::pow(0.9, t))) / (std::sqrt(v[i] / (1 - std::pow(0.999, t))) + 1e-5);
     }
-    check_near("the norm", adam.step(*usable_kernels().back(), kRate, kMaxNorm, gradient, parameters), norm, 1e-6);
+    check_near("the norm", adam.step(*usable_kernels().back(), pool, kRate, kMaxNorm, gradient, parameters), norm,
+               1e-6);
   }
   for (std::size_t i = 0; i < kSize; ++i) check_near("parameter " + std::to_string(i), parameters[i], p[i], 2e-5, 0.3);
+}
+
+// Also with more threads than blocks of parameters, some of which have nothing to do.
+void test_adam_of_threads(void**) {
+  constexpr std::size_t kSize = 5 * kLaneBlock;
+  const auto run = [&](const Kernels& kernels, int threads) {
+    Random random(29);
+    mjenv::core::Pool pool(threads, false);
+    Adam adam(kSize);
+    std::vector<float> numbers = randoms(kSize, 1, random), parameters = numbers;
+    for (int t = 0; t < 200; ++t)
+      numbers.push_back(static_cast<float>(adam.step(kernels, pool, 1e-3, 2, randoms(kSize, 1, random), parameters)));
+    numbers.insert(numbers.end(), parameters.begin(), parameters.end());
+    return numbers;
+  };
+  const auto want = run(*usable_kernels().front(), 1);
+  for (const Kernels* kernels : usable_kernels())
+    for (const int threads : {1, 2, 3, 8}) check_same_bits(kernels->name, run(*kernels, threads), want);
+}
+
+// ---- Threads ----
+
+// Each worker takes its turn after the one before it, and no thread goes on before the turns of all are over.
+void test_turns(void**) {
+  constexpr int kRounds = 500;
+  for (const int threads : {1, 2, 3, 8}) {
+    mjenv::core::Pool pool(threads, false);
+    std::vector<int> order;  // without a lock, because the turns exclude each other
+    bool complete = true;
+    std::vector<int> seen(static_cast<std::size_t>(threads));
+    const auto job = [&](int worker) {
+      for (int round = 0; round < kRounds; ++round) {
+        pool.take_turns(worker, [&] { order.push_back(worker); });
+        seen[static_cast<std::size_t>(worker)] = static_cast<int>(order.size());
+        pool.meet();
+        if (worker == 0)
+          for (const int size : seen) complete = complete && size == (round + 1) * threads;
+        pool.meet();
+      }
+    };
+    for (int runs = 0; runs < 2; ++runs, order.clear()) {
+      pool.run(job);
+      assert_int_equal(order.size(), kRounds * threads);
+      for (std::size_t i = 0; i < order.size(); ++i) assert_int_equal(order[i], i % static_cast<std::size_t>(threads));
+      assert_true(complete);
+    }
+  }
 }
 
 void test_advantages(void**) {
@@ -597,6 +649,8 @@ int main(int count, char** arguments) {
       cmocka_unit_test(test_finite_differences),
       cmocka_unit_test(test_gradients_of_threads_and_instruction_sets),
       cmocka_unit_test(test_adam),
+      cmocka_unit_test(test_adam_of_threads),
+      cmocka_unit_test(test_turns),
       cmocka_unit_test(test_advantages),
       cmocka_unit_test(test_normalisation),
       cmocka_unit_test(test_rewards),
