@@ -317,13 +317,16 @@ bool ConstraintMaker::find(const Lanes& lanes, std::uint32_t rows, const Solver&
   models_ = &models;
   data_ = &data;
   if (!code_.instantiateLimit(lanes, c) || !code_.collision(lanes, c)) return false;
+  int most_contacts = 0, most_constraints = 0;
   for (int lane = 0; lane < code_.width; ++lane) {
     if (!(rows >> lane & 1)) continue;
-    if (c.found[lane] > m_.nconmax || c.constraints[lane] > m_.njmax) return false;
-    if (c.are_searched && !has_room_to_search(m_, *data[lane])) return false;
-    if (!solver.can_solve(*data[lane], c.constraints[lane]) || !solver.has_noslip_of(*models[lane])) return false;
+    most_contacts = std::max(most_contacts, c.found[lane]);
+    most_constraints = std::max(most_constraints, c.constraints[lane]);
   }
-  if (!solver.has_room(c)) return false;
+  if (most_contacts > m_.nconmax || most_constraints > m_.njmax) return false;
+  const mjData& first = *data[__builtin_ctz(rows)];  // the stacks of all rows have the same size, and are empty
+  if (c.are_searched && !has_room_to_search(m_, first)) return false;
+  if (most_constraints > 0 && (!solver.can_solve(first, most_constraints) || !solver.has_room(c))) return false;
   for (int i = 0; i < c.limit_count; ++i)
     if (!set_numbers(c.limits[i], [&](int lane) {
           return used_[lane]->of_limit(*models[lane], c.limits[i].object, c.limits[i].id);

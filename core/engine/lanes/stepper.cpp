@@ -636,7 +636,9 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   is_whole_ =
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
   gather_own();
-  makes_ = maker_ && !has_adhesion_ && maker_->follow(row_models_, count);
+  makes_ = maker_ && !has_adhesion_ && maker_->follow(row_models_, count) &&
+           std::all_of(row_models_.begin(), row_models_.begin() + count,
+                       [&](const mjModel* m) { return solver_->has_noslip_of(*m); });
   lanes_.left_to_mujoco = lanes_.unlike;
   if (live() == 0) return 0;
   gather(input_);
