@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
@@ -384,18 +385,25 @@ struct Results {
 void compare(std::uint64_t seed, Results& results) {
   const std::string label = "seed " + std::to_string(seed);
   ++results.models;
+  std::shared_ptr<const Model> model;
   try {
-    const auto model = Model::parse(label, Generator(seed).text());
-    if (const std::string found = lanes::obstacle(*model); !found.empty()) {
-      ++results.obstacles;
-      return;
-    }
-    const std::string found = compare_in_lanes(model, kRows);
-    if (!found.empty()) results.failures += label + ": " + found + "\n";
+    model = Model::parse(label, Generator(seed).text());
   } catch (const Error& error) {
     std::printf("%s: %s\n", label.c_str(), error.what());
     ++results.refused;
+    return;
   }
+  if (!lanes::obstacle(*model).empty()) {
+    ++results.obstacles;
+    return;
+  }
+  std::string found;
+  try {
+    found = compare_in_lanes(model, kRows);
+  } catch (const Error& error) {
+    found = error.what();
+  }
+  if (!found.empty()) results.failures += label + ": " + found + "\n";
 }
 
 std::uint64_t first = 0;
