@@ -71,7 +71,8 @@ pub const MJENV_E_INTERNAL: mjenv_status = -18;
 #[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
 #[doc = " The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that"]
-#[doc = " Gymnasium returns; the library returns all fields as doubles, which represent their values exactly."]
+#[doc = " Gymnasium returns; the library returns fields as doubles, which represent their values exactly, but observations as"]
+#[doc = " floats if obs_dtype is FLOAT32."]
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 1;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 2;
@@ -89,7 +90,7 @@ pub const MJENV_DTYPE_NATIVE_INT: mjenv_dtype = 8;
 pub type mjenv_role = i32;
 #[doc = " the parts of an observation, in order"]
 pub const MJENV_ROLE_OBSERVATION: mjenv_role = 1;
-#[doc = " the actuators, one number each"]
+#[doc = " the numbers of an action: one for each actuator, or those of mjenv_build_action"]
 pub const MJENV_ROLE_ACTION: mjenv_role = 2;
 #[doc = " the info of a step"]
 pub const MJENV_ROLE_INFO: mjenv_role = 3;
@@ -411,7 +412,7 @@ pub struct mjenv_perturbation {
     pub reserved: i32,
     #[doc = " [action_noise_count] standard deviations of what is added to the action"]
     pub action_noise: *const f64,
-    #[doc = " 0: no noise; 1: the same for all actuators; or one for each"]
+    #[doc = " 0: no noise; 1: the same for all numbers of an action; or one for each"]
     pub action_noise_count: i64,
     #[doc = " [observation_noise_count] the same for the observation"]
     pub observation_noise: *const f64,
@@ -426,7 +427,7 @@ pub struct mjenv_perturbation {
     pub push_count: i64,
     #[doc = " [first_action_count] what reaches the task until the first delayed action does"]
     pub first_action: *const f64,
-    #[doc = " 0: zeros; 1: the same for all actuators; or one for each"]
+    #[doc = " 0: zeros; 1: the same for all numbers of an action; or one for each"]
     pub first_action_count: i64,
     #[doc = " 0: the delay is action_delay. Else it is drawn:"]
     #[doc = "integers(action_delay, max_action_delay + 1)"]
@@ -533,9 +534,9 @@ pub struct mjenv_render_settings {
     pub reserved: i32,
     #[doc = " a camera of the model; camera must then be MJENV_CAMERA_DEFAULT. NULL: camera is used"]
     pub camera_name: *const ::std::os::raw::c_char,
-    #[doc = " m; NaN: the median of the geoms' positions in the first state drawn"]
+    #[doc = " m; NaN: the median of the geoms' positions in the first state drawn; in a window: 0"]
     pub lookat: [f64; 3usize],
-    #[doc = " m; NaN: the model's extent"]
+    #[doc = " m; NaN: the model's extent; in a window: 2"]
     pub distance: f64,
     #[doc = " degrees; NaN: 90"]
     pub azimuth: f64,
@@ -786,7 +787,8 @@ extern "C" {
     pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Draws action[rows][actuators] as action_space.sample() does. Errors: SIZE (count), MODEL (infinite bounds)."]
+    #[doc = " Draws action[rows][n] as action_space.sample() does, for n numbers of an action. Errors: SIZE (count), MODEL"]
+    #[doc = " (infinite bounds)."]
     pub fn mjenv_sample_actions(env: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status;
 }
 extern "C" {
@@ -803,7 +805,7 @@ extern "C" {
     #[doc = " Steps rows. With the option \"autoreset_mode\" disabled, the default, a row whose episode has ended must be reset"]
     #[doc = " first; in the other modes, steps reset it. Actions must be finite. Otherwise the call fails and steps no row, unless"]
     #[doc = " the option \"strict\" is 0."]
-    #[doc = "   action    [rows][actuators] of dtype; count = rows * actuators. As in NumPy, results depend on the dtype"]
+    #[doc = "   action    [rows][n] of dtype, for n numbers of an action; count = rows * n. As in NumPy, results depend on the dtype"]
     #[doc = "   out       receives the outputs; may be NULL"]
     #[doc = " If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0."]
     #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK; those of resets."]
@@ -821,7 +823,7 @@ extern "C" {
     #[doc = " Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one"]
     #[doc = " thread, mjenv_recv steps the rows."]
     #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows"]
-    #[doc = "   action    [row_count][actuators] of dtype, copied: element i is for rows[i]; count = row_count * actuators"]
+    #[doc = "   action    [row_count][n] of dtype, copied: element i is for rows[i]; count = row_count * n"]
     #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice)."]
     pub fn mjenv_send(
         env: *mut mjenv_env,
@@ -856,7 +858,7 @@ extern "C" {
     #[doc = " Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends keeps its"]
     #[doc = " state; for its remaining steps, observation and flags are repeated, and rewards and infos are 0. If a row fails, its"]
     #[doc = " status at that step has the reason, and nothing is written for its later steps."]
-    #[doc = "   action    [rows][steps][actuators] of dtype; count = rows * steps * actuators"]
+    #[doc = "   action    [rows][steps][n] of dtype; count = rows * steps * n"]
     #[doc = "   out       of rows * steps rows: step t of row r is element r * steps + t. May be NULL"]
     #[doc = " Errors: as mjenv_step, and VALUE (steps < 1)."]
     pub fn mjenv_rollout(
@@ -941,7 +943,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Writes an array of rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a"]
+    #[doc = " Writes an array in rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a"]
     #[doc = " live parameter of the task (\"parameters.speed\"), which stays after resets; or the parameters from which resets draw"]
     #[doc = " item 0 of mjenv_randomize (\"draws[0]\")."]
     #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
@@ -1445,7 +1447,8 @@ pub struct mjenv_task {
     #[doc = "stand before it: \"dm_control/cheetah-run-v0\""]
     pub id: *const ::std::os::raw::c_char,
     #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
-    #[doc = "with \"/\", \"~\", or \".\", which is the folder of the shared object that contains step"]
+    #[doc = "with \"/\", \"~\" or \".\"; \".\" is the folder of the shared object that contains step (or"]
+    #[doc = "build, if step is NULL)"]
     pub model: *const ::std::os::raw::c_char,
     #[doc = " the text of an MJCF model, instead of model; give exactly one of the two"]
     pub model_text: *const ::std::os::raw::c_char,
@@ -1532,7 +1535,7 @@ pub struct mjenv_task {
     pub fixed_frame_skip: i32,
     #[doc = " Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step"]
     #[doc = " and before_substep, only these members of sim are valid: time, action, carried, parameters, the state and the"]
-    #[doc = " arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a number"]
+    #[doc = " arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a ctrl"]
     #[doc = " that is not finite, unless \"strict\" is 0. If lanes cannot finish the step of a row, the row is stepped again by"]
     #[doc = " MuJoCo, and both are called again with the same numbers."]
     pub before_step: ::std::option::Option<
@@ -1605,7 +1608,7 @@ extern "C" {
     #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;"]
     #[doc = " loading it again does nothing. Any thread may call this at any time."]
     #[doc = " path  a shared object that exports \"mjenv_tasks\" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable"]
-    #[doc = "       MJENV_TASKS lists, separated by \":\", which the first function that looks up an id also loads by itself"]
+    #[doc = "       MJENV_TASKS lists, separated by \":\"; the first function that looks up an id also loads them"]
     #[doc = " Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of"]
     #[doc = " mjenv_register_task. With NULL, all are TASK."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;

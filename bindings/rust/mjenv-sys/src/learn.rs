@@ -100,7 +100,7 @@ pub const MJENV_INSTRUCTIONS_NEON: mjenv_instructions = 4;
 pub type mjenv_learned = i32;
 #[doc = " that of the last update"]
 pub const MJENV_LEARNED_LAST: mjenv_learned = 1;
-#[doc = " that of the update after which the mean return of the last episodes was greatest"]
+#[doc = " that of the rollout at whose end the mean return of the last episodes was greatest"]
 pub const MJENV_LEARNED_BEST: mjenv_learned = 2;
 #[doc = " The precision in which a policy is evaluated."]
 pub type mjenv_precision = i32;
@@ -299,7 +299,8 @@ extern "C" {
         -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE."]
+    #[doc = " Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE,"]
+    #[doc = " VALUE (the library steps the rows, or a number is not finite)."]
     pub fn mjenv_learner_restart(
         learner: *mut mjenv_learner,
         obs: *const f64,
@@ -312,15 +313,16 @@ extern "C" {
     pub fn mjenv_learner_set_env(learner: *mut mjenv_learner, env: *mut mjenv_env) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces the settings from the next rollout on. These must stay as they are: id, rows, rollout_steps, activation,"]
-    #[doc = " hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads, instructions, window. Errors: VALUE."]
+    #[doc = " Replaces the settings at once, even in the middle of a rollout whose rows the caller steps. These must stay as they"]
+    #[doc = " are: id, rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads,"]
+    #[doc = " instructions, window. Errors: VALUE."]
     pub fn mjenv_learner_set(
         learner: *mut mjenv_learner,
         settings: *const mjenv_learn_settings,
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Describes the learner after its last update; before the first one, all means are NaN."]
+    #[doc = " Describes the learner after its last update; before the first one, all its doubles are NaN."]
     pub fn mjenv_learner_report(
         learner: *const mjenv_learner,
         report: *mut mjenv_learn_report,
@@ -343,8 +345,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Continues from a file of mjenv_learner_save, bit for bit. The learner must have been created for the same id, sizes"]
-    #[doc = " and spaces; other settings are those of the learner. Errors: FILE, SNAPSHOT (damaged, or of another id or size)."]
+    #[doc = " Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations"]
+    #[doc = " and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;"]
+    #[doc = " its other settings stay. Errors: FILE, SNAPSHOT (damaged, or of another learner)."]
     pub fn mjenv_learner_load(
         learner: *mut mjenv_learner,
         path: *const ::std::os::raw::c_char,
