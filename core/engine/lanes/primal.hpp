@@ -187,14 +187,15 @@ class LineSearch {
   }
 };
 
-// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG
+// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG. kPlain: Newton's method for dense Jacobians
+// and inequalities alone, for which the compiler leaves out the code for equalities, friction and elliptic cones.
+template <bool kPlain>
 class Primal : Constrained {
  public:
-  Primal(Lanes& d, Constraints& c)
-      : Constrained(d, c), is_newton_(m_.opt.solver == mjSOL_NEWTON), H_(c, nv_, c.H), Hcone_(c, nv_, c.Hcone) {}
+  Primal(Lanes& d, Constraints& c) : Constrained(d, c), H_(c, nv_, c.H), Hcone_(c, nv_, c.Hcone) {}
 
   void run() {
-    if (c_.is_sparse) {
+    if (is_sparse()) {
       leave_huge_sparse();
     } else {
       leave_huge(c_.J, size_ * nv_);
@@ -207,28 +208,32 @@ class Primal : Constrained {
   }
 
  private:
-  const bool is_newton_;
   SparseFactor H_, Hcone_;  // c_.H and c_.Hcone if Jacobians are sparse
   V cost_{}, gauss_[3]{};
   V product_{};              // of CG: the dot product of the gradient and the gradient preconditioned by M
   bool has_middle_ = false;  // whether a contact is in the middle zone of its cone
   LineSearch searches_[kWidth];
 
+  bool is_newton() const { return kPlain || m_.opt.solver == mjSOL_NEWTON; }
+  bool is_sparse() const { return !kPlain && c_.is_sparse; }
+  bool has_middle() const { return !kPlain && has_middle_; }
+  int bounded() const { return kPlain ? 0 : c_.bounded; }
+  int cones() const { return kPlain ? size_ : c_.cones; }
   V* of(double* numbers) const { return vectors(numbers); }
 
   // The cost that mj_constraintUpdate computes.
   V cost_of(const V* jar) const {
     V sum{};
-    for (int i = 0; i < c_.bounded; ++i) {
+    for (int i = 0; i < bounded(); ++i) {
       const V frictionloss = of(c_.frictionloss)[i], linear = frictionloss * jar[i];
       const V beyond = jar[i] >= of(c_.high)[i] ? of(c_.bend)[i] + linear : of(c_.bend)[i] - linear;
       sum += is_quadratic(i, jar[i]) ? 0.5 * of(c_.D)[i] * jar[i] * jar[i] : beyond;
     }
-    for (int i = c_.bounded; i < c_.cones; ++i) {
+    for (int i = bounded(); i < cones(); ++i) {
       const Mask is_satisfied = jar[i] >= V{};
       sum += is_satisfied ? V{} : 0.5 * vectors(c_.D)[i] * jar[i] * jar[i];
     }
-    for (int i = c_.cones; i < size_; i += c_.dims[i]) {
+    for (int i = cones(); i < size_; i += c_.dims[i]) {
       Mask is_quadratic = ~(jar[i] >= V{});
       if (c_.dims[i] > 1) {
         const Cone cone = cone_at(i, jar);
@@ -273,10 +278,10 @@ class Primal : Constrained {
   // CGupdateConstraint and mj_constraintUpdate
   void updateConstraint() {
     const V* const jar = of(c_.jar);
-    for (int i = 0; i < c_.bounded; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(is_quadratic(i, jar[i])));
-    for (int i = c_.bounded; i < c_.cones; ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
+    for (int i = 0; i < bounded(); ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(is_quadratic(i, jar[i])));
+    for (int i = bounded(); i < cones(); ++i) c_.quadratic[i] = static_cast<unsigned char>(bits(~(jar[i] >= V{})));
     has_middle_ = false;
-    for (int i = c_.cones; i < size_; i += c_.dims[i]) {
+    for (int i = cones(); i < size_; i += c_.dims[i]) {
       Mask is_quadratic = ~(jar[i] >= V{});
       c_.middle[i] = 0;
       if (c_.dims[i] > 1) {
@@ -295,15 +300,15 @@ class Primal : Constrained {
 
   void HessianDirect() {
     V* const H = of(c_.H);
-    if (c_.is_sparse) return HessianDirectSparse();
+    if (is_sparse()) return HessianDirectSparse();
     zero(H, nv_ * nv_);
     // mju_sqrMatTD, of the lower triangle
     for (int j = 0; j < size_; ++j) {
       if (!(c_.quadratic[j] & active_)) continue;
       const V jar = of(c_.jar)[j];
-      const Mask is_used = j < c_.bounded ? is_quadratic(j, jar)
-                           : j < c_.cones ? ~(jar >= V{})
-                                          : mask_of(c_.quadratic[j]);
+      const Mask is_used = j < bounded() ? is_quadratic(j, jar)
+                           : j < cones() ? ~(jar >= V{})
+                                         : mask_of(c_.quadratic[j]);
       const V D = is_used ? of(c_.D)[j] : V{};
       const V* const row = of(c_.J) + j * nv_;
       const int *const columns = c_.columns + j * nv_, count = c_.column_counts[j];
@@ -384,7 +389,7 @@ class Primal : Constrained {
   void HessianCone() {
     V *const Hcone = of(c_.Hcone), *const LTJ = of(c_.LTJ);
     copy(Hcone, of(c_.H), nv_ * nv_);
-    for (int i = c_.cones; i < size_; i += c_.dims[i]) {
+    for (int i = cones(); i < size_; i += c_.dims[i]) {
       if (!(c_.middle[i] & active_)) continue;
       const int dim = c_.dims[i];
       const Mask is_middle = mask_of(c_.middle[i]);
@@ -401,7 +406,7 @@ class Primal : Constrained {
         }
       }
       for (int r = 0; r < dim; ++r)
-        if (c_.is_sparse)
+        if (is_sparse())
           update_cone(i, LTJ + r * nv_);
         else
           cholUpdate(Hcone, LTJ + r * nv_, nv_, V{} == V{});
@@ -429,7 +434,7 @@ class Primal : Constrained {
     for (;;) {
       unsigned plus = 0;
       bool has_change = false;
-      if (c_.is_sparse)
+      if (is_sparse())
         H_.begin_vector(vec);
       else
         zero(vec, nv_);
@@ -442,8 +447,8 @@ class Primal : Constrained {
         plus |= (c_.quadratic[i] >> lane & 1u) << lane;
         const double scale = std::sqrt(c_.D[i * kWidth + lane]);
         const auto set = [&](int k) { numbers[k * kWidth + lane] = c_.J[(i * nv_ + k) * kWidth + lane] * scale; };
-        for (int k = 0; k < nv_ && !c_.is_sparse; ++k) set(k);
-        for (int n = 0; n < c_.column_counts[i] && c_.is_sparse; ++n) {
+        for (int k = 0; k < nv_ && !is_sparse(); ++k) set(k);
+        for (int n = 0; n < c_.column_counts[i] && is_sparse(); ++n) {
           const int k = c_.columns[i * nv_ + n];
           set(k);
           H_.add_element(k, 1U << lane);
@@ -451,7 +456,7 @@ class Primal : Constrained {
         ++i;
       }
       if (!has_change) return;
-      leave(c_.is_sparse ? H_.update(vec, mask_of(plus)) : cholUpdate(of(c_.H), vec, nv_, mask_of(plus)));
+      leave(is_sparse() ? H_.update(vec, mask_of(plus)) : cholUpdate(of(c_.H), vec, nv_, mask_of(plus)));
     }
   }
 
@@ -467,7 +472,7 @@ class Primal : Constrained {
       quad[3 * i + 1] = Jv[i] * DJ0;
       quad[3 * i + 2] = Jv[i] * D * Jv[i] * 0.5;
     }
-    for (int i = c_.cones; i < size_; i += c_.dims[i])
+    for (int i = cones(); i < size_; i += c_.dims[i])
       if (c_.dims[i] > 1) prepare_cone(i);
   }
 
@@ -518,7 +523,7 @@ class Primal : Constrained {
     for (int lane = 0; lane < kWidth; ++lane) alpha[lane] = searches_[lane].alpha();
     const V *const jar = of(c_.jar), *const Jv = of(c_.Jv), *const quad = of(c_.quad);
     V sum0 = gauss_[0], sum1 = gauss_[1], sum2 = gauss_[2];
-    for (int i = 0; i < c_.bounded; ++i) {
+    for (int i = 0; i < bounded(); ++i) {
       const V frictionloss = of(c_.frictionloss)[i], bound = of(c_.high)[i], x = jar[i] + alpha * Jv[i];
       const Mask is_inside = is_quadratic(i, x), is_above = x >= bound, has_friction = frictionloss > V{};
       const V bent = -0.5 * bound, slope = frictionloss * Jv[i];
@@ -532,9 +537,9 @@ class Primal : Constrained {
       sum1 = is_active ? sum1 + quad[3 * i + 1] : sum1;
       sum2 = is_active ? sum2 + quad[3 * i + 2] : sum2;
     };
-    for (int i = c_.bounded; i < c_.cones; ++i) add(i, jar[i] + alpha * Jv[i] < V{});
+    for (int i = bounded(); i < cones(); ++i) add(i, jar[i] + alpha * Jv[i] < V{});
     V of_cones[3]{};
-    for (int i = c_.cones; i < size_; i += c_.dims[i])
+    for (int i = cones(); i < size_; i += c_.dims[i])
       add(i, c_.dims[i] > 1 ? evaluate_cone(i, alpha, of_cones) : jar[i] + alpha * Jv[i] < V{});
     const V cost = of_cones[0] + (alpha * alpha * sum2 + alpha * sum1 + sum0);
     const V slope = of_cones[1] + (2.0 * alpha * sum2 + sum1);
@@ -580,13 +585,13 @@ class Primal : Constrained {
   // The end of CGupdateGradient, and the new search direction, which follows from the gradient. is_first: before the
   // first iteration.
   void updateSearch(bool is_first) {
-    if (!is_newton_) return updateConjugate(is_first);
+    if (!is_newton()) return updateConjugate(is_first);
     V* const vec = of(c_.search);
-    if (has_middle_) HessianCone();
-    if (c_.is_sparse)
-      (has_middle_ ? Hcone_ : H_).solve(vec, of(c_.grad));
+    if (has_middle()) HessianCone();
+    if (is_sparse())
+      (has_middle() ? Hcone_ : H_).solve(vec, of(c_.grad));
     else
-      cholSolve(vec, of(has_middle_ ? c_.Hcone : c_.H), of(c_.grad), nv_);
+      cholSolve(vec, of(has_middle() ? c_.Hcone : c_.H), of(c_.grad), nv_);
     for (int i = 0; i < nv_; ++i) vec[i] *= -1.0;
   }
 
@@ -631,7 +636,7 @@ class Primal : Constrained {
     leave(bits(~(abs(cost_) <= splat(kHuge))) & active_);
     active_ &= ~ended;
     if (active_ == 0) return;
-    if (is_newton_) HessianDirect();
+    if (is_newton()) HessianDirect();
     updateGradient();
     updateSearch(true);
     while (active_ != 0) {
@@ -649,14 +654,19 @@ class Primal : Constrained {
         if (active_ >> lane & 1 && ++c_.iterations[lane] == c_.most[lane]) has_converged |= 1u << lane;
       active_ &= ~has_converged;
       if (active_ == 0) return;
-      if (is_newton_) HessianIncremental(c_.old);
+      if (is_newton()) HessianIncremental(c_.old);
       updateSearch(false);
     }
   }
 };
 
-void solNewton(Lanes& d, Constraints& c) { Primal(d, c).run(); }
-void solCG(Lanes& d, Constraints& c) { Primal(d, c).run(); }
+void solNewton(Lanes& d, Constraints& c) {
+  if (c.bounded == 0 && c.cones == c.size && !c.is_sparse)
+    Primal<true>(d, c).run();
+  else
+    Primal<false>(d, c).run();
+}
+void solCG(Lanes& d, Constraints& c) { Primal<false>(d, c).run(); }
 
 }  // namespace
 }  // namespace mjenv::core::lanes
