@@ -431,6 +431,6 @@ mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::
 mjenv_status mjenv_restore(mjenv_env* env, std::int64_t row, const void* image, std::int64_t size_bytes) {
   return change_env(env, [&](Env& e) {
     need_memory(image, 1, "image");
-    e.restore(row, image, size_of(size_bytes, "size_bytes"));
+    e.restore(row, image, size_of(size_bytes, "image"));
   });
 }

@@ -189,7 +189,8 @@ void Learner::set(const Settings& settings) {
   observations_.set_clip(settings->obs_clip);
 }
 
-// Calls body(worker, from, count) for blocks of rows. The threads share them if that takes longer than waking them.
+// Calls body(worker, from, count) for blocks of rows. The threads share them if the work takes longer than waking the
+// threads.
 template <typename Body>
 void Learner::for_row_blocks(int rows, const Network& network, const Body& body) {
   const int threads = pool_.threads();

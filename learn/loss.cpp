@@ -86,7 +86,8 @@ void Loss::share(const Task& task, int worker) {
   for (int i = first; i < end; ++i) {
     const Job job = job_at(i);
     Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
-    // A thread that has computed all parts before this one adds it to them: the memory of two parts stays in the cache.
+    // A thread that has computed all parts before this one adds it to their sum. So it uses the memory of only two parts,
+    // which stays in the cache.
     const bool follows = job.part > 0 && i - first >= job.part;
     Part& part = parts_[static_cast<std::size_t>(follows ? 1 : job.part)];
     differentiate(task, job, part, scratch);

@@ -177,7 +177,7 @@ inline void reset_for_constants(const mjModel& m, mjData& d) {
 
 // ---- Geom pairs ----
 
-// Whether collision detection sorts the geom pairs of two bodies by their types.
+// Whether collision detection sorts the geom pairs of two bodies by the geoms' numbers.
 constexpr bool kSortsPairs = false;
 
 // Whether the model has a setting that changes which pairs this version finds.

@@ -178,7 +178,7 @@ inline void reset_for_constants(const mjModel& m, mjData& d) { mj_resetData(&m, 
 
 // ---- Geom pairs ----
 
-// Whether collision detection sorts the geom pairs of two bodies by their types.
+// Whether collision detection sorts the geom pairs of two bodies by the geoms' numbers.
 constexpr bool kSortsPairs = true;
 
 // Whether the model has a setting that changes which pairs this version finds.

@@ -148,7 +148,7 @@ class Work {
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
   // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state.
-  // Rows do not store these: lanes do not compute them, and they follow from the new state.
+  // Rows do not store the latter: lanes do not compute them, and they follow from the new state.
   std::uint8_t step_warnings() const { return static_cast<std::uint8_t>(warnings() & ~only_new_state_warnings_); }
   std::uint8_t new_state_warnings() const { return new_state_warnings_; }
   static bool are_warnings(std::uint8_t kinds);  // whether MuJoCo has all these kinds

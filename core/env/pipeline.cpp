@@ -138,8 +138,8 @@ void Pipeline::receive(std::int64_t least, double timeout, std::int64_t* rows, s
   workers_.pool().check_here();
   if (count_ == 0) fail(MJENV_E_NOT_PENDING, "no rows are under way: send some first");
   if (least < 0 || least > count_)
-    fail(MJENV_E_SIZE, "least is " + std::to_string(least) + ", not 0 to the " + std::to_string(count_) +
-                           " row(s) that are under way");
+    fail(MJENV_E_SIZE, "least is " + std::to_string(least) + ", not 0 to " + std::to_string(count_) +
+                           ", the number of rows under way");
   if (capacity < std::max<std::int64_t>(least, 1))
     fail(MJENV_E_SIZE, "capacity is " + std::to_string(capacity) +
                            ", but must be at least 1, and at least the argument \"least\", which is " +

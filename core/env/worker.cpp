@@ -44,8 +44,8 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
     for (const OwnValues& own : own_values_)
       if (own.is_force) save_input(rows, row, own.array->offset, own.before.data(), own.array->bytes);
   // If MuJoCo reset the simulation during this step, it cleared the inputs. The inputs with which the last mj_step began
-  // are kept, so that it can be repeated. This is not needed if they were the cleared ones: if the reset came before the
-  // last mj_step, and no before_substep has run since.
+  // are kept, so that it can be repeated. This is not needed if it began with cleared inputs, because the reset came
+  // before it and no before_substep has run since.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
     if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
     rows.clear_inputs(row);

@@ -129,7 +129,7 @@ class Worker {
   struct OwnValues {
     const OwnArray* array;
     bool is_force;
-    // Whether MuJoCo has float32 numbers, so that what the task writes to `values` is converted. Otherwise, if the
+    // Whether MuJoCo's array is float32, so that what the task writes to `values` is converted. Otherwise, if the
     // array is of mjModel, a reset writes directly to the block that MuJoCo reads.
     bool is_converted;
     std::vector<double> values, before;

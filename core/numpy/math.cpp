@@ -10,8 +10,9 @@ namespace mjenv::core::np {
 namespace {
 
 // The values that the variable OPENBLAS_CORETYPE may have in OpenBLAS 0.3.29, which NumPy 2.2.6 contains, and whether
-// their kernels use fused multiply-add. SapphireRapids is missing because OpenBLAS does not know this value and chooses
-// by the CPU. Kernels for CPUs before Nehalem are missing because they add in an order that Norm does not reproduce.
+// their kernels fuse every multiply-add (Norm). SapphireRapids is missing because OpenBLAS does not know this value and
+// chooses by the CPU. Kernels for CPUs before Nehalem are missing because they add in an order that Norm does not
+// reproduce.
 struct Kernel {
   const char* name;
   bool fused;

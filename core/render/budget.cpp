@@ -26,7 +26,7 @@ constexpr double kBytesPerPixel = 8;
 double cells(const mjtNum* size, int axis) {
   const double half = size[axis];
   const double cell = std::max({size[2], half / (mjMAXPLANEGRID - 2), mjMINVAL});
-  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2)  // inf / inf: mjMAXPLANEGRID
+  return half > 0 ? std::min<double>(mjMAXPLANEGRID, std::floor(half / cell) + 2)  // inf / inf is NaN: min ignores it
                   : mjMAXPLANEGRID;
 }
 

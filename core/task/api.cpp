@@ -118,8 +118,8 @@ void random_state(mjenv_builder* builder) {
 
 Random& cast(mjenv_random* random) { return *static_cast<Random*>(random); }
 
-// Records why a draw or a simulation failed, so that the callback fails: NumPy or MuJoCo would raise an error, the
-// callback may not call the function, or memory or entropy was lacking.
+// Records why a draw or a simulation failed, so that the callback fails. Reasons: NumPy would refuse the arguments,
+// MuJoCo failed, the callback must not call the function, or memory or entropy was lacking.
 template <typename T>
 T refuse_draw(mjenv_random* random, const char* why, T fallback, mjenv_status status = MJENV_E_TASK) {
   if (cast(random).failure == MJENV_OK) {

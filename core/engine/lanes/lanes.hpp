@@ -330,11 +330,11 @@ struct Constraints {
   unsigned char *dims, *middle;
   double *scale, *Hcone, *LTJ;
 
-  // Not for PGS. quad is [size][3]. quadratic and old: for each place, the lanes, as bits, whose cost is quadratic now,
-  // and was before the last move.
+  // Not for PGS. quad is [size][3]. quadratic: for each place, the lanes, as bits, whose cost is quadratic; old: the same
+  // before the last move.
   double *Jv, *quad, *Ma, *Mv, *grad, *search;
   unsigned char *quadratic, *old;
-  // Only for Newton's method. H is [nv][nv], and vec is the vector of a rank-one update of H, which overwrites it.
+  // Only for Newton's method. H is [nv][nv]. vec: the vector of a rank-one update of H; the update overwrites vec.
   double *vec, *H;
   // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
   double *Mgrad, *Mgraddif;

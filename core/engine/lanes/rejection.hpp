@@ -1,5 +1,5 @@
-// Finds the pairs of geoms that certainly do not touch, for several rows at once. The results have MuJoCo's bits for
-// the reasons that functions.hpp gives.
+// Finds the pairs of geoms that certainly do not touch, for several rows at once. The test of bounding spheres decides
+// as MuJoCo's does; that of boxes is not MuJoCo's, and leaves room for rounding errors.
 #pragma once
 
 #include "engine/lanes/functions.hpp"

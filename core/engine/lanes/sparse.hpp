@@ -43,8 +43,8 @@ inline V sum_of_blocks(const V* products, const unsigned char* lanes, int n) {
   return has_any ? (sums[0] + sums[2]) + (sums[1] + sums[3]) : V{};
 }
 
-// The sum that mju_dotSparse computes, where lanes lack some of the products, so that the others are at other places in
-// its partial sums. lanes: for each product, the lanes, as bits, that have it.
+// The sum that mju_dotSparse computes, where a lane may lack some of the products, so that its other products belong to
+// other partial sums. lanes: for each product, the lanes, as bits, that have it.
 V sum_of_each(const V* products, const unsigned char* lanes, int n) {
   bool has_blocks = n % 4 == 0;  // the same lanes have all four products of a block, as with most contacts
   for (int i = 0; i < n && has_blocks; ++i) has_blocks = lanes[i] == lanes[i & ~3];
@@ -215,8 +215,8 @@ class SparseFactor {
   }
 
  private:
-  // Subtracts from the rows above what a row of the factor, which has these values in these columns, contributes. Two
-  // rows at a time are faster.
+  // Subtracts from the rows above the contribution of a row of the factor, given its values and their columns. Two rows
+  // at a time are faster.
   void subtract(const V* values, const int* columns, int count) const {
     int i = 0;
     for (; i + 1 < count; i += 2) {

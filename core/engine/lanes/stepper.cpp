@@ -875,8 +875,8 @@ void LaneStepper::collide() {
   });
 }
 
-// Calls mj_collision row by row, with MuJoCo's own search for pairs. If the model has a list of pairs, lanes do not
-// compute the frames of geoms that only the search reads, so this does.
+// Calls mjenv_collision row by row, which looks for pairs itself. If the model has a list of pairs, lanes do not compute
+// the frames of geoms that only such a search reads, so this does.
 void LaneStepper::search() {
   scatter(searches_ ? for_geoms_ : poses_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {

@@ -13,8 +13,8 @@ namespace mjenv::core {
 // Refuses a model or one of its files.
 [[noreturn]] inline void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
 
-// Reads a regular file. Fails with the status `unreadable` if the file cannot be opened or read, otherwise with
-// MJENV_E_MODEL.
+// Reads a file. Fails with `unreadable` if it is no regular file or cannot be opened or read, and with MJENV_E_MODEL if
+// it has more than max_bytes.
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
                       mjenv_status unreadable = MJENV_E_MODEL);
 
