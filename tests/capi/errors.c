@@ -332,7 +332,7 @@ static void test_negative_counts(void** state) {
     assert_refused(wanted, mjenv_set_state(b->env, 0, values, 6, values, n), "count of qvel");
     assert_refused(wanted, mjenv_simulate(b->env, 0, values, n, 1), "count of ctrl");
     assert_refused(wanted, mjenv_snapshot(b->env, 0, values, n, &count), "less than 0");
-    assert_refused(wanted, mjenv_restore(b->env, 0, values, n), "size_bytes");
+    assert_refused(wanted, mjenv_restore(b->env, 0, values, n), "count of image");
     assert_refused(wanted, mjenv_randomize(b->env, NULL, n), "count");
     mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
     perturbation.push_count = n;
