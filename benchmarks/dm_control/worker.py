@@ -46,22 +46,22 @@ def of_suite(suite: Any, task: str) -> Task:
     return Task(spec.shape, spec.minimum, spec.maximum, step)
 
 
-def dm_control(task: str) -> Task:
+def their_suite() -> Any:
     from dm_control import suite
 
-    if task == "quadruped-escape":  # it shows its terrain to OpenGL, which is off here
-        suite.quadruped.Physics.contexts = None
-    return of_suite(suite, task)
+    suite.quadruped.Physics.contexts = None  # quadruped-escape shows its terrain to OpenGL, which is off here
+    return suite
+
+
+def dm_control(task: str) -> Task:
+    return of_suite(their_suite(), task)
 
 
 def mj_step(task: str) -> Task:
     """MuJoCo's part of dm_control's steps alone, in MuJoCo's own library."""
     import mujoco
-    from dm_control import suite
 
-    if task == "quadruped-escape":
-        suite.quadruped.Physics.contexts = None
-    env = suite.load(*task.split("-"), task_kwargs={"random": 1})
+    env = their_suite().load(*task.split("-"), task_kwargs={"random": 1})
     env.reset()
     spec = env.action_spec()
     physics, frames, left = env.physics, env._n_sub_steps, itertools.cycle(reversed(range(EPISODE)))

@@ -222,8 +222,8 @@ static void cross_surface(const struct ray* ray, const struct field* field, cons
   }
 }
 
-// Whether a point of a side is below the edge of the surface. place: how many vertices it is from the beginning of the side.
-// Like MuJoCo, takes the sides normal to x from the wrong places if there are not as many rows as columns.
+// Whether a point of a side is below the edge of the surface. place: how many vertices it is from the beginning of the
+// side. Like MuJoCo, takes the sides normal to x from the wrong places if there are not as many rows as columns.
 static int is_below_edge(const mjModel* m, const struct field* field, int face, mjtNum place, mjtNum height) {
   const int is_x = face < 2, count = is_x ? field->rows : field->columns;
   const mjtNum first = mju_max(0, mju_min(count - 2, floor(place)));
