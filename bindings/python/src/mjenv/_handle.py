@@ -269,7 +269,7 @@ class Rows:
     # ---- calls ----
 
     def enter(self) -> Turn:
-        """Takes the turn to call the library. A try statement with `finally: rows.leave(turn)` has to follow.
+        """Takes the turn to call the library, which is given back as _turns.py shows.
 
         Raises BusyError if another call has the turn.
         """
@@ -287,11 +287,11 @@ class Rows:
 
     def call(self, function: Callable[..., int], *arguments: Any) -> None:
         """Calls function(handle, *arguments) and raises unless it returns MJENV_OK."""
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             self.check(function(self.pointer, *arguments))
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         """The same call as a function, with arguments that are converted once. Its caller must have the turn."""
@@ -307,11 +307,11 @@ class Rows:
 
     def close(self) -> None:
         """Frees the handle. Closing twice is fine."""
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             self.closed, self._pointer, self._owned = True, None, None
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     # ---- outputs of all rows; the caller must have the turn ----
 
@@ -355,23 +355,23 @@ class Rows:
 
     def lanes(self) -> tuple[int, str]:
         """How many rows a thread steps together, and why rows are stepped one by one."""
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             info = self._info()
             return info.lanes, _text(info.lanes_reason)
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     def lane_stages(self) -> dict[str, str]:
         """How lanes compute each stage of a step."""
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             text = self.engine.mjenv_lane_stages_of(self.pointer)
             if text is None:
                 raise self.engine.last_error(Status.E_ARGUMENT)
             return dict(line.split(": ", 1) for line in _text(text).splitlines())
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     def _info(self) -> Any:
         """The mjenv_info. The caller must have the turn."""
@@ -382,11 +382,11 @@ class Rows:
     def fields(self, role: Role) -> tuple[Field, ...]:
         """The fields of a role. They are read once, because DATA and MODEL have hundreds."""
         if role not in self._fields:
-            turn = self.enter()
+            turn = [self.enter()]
             try:
                 self._fields[role] = tuple(self._read_fields(role))
             finally:
-                self.leave(turn)
+                self.leave(turn.pop())
         return self._fields[role]
 
     def _read_fields(self, role: Role) -> Iterator[Field]:
@@ -411,14 +411,14 @@ class Rows:
     def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
         """The lower and the upper bounds of the space of observations or actions, in its shape."""
         space = _struct(_abi.mjenv_space)
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
             low, high = (np.array(bounds[: space.count], np.float64) for bounds in (space.low, space.high))
             shape = tuple(space.shape[: space.ndim])
             return low.reshape(shape), high.reshape(shape)
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     def timestep(self, row: int = 0) -> float:
         """The seconds that one mj_step simulates."""
@@ -431,13 +431,13 @@ class Rows:
 
     def object_name(self, kind: str, index: int) -> str:
         name = c_char_p()
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             status = self.engine.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
             self.check(Status.E_NAME if status == Status.E_VALUE else status)
             return _text(name.value)
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     # ---- random streams ----
 
@@ -595,13 +595,13 @@ class Rows:
 
     def snapshot(self, row: int) -> bytes:
         size = c_int64()
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             self.check(self.engine.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))
             image = ctypes.create_string_buffer(size.value)
             self.check(self.engine.mjenv_snapshot(self.pointer, row, image, size, byref(size)))
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
         return image.raw
 
     def restore(self, row: int, image: bytes) -> None:

@@ -455,10 +455,14 @@ class NumpyRows(Rows):
             del self._due[row]
 
     def enter(self) -> Turn:
-        turn = super().enter()
-        if self._due and self._pointer is not None:
-            self._give_due_streams()
-        return turn
+        turn = [super().enter()]
+        try:
+            if self._due and self._pointer is not None:
+                self._give_due_streams()
+        except BaseException:
+            self.leave(turn.pop())
+            raise
+        return turn.pop()
 
     def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
         """The rows' random streams, as Generators of NumPy."""
@@ -501,12 +505,12 @@ class NumpyRows(Rows):
         self._changed(row)
 
     def _changed(self, row: int) -> None:
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             self._read_row(row)
             self._carry(np.arange(self.count) == row)
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
@@ -548,14 +552,14 @@ class NumpyRows(Rows):
         self._read_parameters()
         for of_row in range(self.count):
             self._read_own(of_row)
-        turn = self.enter()
+        turn = [self.enter()]
         try:
             if row == _abi.ALL_ROWS:
                 self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
             else:
                 self._read_row(row)
         finally:
-            self.leave(turn)
+            self.leave(turn.pop())
 
     def __reduce__(self) -> tuple[Any, ...]:
         image = self.snapshot(_abi.ALL_ROWS)

@@ -106,14 +106,14 @@ class Pictures:
         return self._picture(row)
 
     def _show(self, row: int) -> None:
-        turn = self._rows.enter()
+        turn = [self._rows.enter()]
         try:
             if row not in self._windows:
                 env = self._rows.pointer
                 self._windows[row] = _Window(self._rows.engine, env, self._settings(env, _FREE))
             self._windows[row].draw(row)
         finally:
-            self._rows.leave(turn)
+            self._rows.leave(turn.pop())
 
     def _picture(self, row: int) -> Picture:
         if self._camera is None:
@@ -122,7 +122,7 @@ class Pictures:
         # the model has height fields, because a renderer keeps those of the row that it drew first.
         looks_once = self._camera == _FREE and "lookat" not in (self.camera_config or {})
         place = row if looks_once or self._has_height_fields() else 0
-        turn = self._rows.enter()
+        turn = [self._rows.enter()]
         try:
             if place not in self._renderers:
                 env = self._rows.pointer
@@ -132,7 +132,7 @@ class Pictures:
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
             self._renderers[place].draw(row, rgb, depth)
         finally:
-            self._rows.leave(turn)
+            self._rows.leave(turn.pop())
         if rgb is None:
             assert depth is not None
             return depth

@@ -136,7 +136,7 @@ class Pool:
         address, size, code = action.ctypes.data, action.size, FLOATS[action.dtype]
         # If an interrupt comes when the call returns, the rows are under way, and status keeps this value.
         status: int = Status.OK
-        turn = self.rows.enter()
+        turn = [self.rows.enter()]
         try:
             env = self.rows.pointer
             try:
@@ -147,7 +147,7 @@ class Pool:
                     self._sent_float32[part] = action.dtype == np.float32
             self.rows.check(status)
         finally:
-            self.rows.leave(turn)
+            self.rows.leave(turn.pop())
 
     def receive(self, least: int | None) -> tuple[NDArray[np.int64], Error | None]:
         """Waits for `least` rows under way; None: for all.

@@ -69,9 +69,9 @@ class Step(Generic[Results]):
         if actions.shape != self._shape:  # type: ignore[union-attr]
             raise wrong_shape(actions, self._shape, self._rows)
         try:
-            turn = self._take()
+            turn = [self._take()]
         except IndexError:
-            turn = self._rows.enter()
+            turn = [self._rows.enter()]
         try:
             if self._rows.closed:
                 raise self._rows.gone()
@@ -91,7 +91,7 @@ class Step(Generic[Results]):
                     del error  # breaks the cycle of error, traceback and frame
             return results()
         finally:
-            self._give_back(turn)
+            self._give_back(turn.pop())
 
 
 def float_array(actions: ArrayLike) -> NDArray[Any]:

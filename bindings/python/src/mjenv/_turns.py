@@ -2,11 +2,11 @@
 
 A caller takes the handle's turn, calls the library, and gives the turn back:
 
-    turn = turns.take()
+    turn = [turns.take()]
     try:
         ...
     finally:
-        turns.give_back(turn)
+        turns.give_back(turn.pop())
 
 KeyboardInterrupt can come when any function returns, also when `take` returns, before its result is assigned and the
 try statement begins. A lock would then stay locked for ever. Not even `with lock:` prevents this: since Python 3.14, an
@@ -15,6 +15,9 @@ interrupt can come after `with` has taken the lock and before the first line of 
 So a turn is an object. If an interrupt comes before the try statement, Python drops the object, as it drops every
 result that is not assigned, and Turn.__del__ appends to a list, from which the next turn is made. Taking, giving back,
 dropping and making a turn are one call of a function in C each, which no interrupt can divide.
+
+The turn is in a list and leaves it when it is given back, because Python would not drop a turn that a variable of an
+earlier caller still refers to: whoever keeps an exception keeps the variables of all functions that it went through.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class _Exchange:
 
     def reset(self) -> tuple[Any, Info]:
         """Begins an episode."""
-        turn = self._rows.enter()
+        turn = [self._rows.enter()]
         try:
             if self._rows.closed:
                 raise self._rows.gone()
@@ -98,7 +98,7 @@ class _Exchange:
                 raise self._rows.engine.last_error(status)
             return self.observations.copy(self._reset_batch.obs[0]), self._reset_info.read(self._reset_batch.info)
         finally:
-            self._rows.leave(turn)
+            self._rows.leave(turn.pop())
 
 
 class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):

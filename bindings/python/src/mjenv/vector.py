@@ -139,13 +139,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         pool.reseed(seed, mask)
         if mask is not None and pool.stale:
             self.observe()
-        turn = pool.rows.enter()
+        turn = [pool.rows.enter()]
         try:
             pool.rows.reset(mask, pool.out)
             pool.stale = False
             results = self._observations(), pool.outputs.reset_infos(mask)
         finally:
-            pool.rows.leave(turn)
+            pool.rows.leave(turn.pop())
         if self._in_windows:
             self.render()
         return results
@@ -202,7 +202,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         if wanted is not None and wanted < 0:
             raise InvalidValueError(f"least is {wanted}, less than 0", Status.E_VALUE)
         pool = self._pool
-        turn = pool.rows.enter()
+        turn = [pool.rows.enter()]
         try:
             rows, failure = pool.receive(wanted)
             outputs = pool.outputs
@@ -210,7 +210,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
             obs = outputs.observations.view(outputs.obs[rows])
             results = obs, outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
         finally:
-            pool.rows.leave(turn)
+            pool.rows.leave(turn.pop())
         if failure:
             failure.results = (rows, *results)
             try:
@@ -247,12 +247,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
-        turn = pool.rows.enter()
+        turn = [pool.rows.enter()]
         try:
             pool.stale = True
             pool.rows.rollout(action, steps, byref(out.struct))
         finally:
-            pool.rows.leave(turn)
+            pool.rows.leave(turn.pop())
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
         if not observations:
@@ -262,13 +262,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def observe(self) -> Any:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
-        turn = pool.rows.enter()
+        turn = [pool.rows.enter()]
         try:
             pool.rows.observe(pool.out)
             pool.stale = False
             return self._observations()
         finally:
-            pool.rows.leave(turn)
+            pool.rows.leave(turn.pop())
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike, mask: BoolArray | None = None) -> None:
         """Sets qpos (num_envs, nq) and qvel (num_envs, nv) of the rows where mask is True, of all rows without a mask.

@@ -220,11 +220,11 @@ class Physics:
         """The library's observation of the present state: all terms, one after the other."""
         env = self._env
         batch = Batch(1, env.observation_space.shape, 0)
-        turn = env._rows.enter()
+        turn = [env._rows.enter()]
         try:
             env._rows.observe(byref(batch.struct))
         finally:
-            env._rows.leave(turn)
+            env._rows.leave(turn.pop())
         observation: NDArray[np.float64] = batch.obs[0]
         return observation
 
@@ -298,7 +298,7 @@ class Physics:
         flags = tuple(sorted(_flag(key, value) for key, value in (render_flag_overrides or {}).items()))
         renderer = self._renderer((height, width, camera, _shown(scene_option), flags))
         rows = self._env._rows
-        turn = rows.enter()
+        turn = [rows.enter()]
         try:
             if segmentation:
                 objects = np.empty((height, width, 2), np.int32)
@@ -311,7 +311,7 @@ class Physics:
             buffer = np.empty((height, width), np.float32)
             renderer.draw(self._env._row, None, buffer)
         finally:
-            rows.leave(turn)
+            rows.leave(turn.pop())
         extent, planes = self.model.stat.extent, self.model.vis.map
         near, far = planes.znear * extent, planes.zfar * extent
         metres: NDArray[np.float32] = near / (1 - buffer * (1 - near / far))
@@ -333,7 +333,7 @@ class Physics:
         free |= {"azimuth": view.azimuth, "elevation": view.elevation}
         rows = self._env._rows
         pictures = Pictures(rows, "rgb_array", width, height, max_geom=_MAX_GEOM, default_camera_config=free)
-        turn = rows.enter()
+        turn = [rows.enter()]
         try:
             settings = pictures._settings(rows.pointer, camera)
             if shown is None:
@@ -344,7 +344,7 @@ class Physics:
                 setattr(settings, name, value)
             return Renderer(rows.engine, rows.pointer, settings)
         finally:
-            rows.leave(turn)
+            rows.leave(turn.pop())
 
 
 def _shown(option: Any) -> Any:
