@@ -454,8 +454,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
 }
 
 // Returns whether the rows have the shared model's values. must_hold: gathers the rows' values, unless they are the
-// shared ones and the lanes hold those already. All rows have their own values of the same arrays, so the first row's
-// pointers tell for all.
+// shared ones and the lanes hold those already. Either all rows have a copy of an array or none has, so the first
+// row's pointers tell for all.
 template <typename Own>
 bool LaneStepper::gather_own(Own& own, bool must_hold) {
   const bool are_shared = own.of(*row_models_[0]) == own.of(m_);
