@@ -10,26 +10,13 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from dm_control import suite as theirs
 from test_physics import UNCOMPARED
-from test_suite import assert_same_step
+from test_suite import assert_same_step, pair
 
 import mjenv
 from compiled_model import differences, fields
 from conftest import actions
 from mjenv.dm_control import suite as ours
-
-
-def pair(task: tuple[str, str], steps: int = 3) -> tuple[Any, Any]:
-    envs = ours.load(*task, {"random": 3}), theirs.load(*task, {"random": 3})
-    draw = actions(envs[1], 3)
-    for env in envs:
-        env.reset()
-    for _ in range(steps):
-        action = draw()
-        for env in envs:
-            env.step(action)
-    return envs
 
 
 # Tasks whose resets change the model: springs, tendons, the ground.
@@ -49,7 +36,7 @@ def test_model(task: tuple[str, str]) -> None:
     "task", [("humanoid", "walk"), ("quadruped", "fetch"), ("manipulator", "bring_peg")], ids="-".join
 )
 def test_data(task: tuple[str, str]) -> None:
-    envs = pair(task)
+    envs = pair(task, 3)
     got, want = (env.physics.data.ptr for env in envs)
     compared = 0
     for name in dir(envs[0].physics.data):
@@ -115,7 +102,7 @@ def turn_and_push(physics: Any) -> None:
 @pytest.mark.parametrize("write", [push, move, accelerate, forward, step, turn_and_push])
 def test_writes(write: Callable[[Any], None]) -> None:
     """What is written to data.ptr acts on the next step, as in dm_control."""
-    envs = pair(("humanoid", "walk"))
+    envs = pair(("humanoid", "walk"), 3)
     draw = actions(envs[1], 4)
     for _ in range(5):
         for env in envs:
@@ -134,7 +121,7 @@ def test_writes(write: Callable[[Any], None]) -> None:
 
 def test_other_readers() -> None:
     """Observations, pictures and copies of the simulation see what was written, too."""
-    envs = pair(("humanoid", "walk"))
+    envs = pair(("humanoid", "walk"), 3)
     readers = [
         lambda env: env.task.get_observation(env.physics)["velocity"],
         lambda env: env.physics.render(48, 64),

@@ -265,11 +265,21 @@ def test_launch() -> None:
         with subprocess.Popen(
             [sys.executable, script, str(steps)], env=environment, stdout=subprocess.PIPE
         ) as launched:
-            find = ["xdotool", "search", "--sync", "--onlyvisible", "--name", "^Explorer$"]
-            subprocess.run(
-                [*find, "windowfocus", "--sync", "key", "space"], env=environment, check=True, timeout=PATIENCE
-            )
-            printed, _ = launched.communicate(timeout=PATIENCE)
+            try:
+                press = [
+                    "xdotool",
+                    "search",
+                    "--sync",
+                    "--onlyvisible",
+                    "--name",
+                    "^Explorer$",
+                    "windowfocus",
+                    "--sync",
+                ]
+                subprocess.run([*press, "key", "space"], env=environment, check=True, timeout=PATIENCE)
+                printed, _ = launched.communicate(timeout=PATIENCE)
+            finally:
+                launched.kill()
     env, random = theirs.load("cartpole", "swingup", {"random": 3}), np.random.RandomState(1)
     wanted = [env.reset()]
     while len(wanted) < steps:

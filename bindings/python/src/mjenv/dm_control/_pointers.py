@@ -28,6 +28,7 @@ class Pointers:
     """
 
     def __init__(self, env: MujocoEnv) -> None:
+        self.exist = False  # whether model or data has been read
         self.buffer: dict[str, int] = {}  # vis.global_.offwidth and offheight, if the program has written them
         self._env, self._rows = env, env._rows
         self._package: Any = None  # mujoco, loaded when an object is first asked for
@@ -89,10 +90,11 @@ class Pointers:
         return self._rows.value(Role.DATA, name, self._env._row)
 
     def _refresh(self) -> None:
-        if self._data is None:
+        if not self.exist:
             self._package = _package(self._rows.engine)
             self._model = self._package.MjModel.from_xml_string(model_xml(self._rows.id, self._rows.engine.name))
             self._data = self._package.MjData(self._model)
+            self.exist = True
         self.commit()
         if self._has_model and self._has_state:
             return

@@ -318,7 +318,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             controls = action
         else:
             np.copyto(controls, action)
-        if self._physics is not None:
+        if self._physics is not None and self._physics.pointers.exist:
             self._physics.pointers.release()
         mjenv, task = self.mjenv, self.task
         values, reward, terminated, _, _ = mjenv._step(controls)
