@@ -61,8 +61,8 @@ int share = 1;                             // of these rows, one of so many is s
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
 
 // How wild the random states are. Lanes compute the tame ones themselves, except where MuJoCo warns. In tiny ones, velocities
-// are negative zeros, and so are accelerations by controls.
-enum class Kind { at_rest, tame, odd, fast, bad, tiny };
+// are negative zeros, and so are accelerations by controls. Those at the limit have numbers around the greatest that MuJoCo allows.
+enum class Kind { at_rest, tame, odd, fast, bad, tiny, at_limit };
 
 std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Kind kind, Noise& noise) {
   std::vector<double> state(layout.size);
@@ -96,6 +96,12 @@ std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Ki
   if (kind == Kind::tiny) {
     std::fill_n(qvel, m.nv, -0.0);
     std::fill_n(ctrl, m.nu, -5e-324);
+  }
+  if (kind == Kind::at_limit) {
+    const double values[] = {0, 9e9, 9.99e9, 1e10, std::nextafter(1e10, kInfinite), 1.001e10, 1.01e10};
+    const auto any = [&] { return (noise.below(2) ? 1 : -1) * values[noise.below(std::size(values))]; };
+    for (int i = 0; i < m.nq; ++i) qpos[i] = any();
+    for (int i = 0; i < m.nv; ++i) qvel[i] = any();
   }
   if (kind == Kind::bad) {
     const double values[] = {kNaN, -kNaN, INFINITY, -INFINITY, 1e11, -1e300, 9.9e9};
@@ -1117,9 +1123,10 @@ std::vector<double> other_values(const OwnArray& array, Noise& noise) {
 using Values = std::function<std::vector<double>(const OwnArray& array, Noise& noise)>;
 
 // Steps rows that differ in one array, of which `values` chooses those of the next row. Says where lanes and MuJoCo part,
-// or that lanes leave a row; "" if neither.
+// or that lanes leave other rows than those of `left` (bits); "" if neither. Lanes make the constraints of all frames but the last.
 std::string compare_own(const std::shared_ptr<const Model>& model, const std::string& array,
-                        const Values& values = other_values, Kind kind = Kind::tame) {
+                        const Values& values = other_values, std::uint32_t left = 0, int frames = 1,
+                        Kind kind = Kind::tame) {
   const mjModel& m = *model->get();
   const StateLayout layout(*model);
   const int width = lanes::widths().back();
@@ -1148,15 +1155,17 @@ std::string compare_own(const std::shared_ptr<const Model>& model, const std::st
     some.push_back(works.back().get());
     begin(*some.back(), i, false);
   }
-  const std::uint32_t usual = stepper->step(some.data(), width, 1, before.data());
+  const std::uint32_t usual = stepper->step(some.data(), width, frames, before.data());
   if (usual + 1 != 1U << width) return "left to MuJoCo without values of their own";
   for (std::size_t i = 0; i < some.size(); ++i) begin(*some[i], i, true);
-  if (stepper->step(some.data(), width, 1, before.data()) != usual) return "left to MuJoCo";
+  const std::uint32_t done = stepper->step(some.data(), width, frames, before.data());
+  if (done != (usual & ~left)) return (usual & ~left & ~done) != 0 ? "left to MuJoCo" : "not left to MuJoCo";
   Work plain(model);
   std::vector<double> last(layout.size);
   for (std::size_t i = 0; i < some.size(); ++i) {
+    if (!(done >> i & 1)) continue;
     begin(plain, i, true);
-    plain.step(1, last.data());
+    plain.step(frames, last.data());
     const std::string found = difference(*some[i], plain);
     if (!found.empty()) return found;
   }
@@ -1206,7 +1215,114 @@ void test_tiny_accelerations(void** /*state*/) {
   }
   const auto model = Model::parse("tiny", "<mujoco><option integrator='RK4' gravity='0 0 0'/><worldbody>" + bodies +
                                               "</worldbody><actuator>" + actuators + "</actuator></mujoco>");
-  assert_string_equal(compare_own(model, "body_mass", other_values, Kind::tiny).c_str(), "");
+  assert_string_equal(compare_own(model, "body_mass", other_values, 0, 1, Kind::tiny).c_str(), "");
+}
+
+// The odd rows, as bits
+constexpr std::uint32_t kOddRows = 0xAAAAAAAA;
+
+// The values of the model in even rows, and a number instead of each of them in odd rows
+Values in_odd_rows(double number) {
+  int row = 0;
+  return [row, number](const OwnArray& array, Noise& /*noise*/) mutable {
+    std::vector<double> values(array.original.count());
+    if (array.original.data) array.original.read(values.data());
+    if (row++ % 2 == 1) std::fill(values.begin(), values.end(), number);
+    return values;
+  };
+}
+
+// Without coefficients, the Jacobian of a tendon is 0, so MuJoCo makes none of its constraints. Lanes leave these rows to
+// MuJoCo, because another number of constraints changes the order in which its solvers add.
+void test_tendons_without_coefficients(void** /*state*/) {
+  const std::pair<const char*, const char*> kinds[] = {
+      {"frictionloss='2'", ""},
+      {"limited='true' range='5 9'", ""},
+      {"", "<equality><tendon tendon1='t' polycoef='1 0 0 0 0'/></equality>"}};
+  std::string joints;
+  for (const char* name : {"a", "b", "c", "d", "e", "f"})
+    joints += std::string("<joint frictionloss='0.5' pos='0.1 0 0.2' axis='1 0.3 ") + (name[0] % 2 ? "0" : "1") +
+              "' name='" + name + "'/><geom size='0.1' pos='0.3 0 0' conaffinity='0'/></body>";
+  for (std::size_t at = 0; (at = joints.find("<joint", at)) != std::string::npos; at += 12) joints.insert(at, "<body>");
+  for (const auto& [attributes, equality] : kinds)
+    for (const char* solver : {"PGS", "Newton"}) {
+      const auto model =
+          Model::parse("tendon", std::string("<mujoco><option solver='") + solver + "'/><worldbody>" + joints +
+                                     "</worldbody><tendon><fixed name='t' " + attributes +
+                                     "><joint joint='a' coef='1'/><joint joint='b' coef='-0.5'/></fixed></tendon>" +
+                                     equality + "</mujoco>");
+      assert_string_equal(compare_own(model, "wrap_prm", in_odd_rows(0), kOddRows, 2).c_str(), "");
+    }
+}
+
+// Lanes leave rows to MuJoCo whose inputs are not finite or above MuJoCo's limit.
+void test_bad_inputs(void** /*state*/) {
+  const auto model = Model::parse("inputs", R"(<mujoco><worldbody><body mocap='true'><geom size='0.1'/></body>
+    <body pos='1 0 0'><joint type='slide'/><geom size='0.1'/></body></worldbody></mujoco>)");
+  const ErrorTrap trap;
+  for (const char* name : {"qfrc_applied", "xfrc_applied", "mocap_pos"}) {
+    assert_string_equal(compare_own(model, name, in_odd_rows(1e10)).c_str(), "");
+    for (const double number : {std::nextafter(1e10, kInfinite), -1.1e10, -kInfinite, kNaN}) {
+      const std::string found = compare_own(model, name, in_odd_rows(number), kOddRows);
+      if (!found.empty()) fail_msg("%s, %g: %s", name, number, found.c_str());
+    }
+  }
+}
+
+// MuJoCo resets the simulation where a position or velocity is above its limit. Damped velocities return below it in a step.
+void test_states_at_limit(void** /*state*/) {
+  const auto model = Model::parse("limit", R"(<mujoco><option timestep='0.1' gravity='0 0 0'/><worldbody>
+    <body><joint type='slide' damping='0.2'/><geom size='0.1' mass='1'/></body>
+    <body pos='1 0 0'><joint type='slide' damping='0.2'/><geom size='0.1' mass='1'/></body></worldbody></mujoco>)");
+  const ErrorTrap trap;
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  Noise noise;
+  for (const bool is_current : {false, true}) {
+    const auto work = [&] {
+      auto one = std::make_unique<Work>(model);
+      if (is_current) one->keep_current();
+      return one;
+    };
+    std::vector<std::unique_ptr<Work>> works;
+    for (int i = 0; i < width; ++i) works.push_back(work());
+    Counts counts;
+    for (int round = 0; round < 300; ++round) {
+      const std::string found = compare(*model, *stepper, works, *work(), OwnArrays(*model), Kind::at_limit,
+                                        1 + static_cast<int>(noise.below(2)), noise, counts);
+      assert_string_equal(found.c_str(), "");
+    }
+    assert_int_equal(counts.left, 0);
+  }
+}
+
+// Lanes make the constraints of every step, also of those after which there were more contacts in all than a step may have.
+void test_made_again(void** /*state*/) {
+  const auto model = Model::parse("ball", R"(<mujoco><size nconmax='1'/><worldbody><geom type='plane' size='1 1 1'/>
+    <body pos='0 0 0.09'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
+  const StateLayout layout(*model);
+  const int width = lanes::widths().back();
+  counted = lanes::code_of(width);
+  lanes::Code code = *counted;
+  code.makeConstraint = count_making;
+  const auto stepper = lanes::make_stepper(*model, code);
+  Noise noise;
+  std::vector<double> state = random_state(*model->get(), layout, Kind::at_rest, noise);
+  std::vector<std::vector<double>> befores(static_cast<std::size_t>(width), state);
+  std::vector<std::unique_ptr<Work>> works;
+  std::vector<Work*> some;
+  std::vector<double*> before;
+  for (auto& copy : befores) {
+    works.push_back(std::make_unique<Work>(model));
+    some.push_back(works.back().get());
+    before.push_back(copy.data());
+  }
+  made_of_contacts = 0;
+  for (int step = 1; step <= 5; ++step) {
+    for (Work* const work : some) work->load(state.data());
+    assert_int_equal(stepper->step(some.data(), width, 1, before.data()) + 1, 1U << width);
+    assert_int_equal(made_of_contacts, step);
+  }
 }
 
 void assert_names(const std::string& found, const char* word) {
@@ -1357,6 +1473,10 @@ int run(bool few) {
                               cmocka_unit_test(test_own_arrays),
                               cmocka_unit_test(test_light_bodies),
                               cmocka_unit_test(test_tiny_accelerations),
+                              cmocka_unit_test(test_tendons_without_coefficients),
+                              cmocka_unit_test(test_bad_inputs),
+                              cmocka_unit_test(test_states_at_limit),
+                              cmocka_unit_test(test_made_again),
                               cmocka_unit_test(test_obstacles),
                               cmocka_unit_test(test_excessive_numbers),
                               cmocka_unit_test(test_callbacks),
