@@ -1256,6 +1256,57 @@ void test_tendons_without_coefficients(void** /*state*/) {
     }
 }
 
+// Arrays of numbers that lanes compute with, so that they may not be above MuJoCo's limit
+const char* const kLimited[] = {"qpos0",
+                                "qpos_spring",
+                                "body_pos",
+                                "body_quat",
+                                "body_ipos",
+                                "body_iquat",
+                                "body_mass",
+                                "body_inertia",
+                                "jnt_pos",
+                                "jnt_axis",
+                                "jnt_stiffness",
+                                "dof_armature",
+                                "dof_damping",
+                                "dof_M0",
+                                "geom_pos",
+                                "geom_quat",
+                                "site_pos",
+                                "site_quat",
+                                "tendon_stiffness",
+                                "tendon_damping",
+                                "wrap_prm",
+                                "actuator_gear",
+                                "actuator_gainprm",
+                                "tendon_lengthspring",
+                                "actuator_ctrlrange",
+                                "opt.timestep",
+                                "actuator_biasprm",
+                                "opt.gravity",
+                                "opt.wind",
+                                "opt.density",
+                                "opt.viscosity"};
+
+// Lanes leave rows to MuJoCo whose own numbers are above MuJoCo's limit.
+void test_excessive_own_numbers(void** /*state*/) {
+  const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
+  const ErrorTrap trap;
+  failures.clear();
+  int compared = 0;
+  for (const Array& array : model->arrays()) {
+    if (!is_writable(*model, array) ||
+        !std::any_of(std::begin(kLimited), std::end(kLimited), [&](const char* name) { return array.name == name; }))
+      continue;
+    const std::string found = compare_own(model, array.name, in_odd_rows(1.1e10, 1), kOddRows);
+    ++compared;
+    if (!found.empty()) failures += array.name + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+  assert_true(compared > 25);
+}
+
 // Lanes leave rows to MuJoCo whose inputs are not finite or above MuJoCo's limit.
 void test_bad_inputs(void** /*state*/) {
   const auto model = Model::parse("inputs", R"(<mujoco><worldbody><body mocap='true'><geom size='0.1'/></body>
@@ -1350,38 +1401,7 @@ void test_obstacles(void** /*state*/) {
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
 void test_excessive_numbers(void** /*state*/) {
   const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
-  const std::vector<std::string> names{"qpos0",
-                                       "qpos_spring",
-                                       "body_pos",
-                                       "body_quat",
-                                       "body_ipos",
-                                       "body_iquat",
-                                       "body_mass",
-                                       "body_inertia",
-                                       "jnt_pos",
-                                       "jnt_axis",
-                                       "jnt_stiffness",
-                                       "dof_armature",
-                                       "dof_damping",
-                                       "dof_M0",
-                                       "geom_pos",
-                                       "geom_quat",
-                                       "site_pos",
-                                       "site_quat",
-                                       "tendon_stiffness",
-                                       "tendon_damping",
-                                       "wrap_prm",
-                                       "actuator_gear",
-                                       "actuator_gainprm",
-                                       "tendon_lengthspring",
-                                       "actuator_ctrlrange",
-                                       "opt.timestep",
-                                       "actuator_biasprm",
-                                       "opt.gravity",
-                                       "opt.wind",
-                                       "opt.density",
-                                       "opt.viscosity"};
-  for (const std::string& name : names) {
+  for (const std::string name : kLimited) {
     const auto found = std::find_if(model->arrays().begin(), model->arrays().end(),
                                     [&](const Array& array) { return array.name == name; });
     assert_true(found != model->arrays().end());
@@ -1477,6 +1497,7 @@ int run(bool few) {
                               cmocka_unit_test(test_light_bodies),
                               cmocka_unit_test(test_tiny_accelerations),
                               cmocka_unit_test(test_tendons_without_coefficients),
+                              cmocka_unit_test(test_excessive_own_numbers),
                               cmocka_unit_test(test_bad_inputs),
                               cmocka_unit_test(test_states_at_limit),
                               cmocka_unit_test(test_made_again),
