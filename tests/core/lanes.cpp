@@ -1350,6 +1350,53 @@ void test_states_at_limit(void** /*state*/) {
   }
 }
 
+// A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
+// then uses none.
+void test_controls_of_substeps(void** /*state*/) {
+  const auto model = Model::parse("pusher", R"(<mujoco><worldbody>
+    <body><joint name='a'/><geom size='0.1' pos='0.2 0 0'/></body></worldbody>
+    <actuator><motor joint='a' gear='1e-3'/></actuator></mujoco>)");
+  const StateLayout layout(*model);
+  const ErrorTrap trap;
+  constexpr int frames = 3;
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  for (const double in_odd_rows : {1e10, 1.1e10}) {
+    Noise noise;
+    std::vector<std::unique_ptr<Work>> works;
+    std::vector<Work*> some;
+    std::vector<std::vector<double>> states, befores;
+    std::vector<double*> before;
+    const auto control = [&](Work& work, int row, std::int64_t frame) {
+      work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? in_odd_rows : 1e3 * row + 1e4 * static_cast<double>(frame);
+    };
+    for (int i = 0; i < width; ++i) {
+      works.push_back(std::make_unique<Work>(model));
+      some.push_back(works.back().get());
+      states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
+      some.back()->load(states.back().data());
+      befores.emplace_back(layout.size);
+    }
+    for (auto& state : befores) before.push_back(state.data());
+    const lanes::Stepper::BeforeSubstep of_row = [&](int row, std::int64_t frame) {
+      control(*some[static_cast<std::size_t>(row)], row, frame);
+    };
+    const std::uint32_t done = stepper->step(some.data(), width, frames, before.data(), &of_row);
+    const std::uint32_t all = (1U << width) - 1;
+    assert_int_equal(done, in_odd_rows > 1e10 ? all & ~kOddRows : all);
+    Work plain(model);
+    std::vector<double> last(layout.size);
+    for (int i = 0; i < width; ++i) {
+      if (!(done >> i & 1)) continue;
+      const Work::BeforeSubstep alone = [&](std::int64_t frame) { control(plain, i, frame); };
+      plain.load(states[static_cast<std::size_t>(i)].data());
+      plain.step(frames, last.data(), &alone);
+      assert_memory_equal(last.data(), befores[static_cast<std::size_t>(i)].data(), last.size() * sizeof(double));
+      assert_string_equal(difference(*some[static_cast<std::size_t>(i)], plain).c_str(), "");
+    }
+  }
+}
+
 // Lanes make the constraints of every step, also of those after which there were more contacts in all than a step may have.
 void test_made_again(void** /*state*/) {
   const auto model = Model::parse("ball", R"(<mujoco><size nconmax='1'/><worldbody><geom type='plane' size='1 1 1'/>
@@ -1500,6 +1547,7 @@ int run(bool few) {
                               cmocka_unit_test(test_excessive_own_numbers),
                               cmocka_unit_test(test_bad_inputs),
                               cmocka_unit_test(test_states_at_limit),
+                              cmocka_unit_test(test_controls_of_substeps),
                               cmocka_unit_test(test_made_again),
                               cmocka_unit_test(test_obstacles),
                               cmocka_unit_test(test_excessive_numbers),
