@@ -61,7 +61,8 @@ int share = 1;                             // of these rows, one of so many is s
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
 
 // How wild the random states are. Lanes compute the tame ones themselves, except where MuJoCo warns. In tiny ones, velocities
-// are negative zeros, and so are accelerations by controls. Those at the limit have numbers around the greatest that MuJoCo allows.
+// are negative zeros, and so are accelerations by controls. Those at the limit have numbers around the greatest that MuJoCo
+// allows.
 enum class Kind { at_rest, tame, odd, fast, bad, tiny, at_limit };
 
 std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Kind kind, Noise& noise) {
@@ -1124,7 +1125,8 @@ std::vector<double> other_values(const OwnArray& array, Noise& noise) {
 using Values = std::function<std::vector<double>(const OwnArray& array, Noise& noise)>;
 
 // Steps rows that differ in one array, of which `values` chooses those of the next row. Says where lanes and MuJoCo part,
-// or that lanes leave other rows than those of `left` (bits); "" if neither. Lanes make the constraints of all frames but the last.
+// or that lanes leave other rows than those of `left` (bits); "" if neither. Lanes make the constraints of all frames but
+// the last.
 std::string compare_own(const std::shared_ptr<const Model>& model, const std::string& array,
                         const Values& values = other_values, std::uint32_t left = 0, int frames = 1,
                         Kind kind = Kind::tame) {
@@ -1240,15 +1242,14 @@ void test_tendons_without_coefficients(void** /*state*/) {
       {"frictionloss='2'", ""},
       {"limited='true' range='5 9'", ""},
       {"", "<equality><tendon tendon1='t' polycoef='1 0 0 0 0'/></equality>"}};
-  std::string joints;
+  std::string bodies;
   for (const char* name : {"a", "b", "c", "d", "e", "f"})
-    joints += std::string("<joint frictionloss='0.5' pos='0.1 0 0.2' axis='1 0.3 ") + (name[0] % 2 ? "0" : "1") +
+    bodies += std::string("<body><joint frictionloss='0.5' pos='0.1 0 0.2' axis='1 0.3 ") + (name[0] % 2 ? "0" : "1") +
               "' name='" + name + "'/><geom size='0.1' pos='0.3 0 0' conaffinity='0'/></body>";
-  for (std::size_t at = 0; (at = joints.find("<joint", at)) != std::string::npos; at += 12) joints.insert(at, "<body>");
   for (const auto& [attributes, equality] : kinds)
     for (const char* solver : {"PGS", "Newton"}) {
       const auto model =
-          Model::parse("tendon", std::string("<mujoco><option solver='") + solver + "'/><worldbody>" + joints +
+          Model::parse("tendon", std::string("<mujoco><option solver='") + solver + "'/><worldbody>" + bodies +
                                      "</worldbody><tendon><fixed name='t' " + attributes +
                                      "><joint joint='a' coef='1'/><joint joint='b' coef='-0.5'/></fixed></tendon>" +
                                      equality + "</mujoco>");
@@ -1322,8 +1323,8 @@ void test_bad_inputs(void** /*state*/) {
   }
 }
 
-// MuJoCo resets the simulation where a position or velocity is above its limit. In a step, damping brings a velocity back below it, and gravity brings
-// one above it.
+// MuJoCo resets the simulation where a position or velocity is above its limit. In a step, damping brings a velocity back
+// below the limit, and gravity brings one above it.
 void test_states_at_limit(void** /*state*/) {
   const auto model = Model::parse("limit", R"(<mujoco><option timestep='0.1'/><worldbody>
     <body><joint type='slide' damping='0.2'/><geom size='0.1' mass='1'/></body>
@@ -1350,6 +1351,23 @@ void test_states_at_limit(void** /*state*/) {
   }
 }
 
+// Work spaces of rows that are stepped together, and the memory for their states before the last frame
+struct Group {
+  std::vector<std::unique_ptr<Work>> works;
+  std::vector<Work*> some;
+  std::vector<std::vector<double>> befores;
+  std::vector<double*> before;
+
+  Group(const std::shared_ptr<const Model>& model, int width)
+      : befores(static_cast<std::size_t>(width), std::vector<double>(StateLayout(*model).size)) {
+    for (auto& state : befores) {
+      works.push_back(std::make_unique<Work>(model));
+      some.push_back(works.back().get());
+      before.push_back(state.data());
+    }
+  }
+};
+
 // A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
 // then uses none.
 void test_controls_of_substeps(void** /*state*/) {
@@ -1361,67 +1379,52 @@ void test_controls_of_substeps(void** /*state*/) {
   constexpr int frames = 3;
   const int width = lanes::widths().back();
   const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
-  for (const double in_odd_rows : {1e10, 1.1e10}) {
+  for (const double odd_control : {1e10, 1.1e10}) {
     Noise noise;
-    std::vector<std::unique_ptr<Work>> works;
-    std::vector<Work*> some;
-    std::vector<std::vector<double>> states, befores;
-    std::vector<double*> before;
+    Group group(model, width);
+    std::vector<std::vector<double>> states;
     const auto control = [&](Work& work, int row, std::int64_t frame) {
-      work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? in_odd_rows : 1e3 * row + 1e4 * static_cast<double>(frame);
+      work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? odd_control : 1e3 * row + 1e4 * static_cast<double>(frame);
     };
-    for (int i = 0; i < width; ++i) {
-      works.push_back(std::make_unique<Work>(model));
-      some.push_back(works.back().get());
+    for (Work* const work : group.some) {
       states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
-      some.back()->load(states.back().data());
-      befores.emplace_back(layout.size);
+      work->load(states.back().data());
     }
-    for (auto& state : befores) before.push_back(state.data());
     const lanes::Stepper::BeforeSubstep of_row = [&](int row, std::int64_t frame) {
-      control(*some[static_cast<std::size_t>(row)], row, frame);
+      control(*group.some[static_cast<std::size_t>(row)], row, frame);
     };
-    const std::uint32_t done = stepper->step(some.data(), width, frames, before.data(), &of_row);
+    const std::uint32_t done = stepper->step(group.some.data(), width, frames, group.before.data(), &of_row);
     const std::uint32_t all = (1U << width) - 1;
-    assert_int_equal(done, in_odd_rows > 1e10 ? all & ~kOddRows : all);
+    assert_int_equal(done, odd_control > 1e10 ? all & ~kOddRows : all);
     Work plain(model);
     std::vector<double> last(layout.size);
-    for (int i = 0; i < width; ++i) {
+    for (std::size_t i = 0; i < states.size(); ++i) {
       if (!(done >> i & 1)) continue;
-      const Work::BeforeSubstep alone = [&](std::int64_t frame) { control(plain, i, frame); };
-      plain.load(states[static_cast<std::size_t>(i)].data());
+      const Work::BeforeSubstep alone = [&](std::int64_t frame) { control(plain, static_cast<int>(i), frame); };
+      plain.load(states[i].data());
       plain.step(frames, last.data(), &alone);
-      assert_memory_equal(last.data(), befores[static_cast<std::size_t>(i)].data(), last.size() * sizeof(double));
-      assert_string_equal(difference(*some[static_cast<std::size_t>(i)], plain).c_str(), "");
+      assert_memory_equal(last.data(), group.befores[i].data(), last.size() * sizeof(double));
+      assert_string_equal(difference(*group.some[i], plain).c_str(), "");
     }
   }
 }
 
-// Lanes make the constraints of every step, also of those after which there were more contacts in all than a step may have.
+// Lanes make the constraints of every step, also after more contacts in all steps than one step may have.
 void test_made_again(void** /*state*/) {
   const auto model = Model::parse("ball", R"(<mujoco><size nconmax='1'/><worldbody><geom type='plane' size='1 1 1'/>
     <body pos='0 0 0.09'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
-  const StateLayout layout(*model);
   const int width = lanes::widths().back();
   counted = lanes::code_of(width);
   lanes::Code code = *counted;
   code.makeConstraint = count_making;
   const auto stepper = lanes::make_stepper(*model, code);
   Noise noise;
-  std::vector<double> state = random_state(*model->get(), layout, Kind::at_rest, noise);
-  std::vector<std::vector<double>> befores(static_cast<std::size_t>(width), state);
-  std::vector<std::unique_ptr<Work>> works;
-  std::vector<Work*> some;
-  std::vector<double*> before;
-  for (auto& copy : befores) {
-    works.push_back(std::make_unique<Work>(model));
-    some.push_back(works.back().get());
-    before.push_back(copy.data());
-  }
+  const std::vector<double> state = random_state(*model->get(), StateLayout(*model), Kind::at_rest, noise);
+  Group group(model, width);
   made_of_contacts = 0;
   for (int step = 1; step <= 5; ++step) {
-    for (Work* const work : some) work->load(state.data());
-    assert_int_equal(stepper->step(some.data(), width, 1, before.data()) + 1, 1U << width);
+    for (Work* const work : group.some) work->load(state.data());
+    assert_int_equal(stepper->step(group.some.data(), width, 1, group.before.data()) + 1, 1U << width);
     assert_int_equal(made_of_contacts, step);
   }
 }
@@ -1448,7 +1451,8 @@ void test_obstacles(void** /*state*/) {
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
 void test_excessive_numbers(void** /*state*/) {
   const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
-  for (const std::string name : kLimited) {
+  for (const char* const limited : kLimited) {
+    const std::string name = limited;
     const auto found = std::find_if(model->arrays().begin(), model->arrays().end(),
                                     [&](const Array& array) { return array.name == name; });
     assert_true(found != model->arrays().end());
