@@ -559,7 +559,9 @@ bool LaneStepper::is_unlike(const mjModel& m) const {
       if (kind(m, geom) != kind(m_, geom)) return true;
     return false;
   };
-  if (!single_.passive && m.geom_fluid != m_.geom_fluid &&
+  // The derivatives of mj_implicit are computed in lanes even if passive forces are not.
+  const bool needs_fluids = !single_.passive || m_.opt.integrator == mjINT_IMPLICIT;
+  if (needs_fluids && m.geom_fluid != m_.geom_fluid &&
       differs([](const mjModel& of, int geom) { return of.geom_fluid[mjNFLUID * geom] > 0; }))
     return true;
   if (!tables_.knows_pairs) return false;
