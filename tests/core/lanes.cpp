@@ -1257,6 +1257,18 @@ void test_tendons_without_coefficients(void** /*state*/) {
     }
 }
 
+// Lanes know which fluid model acts on a geom of the shared model, and leave the rows to MuJoCo in which it is another one. They
+// need it for passive forces, or, if MuJoCo's functions compute these, for the derivatives of mj_implicit.
+void test_other_fluid_models(void** /*state*/) {
+  for (const char* integrator : {"Euler", "implicit"})
+    for (const char* jacobian : {"dense", "sparse"}) {
+      const bool knows_fluids = std::strcmp(integrator, "implicit") == 0 || std::strcmp(jacobian, "dense") == 0;
+      const auto option = std::string("<option integrator='") + integrator + "' jacobian='" + jacobian + "'/>";
+      const auto model = Model::parse("lanes.xml", in_front_of_body(option, odd_model("lanes.xml")));
+      assert_string_equal(compare_own(model, "geom_fluid", in_odd_rows(0.5), knows_fluids ? kOddRows : 0).c_str(), "");
+    }
+}
+
 // Arrays of numbers that lanes compute with, so that they may not be above MuJoCo's limit
 const char* const kLimited[] = {"qpos0",
                                 "qpos_spring",
@@ -1548,6 +1560,7 @@ int run(bool few) {
                               cmocka_unit_test(test_light_bodies),
                               cmocka_unit_test(test_tiny_accelerations),
                               cmocka_unit_test(test_tendons_without_coefficients),
+                              cmocka_unit_test(test_other_fluid_models),
                               cmocka_unit_test(test_excessive_own_numbers),
                               cmocka_unit_test(test_bad_inputs),
                               cmocka_unit_test(test_states_at_limit),
