@@ -273,7 +273,7 @@ const mjenv_options* mjenv_options_of(const mjenv_env* env) {
 mjenv_status mjenv_space_of(const mjenv_env* env, mjenv_role role, mjenv_space* space) {
   return read_env(env, [&](const Env& e) {
     if (role != MJENV_ROLE_OBSERVATION && role != MJENV_ROLE_ACTION)
-      fail(MJENV_E_ARGUMENT, "a space is of MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION, not " + std::to_string(role));
+      fail(MJENV_E_ARGUMENT, "role is " + std::to_string(role) + ", not MJENV_ROLE_OBSERVATION or MJENV_ROLE_ACTION");
     mjenv_space out{};
     out.dtype = role == MJENV_ROLE_OBSERVATION ? MJENV_DTYPE_FLOAT64 : MJENV_DTYPE_FLOAT32;
     const Space& bounds = e.schema().space(role);

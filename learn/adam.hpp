@@ -16,8 +16,8 @@ class Adam {
   explicit Adam(std::size_t size) : first_(size), second_(size) {}
 
   // Changes the parameters, and returns the gradient's norm before it was clipped. max_norm 0: the gradient is not
-  // clipped. Each thread of the pool changes the parameters of one share. With two threads and networks of equal sizes,
-  // these are nearly those whose gradient it has computed, so they are in the cache of its CPU.
+  // clipped. Each thread of the pool changes one share of the parameters. With two threads and networks of equal sizes,
+  // this is nearly the share whose gradient the thread has computed, so it is in the cache of the thread's CPU.
   double step(const Kernels& kernels, core::Pool& pool, double rate, double max_norm,
               const std::vector<float>& gradient, std::vector<float>& parameters) {
     power1_ *= kBeta1;

@@ -55,7 +55,7 @@ class Reader {
     if (count != values.size()) fail();
     take(values.data(), values.size() * sizeof(T));
   }
-  // Returns the length of the vector that comes next. Throws if fewer bytes than elements are left.
+  // Returns the length of the vector that comes next. Throws if it has more elements than bytes are left.
   std::size_t count_ahead() {
     const std::size_t before = at_;
     std::size_t count = 0;

@@ -58,7 +58,7 @@ class Loss {
     std::vector<float> gradient;
     std::array<LossTerms, 2> terms;
   };
-  // Memory of one thread for a chunk.
+  // Memory of one thread for the steps that it evaluates together (kChunk).
   struct Scratch {
     explicit Scratch(const Agent& agent);
 

@@ -28,9 +28,9 @@ class Episodes {
   // Plays the steps of the team's turns and writes their outputs. An automatic reset replaces the step (next_step) or
   // follows it (same_step). Failures are collected in the team's first worker.
   void step(Team& team) const;
-  // Plays up to `steps` steps of rows first to last - 1, without resets. After the end of its episode a row keeps its
-  // state. Writes the outputs of step t to element row * steps + t. The actions are those of all rows of the
-  // environment.
+  // Plays up to `steps` steps of the rows from `first` to `last - 1`, without resets. After the end of its episode a
+  // row keeps its state. Writes the outputs of step t to element row * steps + t. The actions are those of all rows of
+  // the environment.
   void rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
   // Writes the observation and the exported arrays of the row's present state.

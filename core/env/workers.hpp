@@ -42,7 +42,7 @@ class Workers {
   // this throws one error for all failures.
   template <typename Body>
   void for_rows(std::int64_t count, const Body& body);
-  // Calls body(team, first, last) for groups of up to team_size() rows, which are first to last - 1. body must not
+  // Calls body(team, first, last) for groups of up to team_size() rows: those from `first` to `last - 1`. body must not
   // throw, but add errors to the workers' failures, which this throws in the end.
   template <typename Body>
   void for_groups(std::int64_t count, const Body& body);

@@ -41,7 +41,7 @@ class Pool {
   // Calls turn() on one thread after the other, in the order of the workers. Returns when all turns are over.
   template <typename Turn>
   void take_turns(int worker, const Turn& turn) {
-    // While this thread's turn is not over, this round of turns is not either.
+    // A round of turns has one turn of each thread, so this round cannot end before this thread's turn.
     const auto all = static_cast<std::uint64_t>(threads()), before = turns_.count() / all * all;
     turns_.wait_for(before + static_cast<std::uint64_t>(worker));
     turn();

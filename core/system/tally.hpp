@@ -17,8 +17,8 @@ class Tally {
   int spins() const { return spins_; }
   std::uint64_t count() const { return count_.load(); }
 
-  // Neither locks nor calls the system if no thread sleeps: before a thread sleeps, it adds itself to sleepers_ and then
-  // looks at the count once more.
+  // If no thread sleeps, this neither locks nor calls the system. It misses no thread that is about to sleep, because
+  // such a thread adds itself to sleepers_ and then looks at the count once more.
   void add() {
     count_.fetch_add(1);
     if (sleepers_.load() == 0) return;

@@ -57,8 +57,7 @@ void SimView::expose() {
   c.qfrc_bias = d->qfrc_bias, c.qfrc_constraint = d->qfrc_constraint;
   c.ten_length = d->ten_length, c.ten_velocity = d->ten_velocity;
   c.contacts = needs_.contacts ? contacts_.data() : nullptr;
-  // qpos0 is the model's when the environment was built, not the row's own, because Gymnasium's init_qpos does not
-  // change either.
+  // qpos0 is that of the compiled model, even if the row has its own, because Gymnasium's init_qpos never changes.
   c.qpos0 = work_.compiled().get()->qpos0, c.body_mass = m->body_mass;
   c.arrays = shared_.data();
   c.action_count = static_cast<std::int32_t>(action_.size());

@@ -64,8 +64,8 @@ struct KeptNumbers {
 class Builder;
 
 // Calls a task's callbacks. Their `self` is what build made, which the destructor destroys, or `user` if there is no
-// build. A physics_only task has observations and rewards of 0, infos of NaN, and if it has no reset either, the
-// model's initial state after a reset.
+// build. A physics_only task has no callbacks except build, destroy and reset: its observations and rewards are 0, and
+// its infos NaN. If it has no reset, episodes begin in the model's initial state.
 class Calls {
  public:
   // Calls build. checks: whether to refuse NaN in observations and rewards, and NaN and infinity in initial states and

@@ -180,7 +180,7 @@ void dots(const float* x, int rows, int inputs, const float* w, int outputs, con
       dots_tile<kRows>(x + i * inputs, inputs, w + o * inputs, bias[o], stride, y + i * stride + o);
 }
 
-// Adding and subtracting it rounds a number to a whole one, which after the addition is in the lowest bits.
+// x + kShift - kShift is x rounded to a whole number. The lowest bits of x + kShift contain this number.
 constexpr float kShift = 12582912.0F;  // 1.5 * 2^23
 
 // 2^n for whole n between -126 and 127. The bits of n from the tenth on are ignored.

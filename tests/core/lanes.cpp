@@ -61,8 +61,9 @@ int share = 1;                             // of these rows, one of so many is s
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
 
 // How wild the random states are. Lanes compute the tame ones themselves, except where MuJoCo warns. In tiny ones, velocities
-// are negative zeros, and so are accelerations by controls.
-enum class Kind { at_rest, tame, odd, fast, bad, tiny };
+// are negative zeros, and so are accelerations by controls. Those at the limit have numbers around the greatest that MuJoCo
+// allows.
+enum class Kind { at_rest, tame, odd, fast, bad, tiny, at_limit };
 
 std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Kind kind, Noise& noise) {
   std::vector<double> state(layout.size);
@@ -97,13 +98,20 @@ std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Ki
     std::fill_n(qvel, m.nv, -0.0);
     std::fill_n(ctrl, m.nu, -5e-324);
   }
+  if (kind == Kind::at_limit) {
+    const double values[] = {0, 9e9, 9.99e9, 1e10, std::nextafter(1e10, kInfinite), 1.001e10, 1.01e10};
+    const auto any = [&] { return (noise.below(2) ? 1 : -1) * values[noise.below(std::size(values))]; };
+    for (int i = 0; i < m.nq; ++i) qpos[i] = any();
+    for (int i = 0; i < m.nv; ++i) qvel[i] = any();
+  }
   if (kind == Kind::bad) {
     const double values[] = {kNaN, -kNaN, INFINITY, -INFINITY, 1e11, -1e300, 9.9e9};
     const auto any = [&](double* array, int count) {
       if (count > 0) array[noise.below(static_cast<std::uint64_t>(count))] = values[noise.below(std::size(values))];
     };
-    switch (noise.below(4)) {
+    switch (noise.below(5)) {
       case 0: any(qpos, m.nq); break;
+      case 3: any(layout.rest(state.data()), static_cast<int>(layout.more)); break;
       case 1: any(qvel, m.nv); break;
       case 2: any(ctrl, m.nu); break;
       default: any(warm, m.nv);
@@ -1117,9 +1125,11 @@ std::vector<double> other_values(const OwnArray& array, Noise& noise) {
 using Values = std::function<std::vector<double>(const OwnArray& array, Noise& noise)>;
 
 // Steps rows that differ in one array, of which `values` chooses those of the next row. Says where lanes and MuJoCo part,
-// or that lanes leave a row; "" if neither.
+// or that lanes leave other rows than those of `left` (bits); "" if neither. Lanes make the constraints of all frames but
+// the last.
 std::string compare_own(const std::shared_ptr<const Model>& model, const std::string& array,
-                        const Values& values = other_values, Kind kind = Kind::tame) {
+                        const Values& values = other_values, std::uint32_t left = 0, int frames = 1,
+                        Kind kind = Kind::tame) {
   const mjModel& m = *model->get();
   const StateLayout layout(*model);
   const int width = lanes::widths().back();
@@ -1148,15 +1158,17 @@ std::string compare_own(const std::shared_ptr<const Model>& model, const std::st
     some.push_back(works.back().get());
     begin(*some.back(), i, false);
   }
-  const std::uint32_t usual = stepper->step(some.data(), width, 1, before.data());
+  const std::uint32_t usual = stepper->step(some.data(), width, frames, before.data());
   if (usual + 1 != 1U << width) return "left to MuJoCo without values of their own";
   for (std::size_t i = 0; i < some.size(); ++i) begin(*some[i], i, true);
-  if (stepper->step(some.data(), width, 1, before.data()) != usual) return "left to MuJoCo";
+  const std::uint32_t done = stepper->step(some.data(), width, frames, before.data());
+  if (done != (usual & ~left)) return (usual & ~left & ~done) != 0 ? "left to MuJoCo" : "not left to MuJoCo";
   Work plain(model);
   std::vector<double> last(layout.size);
   for (std::size_t i = 0; i < some.size(); ++i) {
+    if (!(done >> i & 1)) continue;
     begin(plain, i, true);
-    plain.step(1, last.data());
+    plain.step(frames, last.data());
     const std::string found = difference(*some[i], plain);
     if (!found.empty()) return found;
   }
@@ -1206,7 +1218,227 @@ void test_tiny_accelerations(void** /*state*/) {
   }
   const auto model = Model::parse("tiny", "<mujoco><option integrator='RK4' gravity='0 0 0'/><worldbody>" + bodies +
                                               "</worldbody><actuator>" + actuators + "</actuator></mujoco>");
-  assert_string_equal(compare_own(model, "body_mass", other_values, Kind::tiny).c_str(), "");
+  assert_string_equal(compare_own(model, "body_mass", other_values, 0, 1, Kind::tiny).c_str(), "");
+}
+
+// The odd rows, as bits
+constexpr std::uint32_t kOddRows = 0xAAAAAAAA;
+
+// The values of the model; in odd rows, a number instead of the last `count` of them, or of all
+Values in_odd_rows(double number, std::ptrdiff_t count = 0) {
+  int row = 0;
+  return [row, number, count](const OwnArray& array, Noise& /*noise*/) mutable {
+    std::vector<double> values(array.original.count());
+    if (array.original.data) array.original.read(values.data());
+    if (row++ % 2 == 1) std::fill(count ? values.end() - count : values.begin(), values.end(), number);
+    return values;
+  };
+}
+
+// Without coefficients, the Jacobian of a tendon is 0, so MuJoCo makes none of its constraints. Lanes leave these rows to
+// MuJoCo, because another number of constraints changes the order in which its solvers add.
+void test_tendons_without_coefficients(void** /*state*/) {
+  const std::pair<const char*, const char*> kinds[] = {
+      {"frictionloss='2'", ""},
+      {"limited='true' range='5 9'", ""},
+      {"", "<equality><tendon tendon1='t' polycoef='1 0 0 0 0'/></equality>"}};
+  std::string bodies;
+  for (const char* name : {"a", "b", "c", "d", "e", "f"})
+    bodies += std::string("<body><joint frictionloss='0.5' pos='0.1 0 0.2' axis='1 0.3 ") + (name[0] % 2 ? "0" : "1") +
+              "' name='" + name + "'/><geom size='0.1' pos='0.3 0 0' conaffinity='0'/></body>";
+  for (const auto& [attributes, equality] : kinds)
+    for (const char* solver : {"PGS", "Newton"}) {
+      const auto model =
+          Model::parse("tendon", std::string("<mujoco><option solver='") + solver + "'/><worldbody>" + bodies +
+                                     "</worldbody><tendon><fixed name='t' " + attributes +
+                                     "><joint joint='a' coef='1'/><joint joint='b' coef='-0.5'/></fixed></tendon>" +
+                                     equality + "</mujoco>");
+      assert_string_equal(compare_own(model, "wrap_prm", in_odd_rows(0), kOddRows, 2).c_str(), "");
+    }
+}
+
+// Lanes know which fluid model acts on a geom of the shared model, and leave the rows to MuJoCo in which it is another one. They
+// need it for passive forces, or, if MuJoCo's functions compute these, for the derivatives of mj_implicit.
+void test_other_fluid_models(void** /*state*/) {
+  for (const char* integrator : {"Euler", "implicit"})
+    for (const char* jacobian : {"dense", "sparse"}) {
+      const bool knows_fluids = std::strcmp(integrator, "implicit") == 0 || std::strcmp(jacobian, "dense") == 0;
+      const auto option = std::string("<option integrator='") + integrator + "' jacobian='" + jacobian + "'/>";
+      const auto model = Model::parse("lanes.xml", in_front_of_body(option, odd_model("lanes.xml")));
+      assert_string_equal(compare_own(model, "geom_fluid", in_odd_rows(0.5), knows_fluids ? kOddRows : 0).c_str(), "");
+    }
+}
+
+// Arrays of numbers that lanes compute with, so that they may not be above MuJoCo's limit
+const char* const kLimited[] = {"qpos0",
+                                "qpos_spring",
+                                "body_pos",
+                                "body_quat",
+                                "body_ipos",
+                                "body_iquat",
+                                "body_mass",
+                                "body_inertia",
+                                "jnt_pos",
+                                "jnt_axis",
+                                "jnt_stiffness",
+                                "dof_armature",
+                                "dof_damping",
+                                "dof_M0",
+                                "geom_pos",
+                                "geom_quat",
+                                "site_pos",
+                                "site_quat",
+                                "tendon_stiffness",
+                                "tendon_damping",
+                                "wrap_prm",
+                                "actuator_gear",
+                                "actuator_gainprm",
+                                "tendon_lengthspring",
+                                "actuator_ctrlrange",
+                                "opt.timestep",
+                                "actuator_biasprm",
+                                "opt.gravity",
+                                "opt.wind",
+                                "opt.density",
+                                "opt.viscosity"};
+
+// Lanes leave rows to MuJoCo whose own numbers are above MuJoCo's limit.
+void test_excessive_own_numbers(void** /*state*/) {
+  const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
+  const ErrorTrap trap;
+  failures.clear();
+  int compared = 0;
+  for (const Array& array : model->arrays()) {
+    if (!is_writable(*model, array) ||
+        !std::any_of(std::begin(kLimited), std::end(kLimited), [&](const char* name) { return array.name == name; }))
+      continue;
+    const std::string found = compare_own(model, array.name, in_odd_rows(1.1e10, 1), kOddRows);
+    ++compared;
+    if (!found.empty()) failures += array.name + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+  assert_true(compared > 25);
+}
+
+// Lanes leave rows to MuJoCo whose inputs are not finite or above MuJoCo's limit.
+void test_bad_inputs(void** /*state*/) {
+  const auto model = Model::parse("inputs", R"(<mujoco><worldbody><body mocap='true'><geom size='0.1'/></body>
+    <body pos='2 0 0' mocap='true'><geom size='0.1'/></body>
+    <body pos='1 0 0'><joint type='slide'/><geom size='0.1'/></body></worldbody></mujoco>)");
+  const ErrorTrap trap;
+  for (const char* name : {"qfrc_applied", "xfrc_applied", "mocap_pos"}) {
+    assert_string_equal(compare_own(model, name, in_odd_rows(1e10, 1)).c_str(), "");
+    for (const double number : {std::nextafter(1e10, kInfinite), -1.1e10, -kInfinite, kNaN}) {
+      const std::string found = compare_own(model, name, in_odd_rows(number, 1), kOddRows);
+      if (!found.empty()) fail_msg("%s, %g: %s", name, number, found.c_str());
+    }
+  }
+}
+
+// MuJoCo resets the simulation where a position or velocity is above its limit. In a step, damping brings a velocity back
+// below the limit, and gravity brings one above it.
+void test_states_at_limit(void** /*state*/) {
+  const auto model = Model::parse("limit", R"(<mujoco><option timestep='0.1'/><worldbody>
+    <body><joint type='slide' damping='0.2'/><geom size='0.1' mass='1'/></body>
+    <body pos='1 0 0'><joint type='slide'/><geom size='0.1' mass='1'/></body></worldbody></mujoco>)");
+  const ErrorTrap trap;
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  Noise noise;
+  for (const bool is_current : {false, true}) {
+    const auto work = [&] {
+      auto one = std::make_unique<Work>(model);
+      if (is_current) one->keep_current();
+      return one;
+    };
+    std::vector<std::unique_ptr<Work>> works;
+    for (int i = 0; i < width; ++i) works.push_back(work());
+    Counts counts;
+    for (int round = 0; round < 300; ++round) {
+      const std::string found = compare(*model, *stepper, works, *work(), OwnArrays(*model), Kind::at_limit,
+                                        1 + static_cast<int>(noise.below(2)), noise, counts);
+      assert_string_equal(found.c_str(), "");
+    }
+    assert_int_equal(counts.left, 0);
+  }
+}
+
+// Work spaces of rows that are stepped together, and the memory for their states before the last frame
+struct Group {
+  std::vector<std::unique_ptr<Work>> works;
+  std::vector<Work*> some;
+  std::vector<std::vector<double>> befores;
+  std::vector<double*> before;
+
+  Group(const std::shared_ptr<const Model>& model, int width)
+      : befores(static_cast<std::size_t>(width), std::vector<double>(StateLayout(*model).size)) {
+    for (auto& state : befores) {
+      works.push_back(std::make_unique<Work>(model));
+      some.push_back(works.back().get());
+      before.push_back(state.data());
+    }
+  }
+};
+
+// A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
+// then uses none.
+void test_controls_of_substeps(void** /*state*/) {
+  const auto model = Model::parse("pusher", R"(<mujoco><worldbody>
+    <body><joint name='a'/><geom size='0.1' pos='0.2 0 0'/></body></worldbody>
+    <actuator><motor joint='a' gear='1e-3'/></actuator></mujoco>)");
+  const StateLayout layout(*model);
+  const ErrorTrap trap;
+  constexpr int frames = 3;
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  for (const double odd_control : {1e10, 1.1e10}) {
+    Noise noise;
+    Group group(model, width);
+    std::vector<std::vector<double>> states;
+    const auto control = [&](Work& work, int row, std::int64_t frame) {
+      work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? odd_control : 1e3 * row + 1e4 * static_cast<double>(frame);
+    };
+    for (Work* const work : group.some) {
+      states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
+      work->load(states.back().data());
+    }
+    const lanes::Stepper::BeforeSubstep of_row = [&](int row, std::int64_t frame) {
+      control(*group.some[static_cast<std::size_t>(row)], row, frame);
+    };
+    const std::uint32_t done = stepper->step(group.some.data(), width, frames, group.before.data(), &of_row);
+    const std::uint32_t all = (1U << width) - 1;
+    assert_int_equal(done, odd_control > 1e10 ? all & ~kOddRows : all);
+    Work plain(model);
+    std::vector<double> last(layout.size);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      if (!(done >> i & 1)) continue;
+      const Work::BeforeSubstep alone = [&](std::int64_t frame) { control(plain, static_cast<int>(i), frame); };
+      plain.load(states[i].data());
+      plain.step(frames, last.data(), &alone);
+      assert_memory_equal(last.data(), group.befores[i].data(), last.size() * sizeof(double));
+      assert_string_equal(difference(*group.some[i], plain).c_str(), "");
+    }
+  }
+}
+
+// Lanes make the constraints of every step, also after more contacts in all steps than one step may have.
+void test_made_again(void** /*state*/) {
+  const auto model = Model::parse("ball", R"(<mujoco><size nconmax='1'/><worldbody><geom type='plane' size='1 1 1'/>
+    <body pos='0 0 0.09'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
+  const int width = lanes::widths().back();
+  counted = lanes::code_of(width);
+  lanes::Code code = *counted;
+  code.makeConstraint = count_making;
+  const auto stepper = lanes::make_stepper(*model, code);
+  Noise noise;
+  const std::vector<double> state = random_state(*model->get(), StateLayout(*model), Kind::at_rest, noise);
+  Group group(model, width);
+  made_of_contacts = 0;
+  for (int step = 1; step <= 5; ++step) {
+    for (Work* const work : group.some) work->load(state.data());
+    assert_int_equal(stepper->step(group.some.data(), width, 1, group.before.data()) + 1, 1U << width);
+    assert_int_equal(made_of_contacts, step);
+  }
 }
 
 void assert_names(const std::string& found, const char* word) {
@@ -1231,38 +1463,8 @@ void test_obstacles(void** /*state*/) {
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
 void test_excessive_numbers(void** /*state*/) {
   const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
-  const std::vector<std::string> names{"qpos0",
-                                       "qpos_spring",
-                                       "body_pos",
-                                       "body_quat",
-                                       "body_ipos",
-                                       "body_iquat",
-                                       "body_mass",
-                                       "body_inertia",
-                                       "jnt_pos",
-                                       "jnt_axis",
-                                       "jnt_stiffness",
-                                       "dof_armature",
-                                       "dof_damping",
-                                       "dof_M0",
-                                       "geom_pos",
-                                       "geom_quat",
-                                       "site_pos",
-                                       "site_quat",
-                                       "tendon_stiffness",
-                                       "tendon_damping",
-                                       "wrap_prm",
-                                       "actuator_gear",
-                                       "actuator_gainprm",
-                                       "tendon_lengthspring",
-                                       "actuator_ctrlrange",
-                                       "opt.timestep",
-                                       "actuator_biasprm",
-                                       "opt.gravity",
-                                       "opt.wind",
-                                       "opt.density",
-                                       "opt.viscosity"};
-  for (const std::string& name : names) {
+  for (const char* const limited : kLimited) {
+    const std::string name = limited;
     const auto found = std::find_if(model->arrays().begin(), model->arrays().end(),
                                     [&](const Array& array) { return array.name == name; });
     assert_true(found != model->arrays().end());
@@ -1357,6 +1559,13 @@ int run(bool few) {
                               cmocka_unit_test(test_own_arrays),
                               cmocka_unit_test(test_light_bodies),
                               cmocka_unit_test(test_tiny_accelerations),
+                              cmocka_unit_test(test_tendons_without_coefficients),
+                              cmocka_unit_test(test_other_fluid_models),
+                              cmocka_unit_test(test_excessive_own_numbers),
+                              cmocka_unit_test(test_bad_inputs),
+                              cmocka_unit_test(test_states_at_limit),
+                              cmocka_unit_test(test_controls_of_substeps),
+                              cmocka_unit_test(test_made_again),
                               cmocka_unit_test(test_obstacles),
                               cmocka_unit_test(test_excessive_numbers),
                               cmocka_unit_test(test_callbacks),

@@ -12,6 +12,7 @@ os.environ.setdefault("MUJOCO_GL", "egl")
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "models"))  # compiled_model.py
 sys.path.insert(0, str(Path(__file__).parent.parent / "golden"))
+sys.path.append(str(Path(__file__).parent.parent / "pictures"))  # display.py; not its conftest.py
 
 # original_suite sets what NumPy reads when it is imported.
 from original_suite import ABSENT, TASKS, flat

@@ -10,24 +10,11 @@ import pytest
 from dm_control import suite as theirs
 from dm_control.mujoco.wrapper import MjvOption
 from dm_control.suite.wrappers import pixels
-from test_suite import assert_same_step
+from test_suite import assert_same_step, pair
 
-from conftest import actions
 from mjenv.dm_control import suite as ours
 
 SIZE = {"height": 60, "width": 84}
-
-
-def pair(task: tuple[str, str], steps: int) -> tuple[Any, Any]:
-    envs = ours.load(*task, {"random": 3}), theirs.load(*task, {"random": 3})
-    draw = actions(envs[1], 3)
-    for env in envs:
-        env.reset()
-    for _ in range(steps):
-        action = draw()
-        for env in envs:
-            env.step(action)
-    return envs
 
 
 def assert_same_picture(got: Any, want: Any, **arguments: Any) -> None:

@@ -42,6 +42,19 @@ def assert_same_episodes(got: Any, want: Any, seed: int, steps: int) -> None:
         assert_same_step(got.step(action), want.step(action))
 
 
+def pair(task: tuple[str, str], steps: int) -> tuple[Any, Any]:
+    """The environments of the library and of dm_control after a reset and some steps."""
+    envs = ours.load(*task, {"random": 3}), theirs.load(*task, {"random": 3})
+    draw = actions(envs[1], 3)
+    for env in envs:
+        env.reset()
+    for _ in range(steps):
+        action = draw()
+        for env in envs:
+            env.step(action)
+    return envs
+
+
 @pytest.mark.parametrize("task", TASKS, ids="-".join)
 def test_environment(task: tuple[str, str]) -> None:
     got, want = (suite.load(*task, task_kwargs={"random": 3}) for suite in (ours, theirs))

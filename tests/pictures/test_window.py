@@ -16,6 +16,7 @@ import imageio.v3 as imageio
 import mujoco
 import numpy as np
 import pytest
+from display import virtual_display
 from library import LIBRARY, Env, Renderer, check
 from numpy.typing import NDArray
 
@@ -28,11 +29,8 @@ PATIENCE = 60.0  # s
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "1024x768x24", "-nolisten", "tcp", "-noreset"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
-        assert server.stdout
-        yield f":{server.stdout.readline().strip()}"
-        server.terminate()
+    with virtual_display() as name:
+        yield name
 
 
 @pytest.fixture(autouse=True)

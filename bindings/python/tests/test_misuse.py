@@ -116,6 +116,7 @@ def interrupted(use: Callable[[], Any], mend: Callable[[], Any]) -> None:
         raise KeyboardInterrupt
 
     rng = random.Random(3)
+    gc.collect()  # pytest reports an interrupt that comes while Python finalizes the garbage of earlier tests
     before = signal.signal(signal.SIGALRM, interrupt)
     try:
         for _ in range(1500):

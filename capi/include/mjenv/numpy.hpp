@@ -108,7 +108,8 @@ class Norm {
     }
   }
 
-  // As with AVX-512: adds two blocks at once and then the halves of the sums. If a block is left, adds it as with AVX2.
+  // As with AVX-512: adds two blocks at once, in vectors of 8 sums, and then the two halves of each vector. If a block
+  // is left, adds it as with AVX2.
   template <typename At>
   static double fused_blocks(Eigen::Index n, const At &at) {
     std::array<double, 2 * block> wide{};

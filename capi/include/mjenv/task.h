@@ -450,7 +450,8 @@ static inline void mjenv_build_need(mjenv_builder *builder, const char *array) {
 /* Makes an array of mjData or mjModel available in all callbacks that take a mjenv_sim, one of mjModel also in reset.
  * Returns its index in mjenv_sim.arrays. Fails for unknown names, and for "contact.*": read mjenv_sim.contacts instead.
  * name   the array's name in MuJoCo, as in mjenv_read
- * field  receives the shape and the dtype (double for MJENV_DTYPE_FLOAT64 and so on); NULL: not wanted */
+ * field  receives the shape and the dtype, which tells the C type of the elements (double for MJENV_DTYPE_FLOAT64, and
+ *        so on); NULL: not wanted */
 static inline int32_t mjenv_build_array(mjenv_builder *builder, const char *name, mjenv_field *field) {
   return builder->api->array(builder, name, field);
 }
@@ -464,16 +465,16 @@ static inline void mjenv_build_field(mjenv_builder *builder, const mjenv_task_fi
 /* Replaces the task's carry_count. */
 static inline void mjenv_build_carry(mjenv_builder *builder, int64_t count) { builder->api->carry(builder, count); }
 
-/* Sets bounds of carried numbers first to first + count - 1: mjenv_restore refuses an image in which one of them is NaN
- * or outside of [low, high], and a callback that writes such a number fails. [low, high] must contain 0. If a number
- * has several bounds, all of them apply. */
+/* Sets bounds of the carried numbers with the indices `first` to `first + count - 1`: mjenv_restore refuses an image in
+ * which one of them is NaN or outside of [low, high], and a callback that writes such a number fails. [low, high] must
+ * contain 0. If a number has several bounds, all of them apply. */
 static inline void mjenv_build_carry_bounds(mjenv_builder *builder, int64_t first, int64_t count, double low,
                                             double high) {
   builder->api->carry_bounds(builder, first, count, low, high);
 }
 
-/* Makes carried numbers first to first + count - 1 stay after resets: a terrain's level, for instance. step and reset
- * write them; they are 0 until the row's first reset. */
+/* Makes the carried numbers with the indices `first` to `first + count - 1` stay after resets: a terrain's level, for
+ * instance. step and reset write them; they are 0 until the row's first reset. */
 static inline void mjenv_build_keep(mjenv_builder *builder, int64_t first, int64_t count) {
   builder->api->keep(builder, first, count);
 }

@@ -402,8 +402,8 @@ using Carried = Eigen::Map<const Eigen::VectorXd>;
 using Goal = Eigen::Map<const Eigen::VectorXd>;
 
 /* Counts how long each of some geoms, such as feet, has been in the air. time: a Robot::carry of N numbers (row[air]):
- * 0 for a geom that touches the ground, otherwise growing by dt in each step. Returns for each geom how long
- * the flight was that ended in this step, s; 0 if none did. */
+ * 0 for a geom that touches the ground, otherwise growing by dt in each step. Returns for each geom the
+ * duration of the flight that ended in this step, s; 0 if none ended. */
 template <std::size_t N>
 std::array<double, N> air_time(Eigen::Map<Eigen::VectorXd> time, const std::array<bool, N> &touching, double dt) {
   std::array<double, N> flights{};
@@ -568,8 +568,9 @@ class Info {
   }
 };
 
-/* The value of a real option, and whether the caller set it to an integer. Its product with a bool is then an integer,
- * too: an np.int64 if the bool is NumPy's (numpy_typed), an int if it is Python's (python_typed). */
+/* The value of a real option, and whether the caller set it to an integer. If so, the option's product
+ * with a bool is an integer, too: an np.int64 if the bool is NumPy's (numpy_typed), an int if it is Python's
+ * (python_typed). */
 struct Real {
   double value;
   bool integer;

@@ -71,7 +71,7 @@ void momentum_vel(const Lanes& d, int body, V* mat) {
   }
 }
 
-// The first of the dofs whose velocities mj_comVel adds to cvel only after it has computed cdof_dot of `dof`.
+// The first dof whose velocity mj_comVel has not yet added to cvel when it computes cdof_dot of `dof`.
 int first_added(const mjModel& m, int dof) {
   const int joint = m.dof_jntid[dof], first = m.jnt_dofadr[joint], type = m.jnt_type[joint];
   if (type == mjJNT_FREE) return dof < first + 3 ? first : first + 3;
@@ -124,7 +124,8 @@ void rne_vel(Lanes& d, const TreeMatrix& DfDv) {
     const auto subtract = [&](V& element, int dof, int body) {
       for (int k = 0; k < 6; ++k) element -= Dcfrc[6 * body + k] * cdof[6 * dof + k];
     };
-    // The velocity of c changes the forces of bodies that carry `own` only through `own`, so own's Dcfrc is theirs, too.
+    // The velocity of c changes the force of an ancestor of `own` only by the force that `own` passes on to it, so the
+    // ancestor's Dcfrc is that of `own`.
     const int adr = d.ancestor_adr[c], depth = d.ancestor_adr[c + 1] - adr;
     subtract(DfDv.below[adr], c, own);
     for (int n = 1; n < depth; ++n) subtract(DfDv.above[adr + n], d.ancestors[adr + n], own);

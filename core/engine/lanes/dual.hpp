@@ -119,12 +119,13 @@ class Dual : protected Constrained {
  private:
   static constexpr int kMostBlocks = Constraints::kMostNumbered / 4;
   const int blocks_;  // how many places are in blocks of four
-  // If places are numbered, for each block of four: whether some lanes have their last one, two or three constraints in
-  // it, and which lanes.
+  // If places are numbered, for each block of four: whether there are lanes whose constraints end within it, after one,
+  // two or three, and which lanes these are.
   bool has_rest_[kMostBlocks]{};
   Mask is_rest_[kMostBlocks]{};
 
-  // dot_places if places are numbered: the block with a lane's last constraints is added like a rest, after the others.
+  // dot_places if places are numbered. As in mju_dot, a lane's last one, two or three products are summed separately,
+  // and added after the others.
   V dot_numbered(const V* a, const V* b) const {
     V res0{}, res1{}, res2{}, res3{}, rest{};
     for (int j = 0; j < blocks_; j += 4) {

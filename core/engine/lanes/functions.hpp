@@ -1,8 +1,8 @@
 // MuJoCo 2.2.2's smooth dynamics for several rows at once: lane l of each vector belongs to row l. Each function
 // repeats, in every lane, the operations of the MuJoCo function that its comment or name gives, on the same numbers and
 // in the same order, so the bits are equal. Each instruction set includes this file once, in a source file with
-// compiler flags of its own. So everything here has internal linkage, and nothing is called that the linker could merge
-// with the copy of another file, which was compiled with other flags.
+// compiler flags of its own. So everything here has internal linkage, and no function is called that the linker could
+// replace by another file's copy, which was compiled with other flags.
 //
 // Where MuJoCo branches on a number, a lane does what gives the same bits:
 // - Where MuJoCo skips a zero in a sum, a lane adds it. The sum begins at +0 and so never becomes -0, and adding a zero

@@ -183,15 +183,15 @@ struct Lanes {
   bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
   unsigned damped;          // the lanes, as bits, in which a dof has damping
 
-  // Up to `boxes`, the following depend on the shared model alone, except pair_rows. The dofs at which the Jacobian of
-  // tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
+  // The members from here to `boxes` depend on the shared model alone, except pair_rows. The dofs at which the Jacobian
+  // of tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
   const int *tendon_dof_adr, *tendon_dofs;
   const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
   // Only for the integrator implicit. In the layout of qM: ancestors[ancestor_adr[i]] is dof i, the next its parent, and
-  // so on. moved_bodies, from moved_adr[b] on, are body b and those that it bears, in ascending order. Both addresses have
-  // an element more, for the end.
+  // so on. From moved_adr[b] on, moved_bodies has the subtree of body b: b and its descendants, in ascending order.
+  // ancestor_adr and moved_adr have one more element, for the end.
   const int *ancestor_adr, *ancestors, *moved_adr, *moved_bodies;
   const Actuator* actuators;
   bool has_moments;                      // there is an array of actuator_moment
@@ -321,10 +321,10 @@ struct Constraints {
 
   // For Newton's method and CG with elliptic cones or sparse Jacobians (is_aligned), a place belongs to the same
   // equality, friction, limit or contact in all lanes, also in lanes that lack it. With elliptic cones, contacts begin
-  // at the place `cones`; otherwise it equals `size`. dims: how many places an equality, friction, limit or contact has,
-  // at its first place. scale: mjContact's mu at a contact's first place, and its friction at the others. middle: at a
-  // contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part of the contacts
-  // in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
+  // at the place `cones`; otherwise it equals `size`. dims: at the first place of an equality, friction, limit or
+  // contact, how many places it has. scale: mjContact's mu at a contact's first place, and its friction at the others.
+  // middle: at a contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part of
+  // the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;

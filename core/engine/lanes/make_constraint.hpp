@@ -269,9 +269,7 @@ class MakeConstraint {
       set_one(c_.spring, k, number(&ConstraintNumbers::stiffness) * imp * pos[k]);
       set_one(c_.low, k, splat(kNoBound));
       set_one(c_.high, k, splat(kNoBound));
-      if (!c_.least) continue;
-      set_one(c_.least, k, splat(-kInfinite));
-      set_one(c_.greatest, k, splat(kInfinite));
+      if (c_.least) set_one(c_.least, k, splat(-kInfinite));
     }
   }
 

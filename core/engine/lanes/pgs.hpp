@@ -38,7 +38,7 @@ class Pgs : Dual {
     residual(b, vectors(d_.qacc_smooth));
     leave_negative_zeros(b, c_.is_numbered ? size_ : c_.bounded);
     if (m_.opt.disableflags & mjDSBL_WARMSTART) return zero(force, size_);
-    leave_huge(d_.qacc_warmstart, nv_);  // mulJacTVec leaves out forces that are not finite where the Jacobian is 0
+    leave_huge(d_.qacc_warmstart, nv_);  // mulJacTVec skips zeros of the Jacobian, which needs finite forces
     residual(jar, vectors(d_.qacc_warmstart));
     force_of(jar);
     if (c_.is_numbered) force_of_cones(jar);
@@ -48,7 +48,8 @@ class Pgs : Dual {
     for (int i = 0; i < size_; ++i) force[i] = is_worse ? V{} : force[i];
   }
 
-  // Replaces the forces of inequalities by those of the contacts with elliptic cones that are at these places.
+  // force_of has treated the constraints of contacts with elliptic cones as inequalities. Replaces their forces by
+  // those of the cones.
   void force_of_cones(const V* jar) {
     for (int i = 0; i < size_; ++i)
       for (const int dim : {3, 4, 6}) {

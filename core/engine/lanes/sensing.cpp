@@ -73,9 +73,8 @@ void sense_state(const mjModel& m, mjData& d) {
   mj_sensorVel(&m, &d);
 }
 
-// holds_constraints is false only if no sensor reads contacts or constraints. Sensors then read only the accelerations
-// of mj_rnePostConstraint, which do not depend on constraints. So this hides the old constraints that mjData still
-// holds.
+// holds_constraints is false only if no sensor reads contacts or constraints. Those in mjData are then old, so this
+// hides them from mj_rnePostConstraint. Sensors read only its accelerations, which do not depend on constraints.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
   const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;

@@ -278,7 +278,7 @@ void Solver::remove_slip(Lanes& lanes, const Contacts& contacts) {
   set_rest(lanes, rows);
 }
 
-// Sets `starts`, and for each constraint of a lane its place if places are aligned.
+// Sets starts_ and origins_.
 void Solver::number(const Contacts& contacts) {
   std::fill(starts_.begin(), starts_.end(), Constraints::Starts{});
   std::array<int, kMaxWidth> counts{};

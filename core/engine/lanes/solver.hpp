@@ -65,7 +65,8 @@ class Solver {
   const int places_;
   Constraints constraints_{}, numbered_{};  // numbered_: a copy for noslip if constraints_ are aligned
   Memory<Constraints> memory_, numbered_memory_;
-  std::array<std::array<int, Constraints::kMostNumbered>, kMaxWidth> origins_{};  // the places of what is copied
+  // The place of each constraint of a lane.
+  std::array<std::array<int, Constraints::kMostNumbered>, kMaxWidth> origins_{};
   std::vector<unsigned char> bits_;
   std::vector<int> columns_;
   std::vector<Constraints::Starts> starts_;

@@ -454,8 +454,8 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
 }
 
 // Returns whether the rows have the shared model's values. must_hold: gathers the rows' values, unless they are the
-// shared ones and the lanes hold those already. All rows have their own values of the same arrays, so the first row's
-// pointers tell for all.
+// shared ones and the lanes hold those already. Either all rows have a copy of an array or none has, so the first
+// row's pointers tell for all.
 template <typename Own>
 bool LaneStepper::gather_own(Own& own, bool must_hold) {
   const bool are_shared = own.of(*row_models_[0]) == own.of(m_);
@@ -559,7 +559,9 @@ bool LaneStepper::is_unlike(const mjModel& m) const {
       if (kind(m, geom) != kind(m_, geom)) return true;
     return false;
   };
-  if (!single_.passive && m.geom_fluid != m_.geom_fluid &&
+  // The derivatives of mj_implicit are computed in lanes even if passive forces are not.
+  const bool needs_fluids = !single_.passive || m_.opt.integrator == mjINT_IMPLICIT;
+  if (needs_fluids && m.geom_fluid != m_.geom_fluid &&
       differs([](const mjModel& of, int geom) { return of.geom_fluid[mjNFLUID * geom] > 0; }))
     return true;
   if (!tables_.knows_pairs) return false;

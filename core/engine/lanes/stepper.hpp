@@ -26,7 +26,8 @@ std::string obstacle(const Model& model);
 // A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.
 std::string stage_lines(const Model& model);
 
-// Eight lanes are only about a quarter faster than four, and each lane takes the memory of an mjData.
+// The most lanes that the option "lanes" chooses at its default -1: eight lanes are only about a quarter faster than
+// four, and each lane takes the memory of an mjData.
 constexpr int kThriftyWidth = 4;
 
 // How many lanes, at most `most`, a thread should use to step its rows; 0: it should step them one by one.

@@ -109,7 +109,7 @@ class Obj {
     }
     // If MuJoCo sees no faces, it uses the arrays of vertices, normals and texture coordinates directly, so their
     // lengths must match. Faces with more than four corners do not count, because tinyobjloader may find no triangle in
-    // them. If lines come first, MuJoCo may see no face, because it reads only the first shape.
+    // them. If polylines come first, MuJoCo may see no face, because it reads only the first shape.
     if ((faces_ == 0 && lines_ == 0 && positions_ < 4) ||
         ((faces_ == 0 || begins_with_lines_) &&
          ((normals_ && normals_ != positions_) || (texcoords_ && texcoords_ != positions_))))
@@ -128,7 +128,7 @@ class Obj {
   // A positive index counts from 1, and a negative one back from the last element so far.
   static void check_index(std::int64_t index, std::int64_t count) {
     if (index == 0 || index > count || index < -count)
-      refuse("a face or a line has index " + std::to_string(index) + ", but there are " + std::to_string(count) +
+      refuse("a face or a polyline has index " + std::to_string(index) + ", but there are " + std::to_string(count) +
              " elements so far");
   }
 
@@ -171,7 +171,8 @@ class Obj {
     } else if (keyword == "l") {
       segments(text);
     } else if (keyword == "p" || keyword == "t" || keyword == "vw") {
-      refuse("a line begins with \"" + std::string(keyword) + "\"; only vertices, faces and lines can be used");
+      refuse("a line of its text begins with \"" + std::string(keyword) +
+             "\"; only vertices, faces and polylines can be used");
     }
   }
 
@@ -192,7 +193,7 @@ class Obj {
     std::int64_t value = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
     if (read.ec != std::errc())
-      refuse("a face or a line has \"" + std::string(text.substr(0, 20)) + "\" in place of an index");
+      refuse("a face or a polyline has \"" + std::string(text.substr(0, 20)) + "\" in place of an index");
     text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
     return value;
   }
@@ -226,18 +227,18 @@ class Obj {
   // Reads a polyline. In the file of a flex, MuJoCo 4.0 turns it into edges; otherwise it ignores it.
   void segments(std::string_view text) {
     begins_with_lines_ = begins_with_lines_ || faces_ == 0;
-    check_limit(limits_, "lines", ++lines_, kFaces);
+    check_limit(limits_, "polylines", ++lines_, kFaces);
     std::int64_t ends = 0;
     for (std::string_view end = word(text); !end.empty(); end = word(text)) {
-      check_limit(limits_, "ends of lines", ++ends + line_ends_, kFaces);
+      check_limit(limits_, "vertices of polylines", ++ends + line_ends_, kFaces);
       check_index(index(end), positions_);
       if (!end.empty() && end.front() == '/') {
         end.remove_prefix(1);
         check_index(index(end), texcoords_);
       }
-      if (!end.empty()) refuse("a line has \"" + std::string(end.substr(0, 20)) + "\" after an index");
+      if (!end.empty()) refuse("a polyline has \"" + std::string(end.substr(0, 20)) + "\" after an index");
     }
-    if (ends < 2) refuse("a line has " + std::to_string(ends) + " ends");
+    if (ends < 2) refuse("a polyline has " + std::to_string(ends) + " vertices; it needs at least 2");
     line_ends_ += ends;
   }
 

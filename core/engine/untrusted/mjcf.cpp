@@ -660,7 +660,7 @@ class Check {
 
     constexpr std::int64_t kNumbersPerPixel = 14, kNumbersPerVertex = 3;  // at most
     const std::int64_t wide = std::max(kNumbersPerPixel * max_camera_pixels_, kNumbersPerVertex * vertices_);
-    check_limit("numbers of sensors of pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
+    check_limit("numbers that sensors return for pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
     std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
     for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
                                               {counts_.joints, sizes_.nuser_jnt},

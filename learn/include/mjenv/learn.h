@@ -216,8 +216,8 @@ MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *ac
 
 /* Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of
  * rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were
- * drawn, or a number is not finite). After a number that is not finite, in out or in the weights, the rollout is given
- * up, and the next one begins with mjenv_learner_restart. */
+ * drawn, or a number is not finite). If a number in `out` or in the new weights is not finite, the rollout is given
+ * up; mjenv_learner_restart begins the next one. */
 MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
 
 /* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE,

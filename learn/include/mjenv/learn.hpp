@@ -135,7 +135,7 @@ class Learner {
 
   /* Trains until at least `steps` more steps of all rows together are done. */
   void train(std::int64_t steps) { check_learn(mjenv_learner_train(handle(), steps)); }
-  /* Replaces the settings from the next rollout on. */
+  /* Replaces the settings (mjenv_learner_set). */
   void set(const LearnSettings &settings) {
     const mjenv_learn_settings raw = settings.raw();
     check_learn(mjenv_learner_set(handle(), &raw));

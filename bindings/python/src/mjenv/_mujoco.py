@@ -60,7 +60,7 @@ _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
 _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
 
 # The writable arrays of mjData. MuJoCo computes all others from them.
-_INPUTS = frozenset(
+INPUTS = frozenset(
     "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata eq_active".split()
 )
 # In MuJoCo 4.0, these attributes belong to the joint and not to its degrees of freedom.
@@ -116,7 +116,7 @@ class Arrays(_Attributes):
 
     def _is_written(self, array: str) -> bool:
         """Whether an assignment is passed to the library, which itself refuses some arrays of mjModel and says why."""
-        return self._role in (Role.MODEL, Role.PARAMETERS) or array in _INPUTS
+        return self._role in (Role.MODEL, Role.PARAMETERS) or array in INPUTS
 
     def _read(self, field: Field) -> NDArray[Any]:
         array: NDArray[Any] = self._rows.read(self._row, field)

@@ -293,8 +293,8 @@ extern "C" {
 extern "C" {
     #[doc = " Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of"]
     #[doc = " rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were"]
-    #[doc = " drawn, or a number is not finite). After a number that is not finite, in out or in the weights, the rollout is given"]
-    #[doc = " up, and the next one begins with mjenv_learner_restart."]
+    #[doc = " drawn, or a number is not finite). If a number in `out` or in the new weights is not finite, the rollout is given"]
+    #[doc = " up; mjenv_learner_restart begins the next one."]
     pub fn mjenv_learner_feed(learner: *mut mjenv_learner, out: *const mjenv_batch)
         -> mjenv_status;
 }

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import logging
+import operator
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from ctypes import byref
+from functools import partial
 from importlib import import_module
 from types import FunctionType, MethodType
 from typing import Any, NamedTuple
@@ -19,9 +21,10 @@ from mjenv import _abi
 from mjenv._abi import Role, Status
 from mjenv._engine import Engine
 from mjenv._handle import Batch
-from mjenv._mujoco import Data, Model
+from mjenv._mujoco import Arrays, Contacts, Data, Model
 from mjenv._pictures import GROUPS, Pictures, Renderer, label_of, visual_flags
 from mjenv.dm_control._named import Named, Names
+from mjenv.dm_control._pointers import Pointers
 from mjenv.env import MujocoEnv
 from mjenv.errors import InvalidValueError, OptionError, PhysicsError, UnknownNameError
 
@@ -57,16 +60,49 @@ class NamedStructs(NamedTuple):
     data: Named
 
 
+class PhysicsView(Arrays):
+    """physics.model.vis.global_. offwidth and offheight, the size of the buffer in which programs draw with model.ptr,
+    can be written. physics.render needs no such buffer."""
+
+    __slots__ = ("_pointers",)
+
+    _pointers: Pointers
+
+    def __init__(self, view: Arrays, pointers: Pointers) -> None:
+        super().__init__(view._rows, view._row, view._role, view._changed, view._prefix)
+        object.__setattr__(self, "_pointers", pointers)
+
+    def __getattr__(self, name: str) -> Any:
+        return self._pointers.buffer[name] if name in self._pointers.buffer else super().__getattr__(name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in ("offwidth", "offheight"):
+            super().__setattr__(name, value)
+        self._pointers.buffer[name] = operator.index(value)
+        self._changed()
+
+
 class PhysicsModel(Model):
     """physics.model: mjModel by MuJoCo's names, and the names of its objects."""
 
-    __slots__ = ("objects",)
+    __slots__ = ("_pointers", "objects")
 
+    _pointers: Pointers
     objects: Names
 
-    def __init__(self, model: Model) -> None:
-        super().__init__(model._rows, model._row, model._changed)
-        object.__setattr__(self, "objects", Names(model))
+    def __init__(self, env: MujocoEnv, pointers: Pointers) -> None:
+        super().__init__(env._rows, env._row, partial(pointers.release, model=True))
+        object.__setattr__(self, "objects", Names(self))
+        object.__setattr__(self, "_pointers", pointers)
+        object.__setattr__(self.vis, "global_", PhysicsView(self.vis.global_, pointers))
+
+    @property
+    def ptr(self) -> Any:
+        """The simulation's mujoco.MjModel, for functions of MuJoCo's Python package, which must be installed.
+
+        Each access brings it up to date. What is written to it does not change the simulation.
+        """
+        return self._pointers.model
 
     @property
     def name(self) -> str:
@@ -101,6 +137,36 @@ class PhysicsModel(Model):
         return kinds[number] if 0 <= number < len(kinds) else ""
 
 
+class PhysicsData(Data):
+    """physics.data: mjData by MuJoCo's names."""
+
+    __slots__ = ("_pointers",)
+
+    _pointers: Pointers
+
+    def __init__(self, env: MujocoEnv, pointers: Pointers) -> None:
+        super().__init__(env._rows, env._row, pointers.release)
+        object.__setattr__(self, "_pointers", pointers)
+
+    def __getattr__(self, name: str) -> Any:
+        self._pointers.commit()
+        return super().__getattr__(name)
+
+    @property
+    def contact(self) -> Contacts:
+        self._pointers.commit()
+        return super().contact
+
+    @property
+    def ptr(self) -> Any:
+        """The simulation's mujoco.MjData, for functions of MuJoCo's Python package, which must be installed.
+
+        Each access brings it up to date. What is written to its inputs, such as qpos and xfrc_applied, changes the
+        simulation.
+        """
+        return self._pointers.data
+
+
 class Physics:
     """The simulation of an environment.
 
@@ -116,8 +182,9 @@ class Physics:
             self._sensor_types_to_names: dict[Any, list[str]] = {}
             self._hinge_names: list[str] = []
         self._raises = True
-        self.model = PhysicsModel(env.model)
-        self.data: Data = env.data
+        self.pointers = Pointers(env)
+        self.model = PhysicsModel(env, self.pointers)
+        self.data = PhysicsData(env, self.pointers)
         self.named = NamedStructs(
             Named(self.model, Role.MODEL, self.model.objects), Named(self.data, Role.DATA, self.model.objects)
         )
@@ -133,6 +200,7 @@ class Physics:
         return MethodType(method, self)
 
     def __getstate__(self) -> dict[str, Any]:
+        self.pointers.commit()
         return {"env": self._env, "domain": self._domain}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -193,11 +261,13 @@ class Physics:
 
     def step(self, nstep: int = 1) -> None:
         """Simulates nstep timesteps under the present controls."""
+        self.pointers.release()
         self._env.do_simulation(np.array(self.data.ctrl), nstep)
         self.report(self.data.warnings)
 
     def forward(self) -> None:
         """Computes what follows from positions and velocities, with the actuators switched off."""
+        self.pointers.release()
         self._env.set_state(np.array(self.data.qpos), np.array(self.data.qvel))
         self.report(self.data.warnings)
 
@@ -209,6 +279,7 @@ class Physics:
         """Sets the simulation to the model's initial state, as mj_resetData does."""
         if keyframe_id is not None:
             raise InvalidValueError("the suite's models have no keyframes; keyframe_id must be None")
+        self.pointers.release()
         self.data.time = 0
         for name in ("act", "ctrl", "qacc_warmstart", "qfrc_applied", "xfrc_applied"):
             if getattr(self.data, name).size:
@@ -218,6 +289,7 @@ class Physics:
 
     def observe(self) -> NDArray[np.float64]:
         """The library's observation of the present state: all terms, one after the other."""
+        self.pointers.commit()
         env = self._env
         batch = Batch(1, env.observation_space.shape, 0)
         turn = [env._rows.enter()]
@@ -286,6 +358,7 @@ class Physics:
         attributes. render_flag_overrides: {"wireframe": True} and the like, or with mujoco's mjtRndFlag as keys.
         overlays and scene_callback need dm_control's own Physics.
         """
+        self.pointers.commit()
         if len(overlays) or scene_callback is not None:
             raise OptionError("overlays and scene_callback need dm_control's own Physics", Status.E_NAME)
         if depth and segmentation:

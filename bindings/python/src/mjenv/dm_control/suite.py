@@ -296,6 +296,8 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
     def reset(self) -> dm_env.TimeStep:
         """Begins an episode."""
         self._ended, self._steps = False, 0
+        if self._physics is not None:
+            self._physics.pointers.release(model=True)
         self.task.give_stream()
         values, info = self.mjenv.reset()
         self.task.take_stream()
@@ -316,6 +318,8 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
             controls = action
         else:
             np.copyto(controls, action)
+        if self._physics is not None and self._physics.pointers.exist:
+            self._physics.pointers.release()
         mjenv, task = self.mjenv, self.task
         values, reward, terminated, _, _ = mjenv._step(controls)
         # Comparing bytes takes less time than NumPy's functions.
@@ -355,6 +359,8 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         return float(self.mjenv.dt)
 
     def __getstate__(self) -> dict[str, Any]:
+        if self._physics is not None:
+            self._physics.pointers.commit()
         return {**self.__dict__, "_physics": None}  # OpenGL stays in its process
 
     def close(self) -> None:
