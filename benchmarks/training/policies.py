@@ -1,4 +1,5 @@
-"""Trains the policies of examples/policies again, each with the trainer that made it, and plays them.
+"""Trains the policies of examples/policies again, each with the trainer that made it, and plays them. Another script
+trains that of HumanoidStandup.
 
     policies.py [ID ...]            trains (default: all), and plays and draws
     policies.py --play [ID ...]     only plays
@@ -36,13 +37,15 @@ LEARNED: dict[str, tuple[str, ...]] = {
     "Ant-v5": (),
     "HalfCheetah-v5": (),
     "Humanoid-v5": (),
-    "HumanoidStandup-v5": ("--learning-rate", "0.0005", "--steps", "4000000"),
     # Larger displacements at the start than those of the episodes that are played, so that those are within reach.
     "InvertedDoublePendulum-v5": ("--option", "reset_noise_scale=0.3", "--gamma", "0.995", "--steps", "800000"),
     "Pusher-v5": (),
     "Swimmer-v5": ("--seed", "3"),
     "Walker2d-v5": (),
 }
+
+# The policies that scripts of their own train, with curves of their own.
+ELSEWHERE = {"HumanoidStandup-v5": "examples/tasks/standup/train_standup.py"}
 
 sys.path.append(str(EXAMPLES))
 from deploy import play  # noqa: E402
@@ -117,7 +120,9 @@ def main() -> None:
     for id in given.id or sorted(path.stem for path in POLICIES.glob("*.txt")):
         if given.draw:
             break
-        if not given.play:
+        if id in ELSEWHERE and not given.play:
+            print(f"{id}: {ELSEWHERE[id]} trains this policy")
+        elif not given.play:
             train(id)
         report(id)
     draw(TABLE.with_suffix(".svg"), read(TABLE))

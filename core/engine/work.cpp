@@ -102,9 +102,9 @@ void Work::load(const double* state, bool continues) {
   load_rest(state);
 }
 
-// Not with RK4, which does not use mj_step2. Not if the state has numbers of StateLayout::more, which mj_step1 may
-// change: a step that does not continue calls mj_step1 again, so its results would differ from those of a step that
-// continues.
+// Whether the next step can begin with mj_step2, from what mjData holds. Not with RK4, which does not use mj_step2.
+// Not if the state has numbers of StateLayout::more, which mj_step1 may change: a step that does not continue calls
+// mj_step1 again, so its results would differ from those of a step that continues.
 bool Work::can_continue() {
   return keeps_current_ && layout_.more == 0 && stepped().opt.integrator != mjINT_RK4 && !diverged();
 }

@@ -287,7 +287,7 @@ Task RegisteredTask::build(const Options& options) const {
   task.action = own_space.low.empty() ? ActionBounds{task.model->action_low(), task.model->action_high()} : own_space;
   const std::vector<std::string>& own = task.needs.own;
   if (!task.needs.current && (!std::all_of(own.begin(), own.end(), is_applied_force) || task.needs.random_state))
-    fail(MJENV_E_TASK, id_ + ": build: own arrays of mjModel and RandomState need mjenv_build_current");
+    fail(MJENV_E_TASK, id_ + ": build: RandomState and own arrays of mjModel need mjenv_build_current");
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();

@@ -15,7 +15,7 @@ namespace mjenv::core {
 // The largest frame_skip.
 constexpr std::int64_t kMaxFrameSkip = 1'000'000;
 
-// What is known about a task without a compiled model.
+// What is known about a task before a model is compiled.
 struct Outline {
   const char* model_xml;  // the text of its default model; null if that is a file, or if there is none (Model-v0)
   std::int64_t time_limit;

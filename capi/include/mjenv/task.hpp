@@ -623,7 +623,7 @@ struct Functions {
   std::vector<Info::Entry> info, reset_infos;
 };
 
-/* What a definition says about its task without a model. */
+/* What a definition says about its task even in the run without a model, which lists the options. */
 struct Outline {
   struct Option {
     mjenv_kind kind;

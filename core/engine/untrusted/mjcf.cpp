@@ -263,8 +263,8 @@ class Check {
         const Node node = found->second;
         enter(*node.xml, level + 1, node.parent);
       } else if (!limits_.trusted()) {
-        refuse("there is no " + std::string(kind) + " " + quoted(name) +
-                   " above it; a copy that a replica or another attachment makes cannot be attached",
+        refuse("no " + std::string(kind) + " " + quoted(name) +
+                   " comes before this element; a copy that a replica or another attachment makes cannot be attached",
                &element.xml);
       }
     }
@@ -528,7 +528,8 @@ class Check {
     if (kind == File::Kind::mesh) add_mesh({vertices, 0}, "", &element.xml);
     if (element.text("file").empty()) return;
     for (const char* attribute : {"vertex", "normal", "texcoord", "face"})
-      if (element.xml.Attribute(attribute)) refuse(std::string("it has a file and a ") + attribute, &element.xml);
+      if (element.xml.Attribute(attribute))
+        refuse(std::string("the attributes 'file' and '") + attribute + "' exclude each other", &element.xml);
     add_file(element, kind, "file");
   }
 
