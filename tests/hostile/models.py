@@ -1243,7 +1243,7 @@ def today() -> Iterator[Case]:
         for i in range(30)
     )
     yield with_world("attach-doubled", doubled)
-    yield with_world("attach-unknown", "<attach body='none' prefix='p'/>", words=("above",))
+    yield with_world("attach-unknown", "<attach body='none' prefix='p'/>", words=("before this element",))
 
     # Sizes.
     for count in ("100 100 100", "2147483647 1 1", "0 1 1", "-1 -1 -1", "1000000 1 1"):
