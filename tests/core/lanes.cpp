@@ -111,9 +111,9 @@ std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Ki
     };
     switch (noise.below(5)) {
       case 0: any(qpos, m.nq); break;
-      case 3: any(layout.rest(state.data()), static_cast<int>(layout.more)); break;
       case 1: any(qvel, m.nv); break;
       case 2: any(ctrl, m.nu); break;
+      case 3: any(layout.rest(state.data()), static_cast<int>(layout.more)); break;
       default: any(warm, m.nv);
     }
   }

@@ -49,7 +49,7 @@ void adopt(Lanes& d) {
     const V square = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
     d.unlike |= bits(~(abs(square - 1.0) < splat(1e-6)));
   }
-  if (!d.has_single_passive || m.opt.integrator == mjINT_IMPLICIT) adopt_fluid(d);
+  if (d.needs_fluids) adopt_fluid(d);
 }
 
 }  // namespace

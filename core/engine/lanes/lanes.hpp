@@ -196,7 +196,7 @@ struct Lanes {
   const Actuator* actuators;
   bool has_moments;                      // there is an array of actuator_moment
   const unsigned char* has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
-  bool has_single_passive;               // MuJoCo's functions compute the passive forces row by row
+  bool needs_fluids;                     // for passive forces, or for the derivatives of mj_implicit
   bool has_single_actuation;             // MuJoCo's functions compute tendons and actuators row by row
   const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
   int pair_count;

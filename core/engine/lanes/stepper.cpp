@@ -443,7 +443,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.actuators = tables_.actuators.data();
   lanes_.has_moments = tables_.has_moments;
   lanes_.has_ellipsoids = tables_.has_ellipsoids.data();
-  lanes_.has_single_passive = single_.passive;
+  lanes_.needs_fluids = !single_.passive || m_.opt.integrator == mjINT_IMPLICIT;
   lanes_.has_single_actuation = single_.actuation;
   lanes_.is_still_tendon = tables_.is_still_tendon.data();
   lanes_.pairs = tables_.pairs.data();
@@ -559,9 +559,7 @@ bool LaneStepper::is_unlike(const mjModel& m) const {
       if (kind(m, geom) != kind(m_, geom)) return true;
     return false;
   };
-  // The derivatives of mj_implicit are computed in lanes even if passive forces are not.
-  const bool needs_fluids = !single_.passive || m_.opt.integrator == mjINT_IMPLICIT;
-  if (needs_fluids && m.geom_fluid != m_.geom_fluid &&
+  if (lanes_.needs_fluids && m.geom_fluid != m_.geom_fluid &&
       differs([](const mjModel& of, int geom) { return of.geom_fluid[mjNFLUID * geom] > 0; }))
     return true;
   if (!tables_.knows_pairs) return false;

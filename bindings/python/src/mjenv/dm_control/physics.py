@@ -76,10 +76,11 @@ class PhysicsView(Arrays):
         return self._pointers.buffer[name] if name in self._pointers.buffer else super().__getattr__(name)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name not in ("offwidth", "offheight"):
+        if name in ("offwidth", "offheight"):
+            self._pointers.buffer[name] = operator.index(value)
+            self._changed()
+        else:
             super().__setattr__(name, value)
-        self._pointers.buffer[name] = operator.index(value)
-        self._changed()
 
 
 class PhysicsModel(Model):
