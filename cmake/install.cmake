@@ -1,5 +1,6 @@
-# Says what `cmake --install` copies. The libraries on MuJoCo 2.2.2 and on MuJoCo 4.0 can be installed into one prefix: their
-# files have different names, except for the headers, LICENSE and the CMake package, which are the same.
+# Says what `cmake --install` copies. The libraries on MuJoCo 2.2.2 and on MuJoCo 4.0 can be installed into one prefix.
+# Their files have different names, except for those that are the same in both: libmjenv-learn, libmjenv-suite, the
+# headers, LICENSE and the CMake package.
 include(CMakePackageConfigHelpers)
 set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
 install(TARGETS mjenv EXPORT ${MJENV_LIBRARY_NAME}-targets

@@ -1,9 +1,10 @@
-// Registers the tasks that are compiled into the module (MJENV_TASK_SOURCES), as mjenv_load_tasks does with a plug-in's.
+// Registers the tasks that are compiled into the module (dm_control's suite or MJENV_TASK_SOURCES, for instance), as
+// mjenv_load_tasks registers those of a plug-in.
 #include <mjenv/task.h>
 
 extern "C" {
 
-mjenv_tasks_function mjenv_tasks;  // of the sources
+mjenv_tasks_function mjenv_tasks;  // which the sources of the tasks define (MJENV_PLUGIN)
 
 // Called by bindings/javascript/src/library.js.
 mjenv_status mjenv_register_own_tasks() {

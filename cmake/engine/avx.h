@@ -1,6 +1,7 @@
 // The few intrinsics of AVX that MuJoCo's dot products and vector functions use, for every CPU. MuJoCo's official library for
-// x86-64 is compiled for AVX, and there mju_dot and mju_dotSparse add in another order than in the code for other CPUs, and
-// keep -0. With this file instead of immintrin.h, the same code of MuJoCo gives the same bits on CPUs without AVX.
+// x86-64 is compiled for AVX. There mju_dotSparse adds in another order than in the code for other CPUs, and a result
+// of mju_dot that is -0 stays -0. With this file instead of immintrin.h, MuJoCo's code gives the same bits on CPUs
+// without AVX.
 #pragma once
 
 #include <string.h>

@@ -23,8 +23,8 @@ file(GLOB engine
 list(REMOVE_ITEM engine ${sources}/qhull/src/libqhull_r/usermem_r.c ${sources}/qhull/src/libqhull_r/userprintf_r.c
                         ${sources}/mujoco/src/xml/xml_api.cc)
 list(APPEND engine
-  ${CMAKE_CURRENT_LIST_DIR}/collision.c ${CMAKE_CURRENT_LIST_DIR}/guards.c ${CMAKE_CURRENT_LIST_DIR}/load.cc
-  ${CMAKE_CURRENT_LIST_DIR}/rays.c
+  ${CMAKE_CURRENT_LIST_DIR}/collision.c ${CMAKE_CURRENT_LIST_DIR}/forces.c ${CMAKE_CURRENT_LIST_DIR}/guards.c
+  ${CMAKE_CURRENT_LIST_DIR}/load.cc ${CMAKE_CURRENT_LIST_DIR}/rays.c
   ${sources}/libccd/src/ccd.c ${sources}/libccd/src/mpr.c ${sources}/libccd/src/polytope.c ${sources}/libccd/src/support.c
   ${sources}/libccd/src/vec3.c
   ${sources}/lodepng/lodepng.cpp
@@ -61,6 +61,8 @@ if(MINGW OR EMSCRIPTEN)  # for localtime_r
 endif()
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_setconst.c APPEND PROPERTY
              COMPILE_DEFINITIONS mj_step1=mjenv_step1)
+set_property(SOURCE ${sources}/mujoco/src/engine/engine_core_smooth.c APPEND PROPERTY
+             COMPILE_DEFINITIONS mj_applyFT=mjenv_applyFT)
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_forward.c APPEND PROPERTY
              COMPILE_DEFINITIONS mj_collision=mjenv_collision)
 set_property(SOURCE ${sources}/mujoco/src/engine/engine_sensor.c APPEND PROPERTY COMPILE_DEFINITIONS mj_ray=mjenv_ray)

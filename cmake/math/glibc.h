@@ -1,6 +1,6 @@
-// Stands for the internal headers of glibc that the sources of its math functions include, and gives what they define
-// names of our own. The library computes in the default floating-point environment and reads no errno, so what saves
-// and sets these is left out.
+// Replaces the internal headers of glibc that the sources of its math functions include, and renames the functions and
+// tables that these sources share. The library computes in the default floating-point environment and reads no errno,
+// so what saves and sets these is left out.
 #pragma once
 
 #include <errno.h>
@@ -83,7 +83,7 @@
 
 #ifdef __cplusplus
 
-// The sources choose what needs a fused operation, and this is it.
+// With __FP_FAST_FMA, the sources call __builtin_fma where they need a fused operation. Here that is `fused`.
 #undef __FP_FAST_FMA
 #define __FP_FAST_FMA 1
 #define __builtin_fma fused

@@ -13,8 +13,8 @@
 namespace mjenv::core {
 namespace {
 
-// Whether the array belongs to a mesh, skin, texture, height field or bounding volumes. mj_setConst writes none of these,
-// and copies would be large: a skybox of 800 x 800 pixels takes 11.5 MB.
+// Whether the array belongs to a mesh, skin, texture, height field or bounding volumes. mj_setConst writes none of
+// these, and copies would be large: a skybox of 800 x 800 pixels takes 11.5 MB.
 bool is_asset(const std::string& name) {
   static constexpr std::array beginnings{"mesh_", "skin_", "tex_", "hfield_data", "oct_", "bvh_child", "bvh_nodeid"};
   return begins_with(beginnings, name);

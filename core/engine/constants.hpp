@@ -22,8 +22,8 @@ class Constants {
   explicit Constants(const Model& model);
   ~Constants();
 
-  // Computes the constants of the model with a row's own arrays, or, if block is null, of the compiled model. Afterwards
-  // `data` is in the position qpos_spring, because mj_setConst computes for it last.
+  // Computes the constants of the model with a row's own arrays, or, if block is null, of the compiled model.
+  // Afterwards `data` is in the position qpos_spring, because mj_setConst computes for it last.
   void compute(const OwnArrays& arrays, const std::byte* block, mjData_* data);
   // Computes them in this object's own mjData. The result is the same as with a new mjData.
   void compute(const OwnArrays& arrays, const std::byte* block);

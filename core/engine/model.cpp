@@ -107,6 +107,17 @@ std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<
   return view;
 }
 
+// Makes the view without sensors. Returns null if there are none, or if MuJoCo must compute them in every mj_step,
+// because their next values depend on it (sensors_have_memory) or the process's mjcb_sensor may compute them.
+std::unique_ptr<const mjModel> sensorless_view(mjModel model, std::optional<Pairs>& pairs,
+                                               std::vector<unsigned char>& sameframe) {
+  const int* const types = model.sensor_type;
+  if (model.nsensor == 0 || sensors_have_memory(model)) return nullptr;
+  if (std::find(types, types + model.nsensor, mjSENS_USER) != types + model.nsensor) return nullptr;
+  model.nsensor = 0;
+  return stepped_view(model, pairs, sameframe);
+}
+
 }  // namespace
 
 std::size_t Array::count() const {
@@ -160,6 +171,7 @@ Model::Model(std::string label, Compiled model, Origin origin)
       origin_(origin),
       pairs_(explicit_pairs(*model_, origin == Origin::built_in)),
       stepped_(stepped_view(*model_, pairs_, sameframe_)),
+      sensorless_(sensorless_view(*model_, pairs_, sameframe_)),
       arrays_(arrays_of(model_.get())),
       nq_(static_cast<int>(model_->nq)),
       nv_(static_cast<int>(model_->nv)),

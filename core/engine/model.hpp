@@ -58,6 +58,9 @@ class Model {
   const mjModel_* get() const { return model_.get(); }
   // A view of this model with which mj_step is faster, and gives the same bits.
   const mjModel_* stepped() const { return stepped_.get(); }
+  // The same view, but without sensors if the model allows it. All mj_steps of a step but the last one use it, because
+  // nobody reads what the sensors measure in them. If the task has before_substep, they use `stepped` (Work::step).
+  const mjModel_* sensorless() const { return (sensorless_ ? sensorless_ : stepped_).get(); }
   // The list of geom pairs in that view; null if MuJoCo has to search for pairs.
   const Pairs* pairs() const { return pairs_ ? &*pairs_ : nullptr; }
   bool trusted() const { return origin_ != Origin::untrusted; }
@@ -108,7 +111,7 @@ class Model {
   Origin origin_;
   std::optional<Pairs> pairs_;
   std::vector<unsigned char> sameframe_;
-  std::unique_ptr<const mjModel_> stepped_;  // shares model_'s arrays
+  std::unique_ptr<const mjModel_> stepped_, sensorless_;  // they share model_'s arrays
   std::vector<Array> arrays_;
   int nq_ = 0, nv_ = 0, na_ = 0, nu_ = 0, nbody_ = 0;
 

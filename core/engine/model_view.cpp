@@ -10,7 +10,8 @@ namespace mjenv::core {
 ModelView::ModelView(const Model& model)
     : model_(model),
       whole_(std::make_unique<mjModel>(*model.get())),
-      stepped_(std::make_unique<mjModel>(*model.stepped())) {}
+      stepped_(std::make_unique<mjModel>(*model.stepped())),
+      sensorless_(std::make_unique<mjModel>(*model.sensorless())) {}
 
 ModelView::~ModelView() = default;
 
@@ -21,7 +22,7 @@ void ModelView::use(const OwnArrays& arrays, const std::byte* block) {
     collisions = std::max(collisions, array.collisions);
     if (array.place == OwnArray::Place::data_input) continue;
     const std::byte* values = block + array.offset;
-    for (mjModel* view : {whole_.get(), stepped_.get()}) {
+    for (mjModel* view : {whole_.get(), stepped_.get(), sensorless_.get()}) {
       std::byte* member = reinterpret_cast<std::byte*>(view) + array.member;
       if (array.place == OwnArray::Place::model_number)
         std::memcpy(member, values, array.bytes);
@@ -37,6 +38,7 @@ void ModelView::use(const OwnArrays& arrays, const std::byte* block) {
 void ModelView::mix() {
   mix_again(*model_.pairs(), *whole_, mixed_);
   set_pairs(*stepped_, mixed_);
+  set_pairs(*sensorless_, mixed_);
   must_mix_ = false;
 }
 

@@ -32,9 +32,13 @@ extern "C" mjtNum mjenv_ray(const mjModel*, const mjData*, const mjtNum* point, 
                             const mjtByte* groups, mjtByte counts_static, int excluded_body, int* found);
 // mj_collision, with the same result (cmake/engine/collision.c).
 extern "C" void mjenv_collision(const mjModel*, mjData*);
+// mj_applyFT, with the same result (cmake/engine/forces.c).
+extern "C" void mjenv_applyFT(const mjModel*, mjData*, const mjtNum* force, const mjtNum* torque, const mjtNum* point,
+                              int body, mjtNum* qfrc_target);
 #else
 constexpr auto mjenv_ray = &mj_ray;
 constexpr auto mjenv_collision = &mj_collision;
+constexpr auto mjenv_applyFT = &mj_applyFT;
 #endif
 
 using mjtSize = int;
@@ -82,6 +86,9 @@ inline void check_supported(const mjModel&) {}
 
 // Whether MuJoCo also searches the folder of an included file for the files to which that file refers.
 constexpr bool kIncludesHaveFolders = false;
+
+// Whether what sensors measure depends on how often they have been computed: noise comes from one random generator.
+inline bool sensors_have_memory(const mjModel& m) { return (m.opt.enableflags & mjENBL_SENSORNOISE) != 0; }
 
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
 inline bool resets_diverged(const mjModel&) { return true; }

@@ -93,6 +93,10 @@ inline void check_supported(const mjModel& m) {
 // Whether MuJoCo also searches the folder of an included file for the files to which that file refers.
 constexpr bool kIncludesHaveFolders = true;
 
+// Whether what sensors measure depends on how often they have been computed: a delayed sensor keeps what it has
+// measured.
+inline bool sensors_have_memory(const mjModel& m) { return m.nhistory > 0; }
+
 // Whether MuJoCo resets a simulation in which it finds bad numbers.
 inline bool resets_diverged(const mjModel& m) { return (m.opt.disableflags & mjDSBL_AUTORESET) == 0; }
 
@@ -138,8 +142,8 @@ inline int more_state(const mjModel& m) { return mj_stateSize(&m, kMoreState); }
 inline void save_more(const mjModel& m, const mjData& d, double* state) { mj_getState(&m, &d, state, kMoreState); }
 inline void load_more(const mjModel& m, mjData& d, const double* state) { mj_setState(&m, &d, state, kMoreState); }
 // Whether MuJoCo can compute with that part of a state. It begins with the histories of the delays. Each history
-// begins with a number that is not checked; then come the cursor, the times of the samples, and the samples. MuJoCo uses
-// the cursor as an index without a check.
+// begins with a number that is not checked; then come the cursor, the times of the samples, and the samples. MuJoCo
+// uses the cursor as an index without a check.
 inline bool is_valid_more(const mjModel& m, const double* state) {
   const auto is_valid = [state](const int* history, int start) {
     if (start < 0) return true;

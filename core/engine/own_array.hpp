@@ -21,8 +21,10 @@ struct OwnArray {
   Collisions collisions;
   std::size_t member;  // the offset of the array's pointer, or of the number, in mjModel or mjData
   std::size_t bytes;
-  std::size_t offset;   // of the array in a row's block (OwnArrays)
-  const void* cleared;  // of an input of mjData: the model's array that mj_resetData copies to it; null: zeros
+  std::size_t offset;  // of the array in a row's block (OwnArrays)
+  // Of an input of mjData: the model's array that mj_resetData copies to it. Null: mj_resetData sets zeros, or the
+  // bodies' poses for mocap_pos and mocap_quat (OwnArrays::clear_inputs).
+  const void* cleared;
 
   // The array of this name. Fails with MJENV_E_NAME and the reason if it cannot be written.
   static OwnArray of(const Model& model, const std::string& name);

@@ -181,23 +181,23 @@ void Work::act(const Action& action) {
 }
 
 void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before_substep) {
-  const auto advance = [&](std::int64_t i) {
+  const auto advance = [&](std::int64_t i, const mjModel& m) {
     if (i == 0 && continues_) {
       std::copy(normalized_qpos_.begin(), normalized_qpos_.end(), data_->qpos);
-      mj_step2(&stepped(), data_.get());
+      mj_step2(&m, data_.get());
     } else {
-      mj_step(&stepped(), data_.get());
+      mj_step(&m, data_.get());
     }
     if (i == 0) drop_repeated_warnings();
   };
   for (std::int64_t i = 0; i < frames - 1; ++i) {
     if (before_substep) (*before_substep)(i);
-    advance(i);
+    advance(i, before_substep ? stepped() : sensorless());
   }
   diverged_early_ = diverged();
   if (before_substep) (*before_substep)(frames - 1);
   save(before);
-  advance(frames - 1);
+  advance(frames - 1, stepped());
   note_step();
 }
 

@@ -69,7 +69,9 @@ class Work {
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
   // The view of this model that mj_step computes with.
   const mjModel_& stepped() { return view_ ? view_->stepped() : *model_->stepped(); }
-  // The same view, for code that does not read the parameters of its list of pairs (ModelView::unmixed).
+  // The view for all mj_steps of a step but the last one, unless the task has before_substep (Model::sensorless).
+  const mjModel_& sensorless() { return view_ ? view_->sensorless() : *model_->sensorless(); }
+  // The view of `stepped`, for code that does not read the parameters of its list of pairs (ModelView::unmixed).
   const mjModel_& unmixed() const { return view_ ? view_->unmixed() : *model_->stepped(); }
   // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live until
   // the next call.
@@ -81,8 +83,8 @@ class Work {
   void clear();
   // Starts an episode. Resets less than `clear` does, so it is faster; the results of what follows are the same.
   void begin();
-  // continues: after keep_current(), whether mjData holds what the last step has computed for this state. If so, the next
-  // step need not compute it again.
+  // continues: after keep_current(), whether mjData holds what the last step has computed for this state. If so, the
+  // next step need not compute it again.
   void load(const double* state, bool continues = false);
   // Loads only what lies in StateLayout::rest.
   void load_rest(const double* rest);
@@ -134,8 +136,8 @@ class Work {
   void complete();
   void complete_forces();
   void complete_frames();
-  // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read forces
-  // (reads_forces) compute them.
+  // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read
+  // forces (reads_forces) compute them.
   bool has_lost_forces() const { return forces_ == Forces::kLost; }
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }

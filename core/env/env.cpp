@@ -349,8 +349,8 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
                            std::to_string(each) +
                            (each == 0     ? ": this array is empty in this model"
                             : rows() == 1 ? ""
-                                          : " for all rows or " + std::to_string(rows() * each) + ", which are " +
-                                                std::to_string(each) + " for each row"));
+                                          : " (the same in all rows) or " + std::to_string(rows() * each) + " (" +
+                                                std::to_string(each) + " for each row)"));
   const bool same = count == each;
   const auto for_each_row = [&](const auto& body) {
     for (std::int64_t row = 0; row < rows(); ++row)

@@ -67,14 +67,16 @@ class Env {
   void seed_actions(std::uint64_t seed);
   void sample_actions(float* action, std::int64_t count);
 
-  // The array of the row's mjModel or mjData with this MuJoCo name. The result is valid until the next call.
+  // The array with this name: of the row's mjModel or mjData (MuJoCo's name), a live parameter ("parameters.speed") or
+  // the parameters of a draw ("draws[0]"). The result is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
   // Calls draw with the mjModel and mjData that Gymnasium would have in the row's present state. draw must not change
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
-  // Writes an array of the row's state or mjModel, or an input of its mjData (engine/own_array.hpp). count: the array's
-  // size, for the same values in every selected row, or this size times the number of rows.
+  // Writes an array of the row's state or mjModel, an input of its mjData (engine/own_array.hpp), a live parameter or
+  // the parameters of a draw. count: the array's size, for the same values in every selected row, or this size times
+  // the number of rows.
   void write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count);
   // Calls mj_setConst.
   void set_constants(const std::uint8_t* mask);

@@ -43,9 +43,9 @@ void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
   if (origin == Origin::step && random_)
     for (const OwnValues& own : own_values_)
       if (own.is_force) save_input(rows, row, own.array->offset, own.before.data(), own.array->bytes);
-  // If MuJoCo reset the simulation during this step, it cleared the inputs. The inputs with which the last mj_step began
-  // are kept, so that it can be repeated. This is not needed if it began with cleared inputs, because the reset came
-  // before it and no before_substep has run since.
+  // If MuJoCo reset the simulation during this step, MuJoCo has cleared the inputs. The row keeps the inputs with which
+  // the last mj_step began, to be able to repeat it. If MuJoCo reset the simulation in an earlier mj_step and no
+  // before_substep has set forces since, the last one began with cleared inputs, and there is nothing to keep.
   if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
     if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
     rows.clear_inputs(row);

@@ -29,8 +29,8 @@ Norm norm_as_numpy_here() {
   if (const auto name = platform::environment("OPENBLAS_CORETYPE"))
     for (const Kernel& kernel : kernels)
       if (strcasecmp(name->c_str(), kernel.name) == 0) return Norm(kernel.fused);
-  // OpenBLAS chooses its kernel by AVX-512 on x86-64 and by SVE on aarch64. Its kernel for SVE adds up to 3 squares in
-  // order and without fusing if vectors have kWide bytes or more.
+  // OpenBLAS chooses its kernel by AVX-512 on x86-64 and by SVE on aarch64. If SVE's vectors have kWide bytes or more,
+  // its kernel does not fuse. It then adds in Norm's order only if there are at most 3 squares (docs/fidelity.md).
   constexpr int kWide = 32;
   return Norm(!cpu_lacks_avx512() && platform::scalable_vector_bytes() < kWide);
 }

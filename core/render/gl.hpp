@@ -43,7 +43,7 @@ class Current {
 // Opens a context. back_end: an mjenv_gl.
 std::unique_ptr<Context> open(std::int32_t back_end);
 
-// Whether this process can use OpenGL. A forked child cannot if its parent has used OpenGL before the fork.
+// Whether this process has opened contexts. False in a forked child, which cannot use the contexts of its parent.
 bool here();
 // Fails unless here(). what: "the renderer", for the message.
 void check_here(const char* what);

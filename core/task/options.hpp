@@ -17,8 +17,8 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // with the same value.
 enum class InIdentity {
   yes,  // the option changes the results of steps and resets
-  // The option changes only how results are computed and returned. Or the identity contains what the option decides (the
-  // model, the rounding of norms).
+  // The option changes only how results are computed and returned. Or the identity contains what the option decides
+  // (the model, the rounding of norms).
   no
 };
 

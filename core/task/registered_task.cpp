@@ -17,8 +17,9 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::size_t kMaxId = 100;
-constexpr std::int64_t kMaxCount = 1 << 20;                        // of options, fields, and numbers in one option
-constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;  // exact as a double, as bounds of options are
+constexpr std::int64_t kMaxCount = 1 << 20;  // of options, fields, and numbers in one option
+// The largest value of an integer option. A double holds it exactly, and the bounds of options are doubles.
+constexpr std::int64_t kMaxInteger = (std::int64_t{1} << 53) - 1;
 
 bool is_digit(char c) { return '0' <= c && c <= '9'; }
 bool is_word(char c) { return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || is_digit(c) || c == '_'; }

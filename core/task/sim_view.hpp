@@ -84,7 +84,8 @@ class SimView {
   std::uint64_t listed_ = 0;        // the Work::computation for which contacts_ was filled
   std::vector<Array> data_arrays_;  // filled when a task first shares an array
   std::vector<const void*> shared_, shared_originals_;
-  // Its pointers lead into mjModel, mjData and the row's own arrays. The latter move when an array is added.
+  // Its pointers lead into mjModel, mjData, the vectors above and the row's own values, which move when rows get a
+  // further own array (Rows::add_arrays).
   mjenv_sim sim_{};
 
   void expose();

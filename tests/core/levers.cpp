@@ -199,7 +199,7 @@ void test_built_in(void** /*state*/) {
 void test_odd(void** /*state*/) {
   failures.clear();
   for (const char* name : {"tethered_pair.xml", "tendons.xml", "mocap.xml", "explicit_pairs.xml", "sensors.xml",
-                           "swimmers.xml", "world_only.xml", "terrain.xml"}) {
+                           "sensing.xml", "quadruped.xml", "swimmers.xml", "world_only.xml", "terrain.xml"}) {
     const std::string found = play(Model::parse(name, odd_model(name)));
     if (!found.empty()) failures += std::string(name) + ": " + found + "\n";
   }

@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   if (topic == "info") return run_info();
 #ifdef LANES
   if (topic == "collisions") return run_collisions();
+  if (topic == "forces") return run_forces();
   if (topic == "implicit") return run_implicit();
   if (topic == "lanes") return run_lanes(false);
   if (topic == "few-lanes") return run_lanes(true);
@@ -45,8 +46,8 @@ int main(int argc, char** argv) {
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
   std::fputs(
-      "usage: test_core TOPIC [TESTS], where TOPIC is chars, collisions, cpus, failures, forks, implicit, info,\n"
-      "       lanes, few-lanes, levers, numpy, rays, search, stages or worker\n"
+      "usage: test_core TOPIC [TESTS], where TOPIC is chars, collisions, cpus, failures, forces, forks, implicit,\n"
+      "       info, lanes, few-lanes, levers, numpy, rays, search, stages or worker\n"
       "       test_core random-models [FIRST COUNT | print SEED]\n",
       stderr);
   return 2;

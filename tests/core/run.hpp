@@ -19,6 +19,7 @@ int run_chars();
 int run_collisions();
 int run_cpus();
 int run_failures();
+int run_forces();
 int run_forks();
 int run_implicit();
 int run_info();

@@ -554,9 +554,10 @@ MJENV_API void mjenv_destroy(mjenv_env *env);
 /* Describes an environment. */
 MJENV_API mjenv_status mjenv_info_of(mjenv_env *env, mjenv_info *info);
 
-/* Returns how each stage of a step of the environment's model is computed, one line for each; NULL if it fails. A line
- * is "STAGE: lanes", "STAGE: row by row: WHY", "STAGE: lanes; row by row: WHAT" or "STAGE: absent". There are no lines
- * if the library has no lane code. docs/lanes.md explains the stages. The text belongs to the environment. */
+/* Returns how lanes compute each stage of a step of the environment's model, one line for each, even if the environment
+ * has no lanes; NULL if it fails. A line is "STAGE: lanes", "STAGE: row by row: WHY", "STAGE: lanes; row by row: WHAT"
+ * or "STAGE: absent". There are no lines if the library has no lane code. docs/lanes.md explains the stages. The text
+ * belongs to the environment. */
 MJENV_API const char *mjenv_lane_stages_of(mjenv_env *env);
 
 /* Returns the options that the environment was built with; NULL if it fails. They cannot be changed. */

@@ -235,7 +235,7 @@ class Env {
   std::size_t rows() const { return rows_; }
   mjenv_info info() { return obtain<mjenv_info>(MJENV_INFO_INIT, mjenv_info_of, handle()); }
 
-  /* How each stage of a step of the model is computed, one line for each (mjenv_lane_stages_of). */
+  /* How lanes compute each stage of a step of the model, one line for each (mjenv_lane_stages_of). */
   std::string lane_stages() {
     const char *text = mjenv_lane_stages_of(handle());
     if (!text) throw Error(MJENV_E_ARGUMENT, mjenv_last_error());

@@ -318,7 +318,7 @@ typedef struct mjenv_plugin {
 /* Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;
  * loading it again does nothing. Any thread may call this at any time.
  * path  a shared object that exports "mjenv_tasks" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable
- *       MJENV_TASKS lists, separated by ":"; the first function that looks up an id also loads them
+ *       MJENV_TASKS lists, separated by ":" (on Windows by ";"); the first function that looks up an id also loads them
  * Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of
  * mjenv_register_task. With NULL, all are TASK. */
 MJENV_API mjenv_status mjenv_load_tasks(const char *path);

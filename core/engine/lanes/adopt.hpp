@@ -1,4 +1,6 @@
-// What follows from the numbers of mjModel alone. It is computed when a row's numbers change, not in each step.
+// What follows from the numbers of mjModel alone. It is not computed in each mj_step: if rows have numbers of their
+// own, it is computed once in each step of the environment; if all rows share the model's, it stays valid from step to
+// step.
 #pragma once
 
 #include "engine/lanes/functions.hpp"

@@ -209,8 +209,8 @@ struct Element {
   V value;
 };
 
-// The Jacobian of a point of a body in the frame `mat`, rotation then translation, for the dofs that move the body. These
-// are a dof and its ancestors.
+// The Jacobian of a point of a body in the frame `mat`, rotation then translation, for the dofs that move the body.
+// These are a dof and its ancestors.
 class LocalJacobian {
  public:
   LocalJacobian(const Lanes& d, int body, const V* pos, const V* mat) : d_(d), J_(vectors(d.local_J)) {

@@ -22,9 +22,9 @@ class Dual : protected Constrained {
 
  protected:
   // mju_dot of two vectors with a number for each place. A sum that is zero is +0 here, while MuJoCo's may be -0. For
-  // inequalities this makes no difference: their forces are never -0, and subtracting +0 or -0 from another number
-  // gives the same. Forces of equalities, friction and elliptic cones can be -0, so leave_negative_zeros leaves to
-  // MuJoCo the lanes in which the sign of such a sum matters.
+  // inequalities this makes no difference: their forces are never -0, and from a number that is not -0, subtracting +0
+  // or -0 gives the same. Forces of equalities, friction and elliptic cones can be -0, so leave_negative_zeros leaves
+  // to MuJoCo the lanes in which the sign of such a sum matters.
   V dot_places(const V* a, const V* b) const {
     if (c_.is_numbered) return dot_numbered(a, b);
     V res0{}, res1{}, res2{}, res3{};
@@ -94,8 +94,8 @@ class Dual : protected Constrained {
     improvement = is_taken ? improvement - change : improvement;
   }
 
-  // The friction of a contact with an elliptic cone, given its normal force. MuJoCo's function finds it in each of these
-  // lanes (bits).
+  // The friction of a contact with an elliptic cone, given its normal force. MuJoCo's function finds it in each of
+  // these lanes (bits).
   template <int kSize>
   static void find_friction(V* friction, const V* block, const V* b, const V* mu, V normal, unsigned rows) {
     for (int lane = 0; lane < kWidth; ++lane) {

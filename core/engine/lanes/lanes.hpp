@@ -147,8 +147,8 @@ struct Lanes {
   double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_integrated, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
 
   // Only for the integrator implicit. qDeriv and qLU have the layout of TreeMatrix in derivative.hpp. Dcacc, Dcfrc_body
-  // and local_J are MuJoCo's arrays of derivatives: the first two for one dof's velocity, the third for one body or geom.
-  // Dmomentum is `mat` of mjd_rne_vel for each body.
+  // and local_J are MuJoCo's arrays of derivatives: the first two for one dof's velocity, the third for one body or
+  // geom. Dmomentum is `mat` of mjd_rne_vel for each body.
   double *qDeriv, *qDeriv_above, *qLU, *qLU_above, *Dcacc, *Dcfrc_body, *Dmomentum, *local_J;
 
   // What mj_rnePostConstraint writes (cacc_ext is mjData's cacc, not that of mj_rne), and what sensors need and write,
@@ -189,8 +189,8 @@ struct Lanes {
   const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins
   const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
   const int* segment_adr;   // a tendon along joints has none
-  // Only for the integrator implicit. In the layout of qM: ancestors[ancestor_adr[i]] is dof i, the next its parent, and
-  // so on. From moved_adr[b] on, moved_bodies has the subtree of body b: b and its descendants, in ascending order.
+  // Only for the integrator implicit. In the layout of qM: ancestors[ancestor_adr[i]] is dof i, the next its parent,
+  // and so on. From moved_adr[b] on, moved_bodies has the subtree of body b: b and its descendants, in ascending order.
   // ancestor_adr and moved_adr have one more element, for the end.
   const int *ancestor_adr, *ancestors, *moved_adr, *moved_bodies;
   const Actuator* actuators;
@@ -323,15 +323,15 @@ struct Constraints {
   // equality, friction, limit or contact in all lanes, also in lanes that lack it. With elliptic cones, contacts begin
   // at the place `cones`; otherwise it equals `size`. dims: at the first place of an equality, friction, limit or
   // contact, how many places it has. scale: mjContact's mu at a contact's first place, and its friction at the others.
-  // middle: at a contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part of
-  // the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
+  // middle: at a contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
+  // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
   bool is_aligned;
   int cones;
   unsigned char *dims, *middle;
   double *scale, *Hcone, *LTJ;
 
-  // Not for PGS. quad is [size][3]. quadratic: for each place, the lanes, as bits, whose cost is quadratic; old: the same
-  // before the last move.
+  // Not for PGS. quad is [size][3]. quadratic: for each place, the lanes, as bits, whose cost is quadratic; old: the
+  // same before the last move.
   double *Jv, *quad, *Ma, *Mv, *grad, *search;
   unsigned char *quadratic, *old;
   // Only for Newton's method. H is [nv][nv]. vec: the vector of a rank-one update of H; the update overwrites vec.

@@ -30,7 +30,8 @@ struct Fluid {
 };
 inline Mask is_heavy(const Lanes& d, int body) { return ~(vectors(d.body_mass)[body] < splat(mjMINVAL)); }
 
-// Computes what mj_inertiaBoxFluidModel computes from these numbers. A factor is 0 where MuJoCo adds nothing.
+// Computes what mj_inertiaBoxFluidModel computes from a body and the fluid alone. A factor is 0 where MuJoCo adds
+// nothing.
 void adopt_box(Lanes& d, const Fluid& fluid, int body) {
   const V zero{}, mass = vectors(d.body_mass)[body], *const inertia = vectors(d.body_inertia) + 3 * body;
   const V box[3] = {edge_of_box(inertia[1] + inertia[2] - inertia[0], mass),

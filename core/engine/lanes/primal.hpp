@@ -187,8 +187,9 @@ class LineSearch {
   }
 };
 
-// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG. kPlain: Newton's method for dense Jacobians
-// and inequalities alone, for which the compiler leaves out the code for equalities, friction and elliptic cones.
+// mj_referenceConstraint and mj_fwdConstraint with mj_solNewton or mj_solCG. kPlain: Newton's method for dense
+// Jacobians and inequalities alone, for which the compiler leaves out the code for equalities, friction and elliptic
+// cones.
 template <bool kPlain>
 class Primal : Constrained {
  public:

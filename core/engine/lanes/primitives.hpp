@@ -89,8 +89,8 @@ inline void SphereCapsule(Contact& con, V margin, const Geom& sphere, const Geom
 }
 
 // mjc_CapsuleCapsule. Returns how many contacts of `con` it has set: one if the axes are parallel in no lane. For
-// parallel capsules, it tries each of the four ends with the nearest point of the other capsule, and takes the first two
-// contacts that it finds.
+// parallel capsules, it tries each of the four ends with the nearest point of the other capsule, and takes the first
+// two contacts that it finds.
 inline int CapsuleCapsule(Contact* con, V margin, const Geom& g1, const Geom& g2) {
   V axis1[3], axis2[3], dif[3], vec1[3], vec2[3];
   g1.axis(axis1, g1.size[1]);

@@ -59,8 +59,9 @@ V gap_of_boxes(const PlacedBox& a, const PlacedBox& b, const V* dif) {
   return gap;
 }
 
-// Whether the box from low to high is above all points of the height field in the cells below it. MuJoCo passes over
-// cells that are lower than the geom, even if a row's own heights lie below the field's base. heights: hfield_data.
+// Whether the box from low to high is above all points of the height field in the cells below it. The field's base does
+// not matter: MuJoCo skips a prism whose upper corners are all lower than the geom, even if its base is higher than
+// they are, which a row's own heights can cause. heights: hfield_data.
 bool is_above_ground(const mjModel& m, const float* heights, int geom, const double* low, const double* high) {
   const int id = m.geom_dataid[geom], rows = m.hfield_nrow[id], columns = m.hfield_ncol[id];
   const double* const size = m.hfield_size + 4 * id;

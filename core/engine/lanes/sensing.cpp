@@ -74,7 +74,8 @@ void sense_state(const mjModel& m, mjData& d) {
 }
 
 // holds_constraints is false only if no sensor reads contacts or constraints. Those in mjData are then old, so this
-// hides them from mj_rnePostConstraint. The sensors read only its accelerations, which it computes from qacc alone.
+// hides them from mj_rnePostConstraint. The sensors then read only cacc, which it computes from qvel and qacc, without
+// constraints.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
   const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;

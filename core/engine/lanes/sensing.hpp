@@ -19,7 +19,7 @@ void sense_state(const mjModel& m, mjData& d);
 
 // Whether lanes compute the model's sensors: yes, unless there is a user sensor.
 bool senses_in_lanes(const mjModel& m);
-// Computes the rangefinders and clocks of one row, which lanes do not compute.
+// Computes the rangefinders of one row, which lanes do not compute, and copies the row's time to its clocks.
 void sense_singly(const mjModel& m, mjData& d);
 
 // Whether a sensor reads the frame of a camera.

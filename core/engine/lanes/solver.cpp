@@ -174,8 +174,9 @@ int Solver::constraint_at(int place, int count) const {
   return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
 }
 
-// rows: the rows that have constraints, as bits. most: the largest number of constraints in a row. bounded: the largest
-// number of equality and friction constraints in a row. cones: Constraints::cones; -1: no aligned cones.
+// rows: the rows that have constraints, as bits. most: the largest number of constraints in a row; if places are
+// aligned, the number of places. bounded: the same for equality and friction constraints alone. cones:
+// Constraints::cones; -1: no aligned cones.
 void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.rows = rows;
   const bool is_numbered = constraints_.is_numbered, has_rest = is_dual_ && !is_numbered;

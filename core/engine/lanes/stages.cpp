@@ -27,8 +27,9 @@ bool is_moderate(const mjtNum* numbers, int count) {
   return true;
 }
 
-// Searches the arrays that lanes compute with. Returns the name of one with a number that is not moderate; "" if there
-// is none.
+// Searches arrays whose numbers lanes multiply even where MuJoCo skips a product with 0. Others, such as jnt_range, may
+// hold infinite numbers, because lanes compute with them as MuJoCo does. Returns the name of an array with a number
+// that is not moderate; "" if there is none.
 std::string excessive_array(const mjModel& m) {
   const struct {
     const char* name;

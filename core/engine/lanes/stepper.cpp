@@ -534,8 +534,9 @@ void LaneStepper::gather_heights() {
   for (int lane = 0; lane < code_.width; ++lane) heights_[lane] = row_models_[lane < count_ ? lane : 0]->hfield_data;
 }
 
-// Leaves two kinds of rows to MuJoCo: those whose own numbers are too large or not finite, with which obstacle() would
-// refuse a model; and those for which the tables of the shared model are not valid.
+// Leaves two kinds of rows to MuJoCo: those with an own number that is too large or not finite, in any array that lanes
+// hold (of the shared model, obstacle() checks fewer arrays); and those for which the shared model's tables are not
+// valid.
 void LaneStepper::leave_unlike() {
   const auto leave = [&](const auto& list) {
     for (const auto& own : list)
@@ -631,7 +632,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     data_[row] = works[row]->data();
   }
   // With RK4, sensors read what mj_rnePostConstraint computes in the first stage, and complete_forces computes the same
-  // arrays after the last. Lanes do not compute both, so if both are read, the step leaves all of mjData as MuJoCo does.
+  // arrays after the last. Lanes do not compute both, so if both are read, the step leaves all of mjData as MuJoCo
+  // does.
   reads_forces_ = works[0]->reads_forces();
   is_whole_ =
       works[0]->reads_all() || (reads_forces_ && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4);
@@ -691,7 +693,8 @@ bool LaneStepper::shows_current() const {
          (sensors_ == SensorNeeds::nothing || !reads_constraints_before_forces(m_));
 }
 
-// Computes the stages of mj_step1 for the new state, except constraints, which nobody reads.
+// Computes the stages of mj_step1 for the new state, except those whose results nobody reads: the inertia matrix,
+// contacts, constraints and energies.
 void LaneStepper::show_current(Work* const* works) {
   for (int row = 0; row < count_; ++row) works[row]->keep_raw_qpos();
   code_.kinematics(lanes_);
@@ -875,8 +878,8 @@ void LaneStepper::collide() {
   });
 }
 
-// Calls mjenv_collision row by row, which looks for pairs itself. If the model has a list of pairs, lanes do not compute
-// the frames of geoms that only such a search reads, so this does.
+// Calls mjenv_collision row by row, which looks for pairs itself. If the model has a list of pairs, lanes do not
+// compute the frames of geoms that only such a search reads, so this does.
 void LaneStepper::search() {
   scatter(searches_ ? for_geoms_ : poses_);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {

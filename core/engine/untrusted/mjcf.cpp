@@ -646,8 +646,8 @@ class Check {
   void check_sums() {
     dofs_ += untyped_joints_ * max_default_dofs_;
     check_limit("degrees of freedom", dofs_, kDofs);
-    // MuJoCo writes an element of a sparse Jacobian for each joint that a fixed tendon names. If it names one twice, there
-    // may be more elements than the matrix has room for.
+    // MuJoCo writes an element of a sparse Jacobian for each joint that a fixed tendon names. If it names one twice,
+    // there may be more elements than the matrix has room for.
     constexpr std::int64_t kSparseDofs = 60;  // from this many on, MuJoCo chooses sparse Jacobians itself
     if (repeated_joint_ && (jacobian_ == "sparse" || (jacobian_ != "dense" && dofs_ >= kSparseDofs)))
       refuse(

@@ -718,9 +718,10 @@ extern "C" {
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Returns how each stage of a step of the environment's model is computed, one line for each; NULL if it fails. A line"]
-    #[doc = " is \"STAGE: lanes\", \"STAGE: row by row: WHY\", \"STAGE: lanes; row by row: WHAT\" or \"STAGE: absent\". There are no lines"]
-    #[doc = " if the library has no lane code. docs/lanes.md explains the stages. The text belongs to the environment."]
+    #[doc = " Returns how lanes compute each stage of a step of the environment's model, one line for each, even if the environment"]
+    #[doc = " has no lanes; NULL if it fails. A line is \"STAGE: lanes\", \"STAGE: row by row: WHY\", \"STAGE: lanes; row by row: WHAT\""]
+    #[doc = " or \"STAGE: absent\". There are no lines if the library has no lane code. docs/lanes.md explains the stages. The text"]
+    #[doc = " belongs to the environment."]
     pub fn mjenv_lane_stages_of(env: *mut mjenv_env) -> *const ::std::os::raw::c_char;
 }
 extern "C" {
@@ -1608,7 +1609,7 @@ extern "C" {
     #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;"]
     #[doc = " loading it again does nothing. Any thread may call this at any time."]
     #[doc = " path  a shared object that exports \"mjenv_tasks\" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable"]
-    #[doc = "       MJENV_TASKS lists, separated by \":\"; the first function that looks up an id also loads them"]
+    #[doc = "       MJENV_TASKS lists, separated by \":\" (on Windows by \";\"); the first function that looks up an id also loads them"]
     #[doc = " Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of"]
     #[doc = " mjenv_register_task. With NULL, all are TASK."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;

@@ -323,7 +323,7 @@ fn writes() {
     pair.refuses(ErrorKind::Value, &["row 2", "0..1"], |env, _| env.write(2, "body_mass", &mass));
     pair.refuses(ErrorKind::Size, &["body_mass", "4", "5"], |env, _| env.write(1, "body_mass", &mass[..4]));
     pair.refuses(ErrorKind::Size, &["body_mass"], |env, _| env.write(1, "body_mass", &[]));
-    pair.refuses(ErrorKind::Size, &["body_mass", "7", "5 for all rows or 10"], |env, _| {
+    pair.refuses(ErrorKind::Size, &["body_mass", "7", "5 (the same in all rows) or 10 (5 for each row)"], |env, _| {
         env.write(.., "body_mass", &[&mass[..], &mass[..2]].concat())
     });
     pair.refuses(ErrorKind::Size, &["body_mass", "10", "5"], |env, _| env.write(1, "body_mass", &mass.repeat(2)));
