@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
 constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
-// The other arrays that can be read after every step: most of those of mjenv_sim, the rest of the state, and forces
-// that are inputs. Each name is between two spaces, so that a search for it with its spaces finds no part of another
-// name.
+// The other arrays that can be read after every step: most of those of mjenv_sim, the rest of the state except
+// mocap_quat, and forces that are inputs. Each name is between two spaces, so that a search for it with its spaces
+// finds no part of another name.
 constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "

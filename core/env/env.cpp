@@ -78,8 +78,8 @@ void declare_env_options(Options& options) {
                InIdentity::no);
   options.integer(
       "max_contacts", 0, 0, kMaxContacts,
-      "how many contacts of a row, from the first on, the exported arrays contact.* can hold; 0: as many as "
-      "MuJoCo can find",
+      "how many contacts of a row, from the first on, the exported arrays contact.* can hold; 0: as many as the "
+      "model's nconmax, or 500 on MuJoCo 4.0 if that is not set",
       InIdentity::no);
   declare_frame_options(options);
   declare_action_options(options);

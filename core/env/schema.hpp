@@ -31,7 +31,7 @@ class Schema {
   std::int64_t observation_count() const { return observation_count_; }
   // The indices of the exported arrays in Work::arrays().
   const std::vector<std::size_t>& exported() const { return exported_; }
-  // How many contacts the exported arrays can hold; 0: as many as MuJoCo can find.
+  // How many contacts the exported arrays can hold; 0: as many as core::max_contacts says.
   std::int64_t max_contacts() const { return max_contacts_; }
   // True if some exported arrays are up to date only after Work::complete.
   bool exports_on_demand() const { return exports_on_demand_; }

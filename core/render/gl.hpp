@@ -55,7 +55,8 @@ struct Traits {
 };
 Traits traits_of(const Context& current);
 
-// The back ends. They fail with MJENV_E_RENDER and the reason.
+// The back ends. They fail with the reason and MJENV_E_RENDER. EGL fails with MJENV_E_VALUE if MUJOCO_EGL_DEVICE_ID is
+// invalid, and WGL with MJENV_E_MEMORY if the system gives it no thread.
 std::unique_ptr<Context> open_egl();
 std::unique_ptr<Context> open_osmesa();
 std::unique_ptr<Context> open_wgl();

@@ -26,9 +26,9 @@ class Pool {
   void check_here() const;
   int threads() const { return static_cast<int>(threads_.size()) + 1; }
 
-  // Calls job(worker) on every thread of the pool and returns at once. The job must not throw.
+  // Calls job(worker) on every thread but the calling one, and returns at once. The job must not throw.
   void start(std::function<void(int)> job);
-  // Waits until the job has returned on all threads.
+  // Waits until the job has returned on all these threads.
   void finish();
   // Calls job(worker) on every thread of the pool, the calling one included, and returns when all calls have.
   void run(const std::function<void(int)>& job);

@@ -108,7 +108,8 @@ const Array& SimView::share(const std::string& name) {
   if (!found) found = find(work_.compiled().arrays(), name);
   if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
   if (found->stride)
-    fail(MJENV_E_NAME, quoted(name) + " is not one contiguous array: ask for \"contacts\" with mjenv_build_need");
+    fail(MJENV_E_NAME, quoted(name) + " is not one contiguous array" +
+                           (name.rfind("contact.", 0) == 0 ? ": ask for \"contacts\" with mjenv_build_need" : ""));
   needs_.arrays.push_back(name);
   shared_.push_back(found->data);
   shared_originals_.push_back(found->data);

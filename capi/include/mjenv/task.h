@@ -14,7 +14,8 @@
  * Errors
  *   A callback returns 0, or fails with `return mjenv_task_fail(api, "the reason")`. The function of mjenv.h then
  *   returns MJENV_E_TASK, or what the callback returned if this is MJENV_E_MEMORY or (in build) MJENV_E_MODEL. Wrong
- *   arguments of the functions below make the callback fail; it need not check for errors.
+ *   arguments of the functions below make the callback fail; it need not check for errors. In build, mjenv_create then
+ *   returns the status that says why, such as MJENV_E_NAME.
  * Forbidden
  *   A callback must not fork, end its thread, or use its own environment. It must return: neither longjmp nor a C++
  *   exception may leave it.
@@ -442,13 +443,14 @@ static inline int32_t mjenv_build_option_index(mjenv_builder *builder, const cha
  * made with the other rounding. */
 static inline int32_t mjenv_build_norm_is_fused(mjenv_builder *builder) { return builder->api->norm_is_fused(builder); }
 
-/* Makes an array that is computed on demand available in all callbacks that take a mjenv_sim.
- * array  a member of mjenv_sim ("contacts", "cfrc_ext", "geom_xpos", "geom_xmat"), or "cfrc_int", "cacc", "cam_xpos",
- *        "cam_xmat", "light_xpos" or "light_xdir"; arrays of mjenv_build_array are computed anyway */
+/* Makes a member of mjenv_sim that is computed on demand available in all callbacks that take a mjenv_sim.
+ * array  "contacts", "cfrc_ext", "geom_xpos" or "geom_xmat"; also accepted are other arrays that are computed on demand
+ *        ("cfrc_int", "cacc", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"), but mjenv_build_array, by which
+ *        callbacks read those, makes them available by itself */
 static inline void mjenv_build_need(mjenv_builder *builder, const char *array) { builder->api->need(builder, array); }
 
 /* Makes an array of mjData or mjModel available in all callbacks that take a mjenv_sim, one of mjModel also in reset.
- * Returns its index in mjenv_sim.arrays. Fails for unknown names, and for "contact.*": read mjenv_sim.contacts instead.
+ * Returns its index in mjenv_sim.arrays. Fails for unknown names, "warnings" and "contact.*": read mjenv_sim.contacts.
  * name   the array's name in MuJoCo, as in mjenv_read
  * field  receives the shape and the dtype, which tells the C type of the elements (double for MJENV_DTYPE_FLOAT64, and
  *        so on); NULL: not wanted */

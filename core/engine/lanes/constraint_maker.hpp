@@ -62,7 +62,8 @@ class ConstraintMaker {
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
   int shared_rows_ = 0;  // the lists are valid for this many rows with the shared model; 0: they are not valid
-  // MuJoCo itself searches for pairs, so no model holds their parameters.
+  // Whether Model has no list of pairs. MuJoCo then searches for them in every row, and no mjModel has their
+  // parameters.
   const bool are_always_searched_;
   const bool has_friction_;
   const ModelTables& tables_;

@@ -145,8 +145,8 @@ class Constrained {
   // The lanes in which the cost of the constraint at place i is quadratic. i is less than c_.bounded.
   Mask is_quadratic(int i, V jar) const { return ~((jar <= vectors(c_.low)[i]) | (jar >= vectors(c_.high)[i])); }
 
-  // Computes the forces as mj_constraintUpdate does. For an inequality, whose frictionloss is 0, 0 - frictionloss is
-  // +0, not -0.
+  // Computes the forces as mj_constraintUpdate does. Subtracts frictionloss from 0 instead of negating it, because the
+  // frictionloss of an inequality is 0, and MuJoCo's force is then +0, not -0.
   void force_of(const V* jar) {
     V* const force = vectors(c_.force);
     for (int i = 0; i < c_.bounded; ++i) {

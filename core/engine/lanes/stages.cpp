@@ -197,11 +197,13 @@ const std::vector<Stage>& stages() {
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
        "all constraints of a row that has an equality constraint, or a limit or friction of a tendon, with a Jacobian "
-       "of 0; all in models with adhesion, or if lanes cannot list the pairs of geoms",
+       "of 0; all in models with adhesion, if lanes cannot list the pairs of geoms, or if the solver is computed row "
+       "by row",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
        "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "
-       "cones, noslip or sparse Jacobians, rows whose constraints are needed in mjData",
+       "cones, noslip or sparse Jacobians, the last evaluation of a step if the task, the option `arrays` or a sensor "
+       "that is computed row by row reads constraints",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",

@@ -326,8 +326,9 @@ bool names_device(std::string_view name) {
 
 }  // namespace
 
-// ":" stands after a drive and before a stream. Two separators at the beginning lead to another machine or a device.
-// Windows drops dots and blanks at the end of a name, which is then another one.
+// ":" stands after a drive and before a stream. One separator at the beginning leads to the root of the current drive,
+// two lead to another machine or a device. Windows drops dots and blanks at the end of a name, which is then another
+// one.
 bool names_no_file(const std::string& path) {
   constexpr std::string_view separators = "/\\";
   if (path.empty() || separators.find(path[0]) != std::string_view::npos) return true;

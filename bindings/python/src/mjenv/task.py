@@ -100,7 +100,8 @@ class Task:
     count. Machine code: the arrays that task.h marks as on demand."""
     max_contacts: ClassVar[int] = 0
     """NumPy: for how many contacts of a row sim.contact has room (the option max_contacts). The arrays hold a row's
-    first contacts, and 0 behind them; sim.ncon counts all. 0: for as many as MuJoCo can find, which may be hundreds."""
+    first contacts, and 0 behind them; sim.ncon counts all. 0: for the model's nconmax, which may be hundreds; on MuJoCo
+    4.0 for 500, if nconmax is not set."""
     state: ClassVar[Mapping[str, tuple[int, ...]]] = {}
     """Name and shape of the numbers that a row remembers from step to step. Snapshots and copies of rows hold them."""
     state_bounds: Mapping[str, tuple[float, float]] = {}
