@@ -22,8 +22,8 @@ bool is_frame(const std::string& array);
 inline bool is_on_demand(const std::string& array) { return is_force(array) || is_frame(array); }
 // The names of all arrays that steps do not compute, for messages.
 std::vector<std::string> on_demand_arrays();
-// Whether the array can be read after every step, even if Work::is_whole is false: the state except mocap_quat,
-// qfrc_applied, xfrc_applied, frames, and the arrays of mjenv_sim except cfrc_ext and contacts.
+// Whether the array can be read after every step, even if Work::is_whole is false. These can: qfrc_applied,
+// xfrc_applied, frames, the state (except mocap_quat), and the arrays of mjenv_sim (except cfrc_ext and contacts).
 bool is_always_readable(const std::string& array);
 
 }  // namespace mjenv::core

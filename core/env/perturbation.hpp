@@ -101,8 +101,8 @@ class Perturbation {
   bool has_observations_ = false;
   // A record consists of
   //   - the phase
-  //   - for each push: in how many steps it begins next, and how many steps its force has left, counting the last step
-  //     played (0: it did not act in that step)
+  //   - for each push: in how many steps it begins next, counted from the last step of its present force if there is
+  //     one; and how many steps this force has left, counting the last step played (0: it did not act in that step)
   //   - the delay of actions and that of observations, if resets draw any
   //   - the delayed actions and observations, as many as the greatest delays
   //   - the last observation
