@@ -1,6 +1,6 @@
-// Handles are pointers to slots in tables, which stay readable as long as the library is loaded. So a pointer that is
-// no live handle is found and refused, without being dereferenced. The tables have no locks, because a forked child
-// could find a lock taken for ever.
+// Handles are pointers to slots in tables. A pointer that points to no slot is refused without being dereferenced. A
+// destroyed handle is recognised by its slot, which stays readable as long as the library is loaded. The tables have no
+// locks, because a forked child could find a lock taken for ever.
 #pragma once
 
 #include <array>

@@ -545,8 +545,8 @@ MJENV_API mjenv_status mjenv_options_get_string(const mjenv_options *options, co
 /* ---- Environment ---- */
 
 /* Creates an environment of rows >= 1 with a copy of the options. Reads the model and starts the threads. Errors: NAME
- * (in the option "arrays"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK; if the task's
- * callback build passes a wrong argument to a function of task.h, NAME, TYPE or VALUE. */
+ * (in the option "arrays" or "history"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK; if
+ * the task's callback build passes a wrong argument to a function of task.h, NAME, TYPE or VALUE. */
 MJENV_API mjenv_status mjenv_create(const mjenv_options *options, int64_t rows, mjenv_env **env);
 
 /* Destroys an environment and ends its threads. The results of rows under way are lost. */

@@ -702,8 +702,8 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Creates an environment of rows >= 1 with a copy of the options. Reads the model and starts the threads. Errors: NAME"]
-    #[doc = " (in the option \"arrays\"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK; if the task's"]
-    #[doc = " callback build passes a wrong argument to a function of task.h, NAME, TYPE or VALUE."]
+    #[doc = " (in the option \"arrays\" or \"history\"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK; if"]
+    #[doc = " the task's callback build passes a wrong argument to a function of task.h, NAME, TYPE or VALUE."]
     pub fn mjenv_create(
         options: *const mjenv_options,
         rows: i64,
