@@ -60,8 +60,8 @@ class Work {
   bool reads_forces() const { return reads_forces_; }
   // Whether `expect` named another array for which is_always_readable is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. If not, only arrays for which is_always_readable is true
-  // may be read.
+  // Whether the last step left all of mjData as MuJoCo does. If not, only these arrays may be read: those for which
+  // is_always_readable is true, and, if reads_forces() is true, the forces, which lanes have then computed.
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }

@@ -10,8 +10,9 @@ namespace mjenv::core {
 
 namespace {
 
-// Calls body. If it throws, writes the row's status: the error's own if this is MJENV_E_TASK, MJENV_E_VALUE or
-// MJENV_E_MODEL (the latter two: a drawn value was refused), otherwise MJENV_E_PHYSICS.
+// Calls body. If it throws, writes the row's status: the error's own if this is MJENV_E_TASK, MJENV_E_VALUE (a value
+// that a reset drew or that the task wrote was refused) or MJENV_E_MODEL (mj_setConst would change an array that all
+// rows share), otherwise MJENV_E_PHYSICS.
 template <typename Body>
 void report_failure(const Place& place, const Body& body) {
   try {

@@ -19,7 +19,8 @@ namespace mjenv::core {
 struct Identity {
   enum class Rounding : std::uint16_t { any, plain, fused };
 
-  // a hash of the id, the model, the task's revision and the options with InIdentity::yes
+  // A hash of the id, the model, the task's revision, the options with InIdentity::yes, and whether the rows' histories
+  // stack each key of a Dict by itself (Frames::stacks_keys).
   std::uint64_t hash;
   Rounding rounding;  // how Euclidean norms are rounded (the option "norm"); `any` if the task computes none
   // Fingerprints; 0 for none.

@@ -163,7 +163,7 @@ void Randomization::check_parameters(const Item& item, const double* p) {
   for (std::size_t i = 0; i < (is_choice ? item.choices.size() : item.count); ++i)
     if (!std::isfinite(p[i])) refuse("a parameter is " + number(p[i]));
   const auto check_range = [](double low, double high) {
-    if (std::signbit(high - low)) refuse("low is " + number(low) + ", above high, " + number(high));
+    if (std::signbit(high - low)) refuse("low (" + number(low) + ") is above high (" + number(high) + ")");
     if (!std::isfinite(high - low)) refuse("high - low is not finite");
   };
   switch (item.distribution) {

@@ -145,7 +145,7 @@ void Rows::make_room(std::initializer_list<Part> parts) {
   for (const Part part : parts) {
     const std::size_t size = bytes_of(kParts[index_of(part)].content) / sizeof(double);
     if (sizes_[index_of(part)] == size) continue;
-    check_memory(count(), " rows whose state is set, or for which mj_setConst is called", size * sizeof(double));
+    check_memory(count(), " rows with room for mjenv_set_state or mjenv_set_constants", size * sizeof(double));
     numbers_[index_of(part)] = Zeros(heads_.size() * size);
     sizes_[index_of(part)] = size;
   }

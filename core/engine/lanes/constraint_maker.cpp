@@ -63,7 +63,9 @@ bool set_friction(ConstraintNumbers& n, const mjModel& m, Object object, int id)
   return true;
 }
 
-// MuJoCo uses the translational weight (body_invweight0) for all constraints of a weld, also for those of rotation.
+// mj_diagApprox is written to use the rotational weight for the rotations of a weld. But it compares efc_type with
+// mjEQ_WELD, so it resets its counter weldcnt before each constraint, and uses the translational weight for all of
+// them.
 bool set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
   const int type = m.eq_type[id];
   n.diagApprox = 0;

@@ -360,10 +360,10 @@ struct Constraints {
 
   // Only for sparse Jacobians. `columns` are then the dofs at which MuJoCo's sparse matrix has numbers, also if these
   // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
-  // constraint or take no part. couples: at a constraint's first place, Chain::couples; 0 at its others. The places
-  // whose columns contain dof k are the dof_place_counts[k] elements from dof_places[k * most_places] on. products and
-  // product_lanes: the terms of a sum, and the lanes, as bits, that have them. products is also room for 2 * nv
-  // vectors.
+  // constraint or take no part. couples: at the first place of an equality, friction, limit or contact, Chain::couples;
+  // 0 at its others. The places whose columns contain dof k are the dof_place_counts[k] elements from dof_places[k *
+  // most_places] on. products and product_lanes: the terms of a sum, and the lanes, as bits, that have them. products
+  // is also room for 2 * nv vectors.
   bool is_sparse;
   int most_places;
   unsigned char *holders, *couples, *product_lanes;

@@ -14,8 +14,7 @@ struct Limit {
 };
 
 // The end of a message about a model that would be accepted if it were trusted.
-inline constexpr const char* kUnlessTrusted =
-    ", unless you trust the model and set the option \"trust_xml\" to \"yes\"";
+inline constexpr const char* kUnlessTrusted = "; if you trust the model, set the option \"trust_xml\" to \"yes\"";
 
 inline constexpr std::int64_t kMiB = std::int64_t{1} << 20, kBillion = 1'000'000'000;
 inline constexpr std::int64_t kNoLimit = std::numeric_limits<std::int64_t>::max();

@@ -438,7 +438,8 @@ class Check {
       *made += 3 * parts;
   }
 
-  // MuJoCo makes a body with three joints from each point, or from each node of the grid around the points.
+  // MuJoCo makes a body with three joints, or up to four in a rod (dim 1), from each point, or from each node of the
+  // grid around the points.
   void flexcomp(const Element& element) {
     const auto numbers = [&](const char* attribute, std::vector<std::int64_t> values) {
       const auto given = values_of<std::int64_t>(element.text(attribute));
