@@ -131,7 +131,7 @@ struct ConstraintNumbers {
 };
 
 // The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
-// lane l is at [i * width + l]. One block of memory holds all arrays.
+// lane l is at [i * width + l]. One block of memory holds the arrays pair_..., another one all others.
 struct Lanes {
   const mjModel* model;
 

@@ -196,9 +196,7 @@ const std::vector<Stage>& stages() {
       {"constraints",
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
-       "all constraints of a row that has an equality constraint, or a limit or friction of a tendon, with a Jacobian "
-       "of 0; all in models with adhesion, if lanes cannot list the pairs of geoms, or if the solver is computed row "
-       "by row",
+       "all in models with adhesion, if lanes cannot list the pairs of geoms, or if the solver is computed row by row",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
        "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "
