@@ -696,7 +696,7 @@ class Robot {
   const bool v5;     /* version == 5 */
 
   /* ---- Model and limits ---- */
-  /* The default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins with "/", "~" or "./";
+  /* The default of the option xml_file: a built-in model ("hopper.xml"), or a path that begins with ".", "/" or "~";
    * "." is the folder of the shared object or program that contains the definition. */
   Robot &model(const char *name) { return outline_.model = name, *this; }
   /* The text of an MJCF model, instead of model(). */
