@@ -148,12 +148,12 @@ inline const void* need_memory(const void* memory, std::int64_t count, const cha
 }
 
 // Writes the elements if the caller gives room for them, and their number to `count`. With too little room, fails and
-// writes nothing. With capacity 0, a caller can ask for the number first.
+// writes nothing. With capacity 0, a caller can ask for the number first. name: that of the parameter `target`.
 template <typename Write>
-void deliver(std::int64_t available, std::int64_t capacity, const void* target, std::int64_t* count,
+void deliver(std::int64_t available, std::int64_t capacity, const void* target, const char* name, std::int64_t* count,
              const Write& write) {
   need(count, "the count");
-  need_memory(target, capacity, "the target");
+  need_memory(target, capacity, name);
   if (capacity > 0) {
     if (capacity < available)
       fail(MJENV_E_SIZE,

@@ -216,7 +216,7 @@ mjenv_status mjenv_options_get_reals(const mjenv_options* options, const char* n
   return read(options, [&](const Options& o) {
     const Option& option = o.get(text(name, "name"));
     if (option.kind != MJENV_KIND_REALS) refuse_kind(option, "real numbers");
-    deliver(static_cast<std::int64_t>(option.reals.size()), capacity, values, count,
+    deliver(static_cast<std::int64_t>(option.reals.size()), capacity, values, "values", count,
             [&] { std::copy(option.reals.begin(), option.reals.end(), values); });
   });
 }
@@ -359,7 +359,7 @@ mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, dou
                         std::int64_t* count) {
   return change_env(env, [&](Env& e) {
     const Array& found = e.array(row, text(array, "array"));
-    deliver(static_cast<std::int64_t>(found.count()), capacity, values, count, [&] { found.read(values); });
+    deliver(static_cast<std::int64_t>(found.count()), capacity, values, "values", count, [&] { found.read(values); });
   });
 }
 
@@ -424,7 +424,7 @@ mjenv_status mjenv_copy_row(mjenv_env* env, const std::uint8_t* mask, std::int64
 mjenv_status mjenv_snapshot(mjenv_env* env, std::int64_t row, void* image, std::int64_t capacity_bytes,
                             std::int64_t* size_bytes) {
   return change_env(env, [&](Env& e) {
-    deliver(e.snapshot_size(row), capacity_bytes, image, size_bytes, [&] { e.snapshot(row, image); });
+    deliver(e.snapshot_size(row), capacity_bytes, image, "image", size_bytes, [&] { e.snapshot(row, image); });
   });
 }
 
