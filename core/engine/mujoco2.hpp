@@ -200,7 +200,7 @@ inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; 
 
 // ---- Own arrays of rows ----
 
-// Arrays of real numbers that this version also uses as indices: there are none.
+// Arrays of real numbers that only this version uses as indices: there are none.
 inline const std::vector<const char*> kIndices{};
 // Flags that say which frames coincide, if mj_setConst computes them: not in this version.
 inline const std::vector<const char*> kSameframes{};

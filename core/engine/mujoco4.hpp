@@ -216,7 +216,7 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
 
 // ---- Own arrays of rows ----
 
-// Arrays of real numbers that this version also uses as indices: eq_data has indices for equality constraints of
+// Arrays of real numbers that only this version uses as indices: eq_data has indices for equality constraints of
 // flexes.
 inline const std::vector<const char*> kIndices{"eq_data"};
 // Flags that say which frames coincide. In this version mj_setConst computes them.

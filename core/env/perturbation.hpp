@@ -102,7 +102,7 @@ class Perturbation {
   // A record consists of
   //   - the phase
   //   - for each push: in how many steps it begins next, counted from the last step of its present force if there is
-  //     one; and how many steps this force has left, counting the last step played (0: it did not act in that step)
+  //     one; and how many steps this force has left, including the one just played (0: it did not act in that one)
   //   - the delay of actions and that of observations, if resets draw any
   //   - the delayed actions and observations, as many as the greatest delays
   //   - the last observation

@@ -52,7 +52,8 @@ class RegisteredTask {
   std::string id_, robot_, model_, model_text_;
   int version_ = 0;
   bool built_in_;
-  // The description. Only its callbacks and `user` are valid pointers; the other members copy what the rest pointed to.
+  // The description. Of its pointers, only the callbacks and `user` are valid. What the others pointed to was copied to
+  // the other members of this class.
   mjenv_task given_;
   mjenv_task_camera camera_;
   std::vector<Option> options_;

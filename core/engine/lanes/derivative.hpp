@@ -72,7 +72,7 @@ void momentum_vel(const Lanes& d, int body, V* mat) {
 }
 
 // The first dof whose velocity mj_comVel has not yet added to cvel when it computes cdof_dot of `dof`.
-int first_added(const mjModel& m, int dof) {
+int first_not_added(const mjModel& m, int dof) {
   const int joint = m.dof_jntid[dof], first = m.jnt_dofadr[joint], type = m.jnt_type[joint];
   if (type == mjJNT_FREE) return dof < first + 3 ? first : first + 3;
   return type == mjJNT_BALL ? first : dof;
@@ -85,7 +85,7 @@ void acceleration_vel(const Lanes& d, int c, int body, V* Dcacc) {
   const V* const cdof = vectors(d.cdof);
   for (int j = m.body_dofadr[body]; j < m.body_dofadr[body] + m.body_dofnum[body]; ++j) {
     if (j == c) add_to(Dcacc, vectors(d.cdof_dot) + 6 * j, 6);
-    if (first_added(m, j) <= c) continue;
+    if (first_not_added(m, j) <= c) continue;
     V Dcdofdot[6];
     crossMotion_vel(Dcdofdot, cdof + 6 * j, cdof + 6 * c);
     for (int k = 0; k < 6; ++k) Dcacc[k] += Dcdofdot[k] * vectors(d.qvel)[j];

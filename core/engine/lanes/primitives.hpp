@@ -191,7 +191,8 @@ inline void PlaneEllipsoid(Contact& con, V margin, const Geom& plane, const Geom
   rotVecMatT(dir, away, ellipsoid.mat);
   for (int k = 0; k < 3; ++k) res[k] = dir[k] * ellipsoid.size[k];
   normalize3(res);
-  for (int k = 0; k < 3; ++k) res[k] = res[k] * ellipsoid.size[k] + dir[k] * 0.0 / 2;  // the margin is 0
+  // mjc_PlaneConvex asks for the support point with the margin 0.
+  for (int k = 0; k < 3; ++k) res[k] = res[k] * ellipsoid.size[k] + dir[k] * 0.0 / 2;
   rotVecMat(vec, res, ellipsoid.mat);
   add_to(vec, ellipsoid.pos, 3);
   for (int k = 0; k < 3; ++k) res[k] = vec[k] - plane.pos[k];

@@ -34,8 +34,8 @@ inline constexpr Limit kVertices{600'000, 1 << 24};
 inline constexpr Limit kFaces{200'000, 1 << 24};
 inline constexpr Limit kAllVertices{2'000'000, kNoLimit};
 inline constexpr Limit kAllTriangles{4'000'000, kNoLimit};
-// The work on convex hulls, as cmake/engine/guards.c counts it: for each hull, the square of its number of vertices,
-// and a part for the facets that change whenever a vertex is added. This much work takes seconds.
+// The work on convex hulls, as cmake/engine/guards.c counts it: for each hull, the square of its number of vertices;
+// and whenever qhull adds a vertex, 100 for each vertex of the facets that change. This much work takes seconds.
 inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
 // If MuJoCo is a shared library: the largest sum, over the hulls of an untrusted model, of the cubes of their numbers
 // of vertices. MuJoCo computes each hull twice; for the slowest hulls of this size, those of cones, that takes 4.4 s
