@@ -191,7 +191,8 @@ Zeros Rows::make_perturbation(std::uint64_t size) const {
 }
 
 Zeros Rows::make_ranges(const std::vector<double>& ranges) const {
-  check_memory(count(), " rows with the parameters of their own draws (mjenv_randomize)", ranges.size() * sizeof(double));
+  check_memory(count(), " rows with the parameters of their own draws (mjenv_randomize)",
+               ranges.size() * sizeof(double));
   Zeros of_rows(heads_.size() * ranges.size());
   for (std::size_t row = 0; row < heads_.size(); ++row)
     std::copy(ranges.begin(), ranges.end(), of_rows.data() + row * ranges.size());
