@@ -59,7 +59,7 @@ class Model {
   // A view of this model with which mj_step is faster, and gives the same bits.
   const mjModel_* stepped() const { return stepped_.get(); }
   // The same view, but without sensors if the model allows it. All mj_steps of a step but the last one use it, because
-  // nobody reads what the sensors measure in them. If the task has before_substep, they use `stepped` (Work::step).
+  // nobody reads what the sensors measure in them.
   const mjModel_* sensorless() const { return (sensorless_ ? sensorless_ : stepped_).get(); }
   // The list of geom pairs in that view; null if MuJoCo has to search for pairs.
   const Pairs* pairs() const { return pairs_ ? &*pairs_ : nullptr; }

@@ -192,7 +192,7 @@ void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before
   };
   for (std::int64_t i = 0; i < frames - 1; ++i) {
     if (before_substep) (*before_substep)(i);
-    advance(i, before_substep ? stepped() : sensorless());
+    advance(i, sensorless());
   }
   diverged_early_ = diverged();
   if (before_substep) (*before_substep)(frames - 1);

@@ -69,7 +69,7 @@ class Work {
   const mjModel_& model() const { return view_ ? view_->whole() : *model_->get(); }
   // The view of this model that mj_step computes with.
   const mjModel_& stepped() { return view_ ? view_->stepped() : *model_->stepped(); }
-  // The view for all mj_steps of a step but the last one, unless the task has before_substep (Model::sensorless).
+  // The view for all mj_steps of a step but the last one (Model::sensorless).
   const mjModel_& sensorless() { return view_ ? view_->sensorless() : *model_->sensorless(); }
   // The view of `stepped`, for code that does not read the parameters of its list of pairs (ModelView::unmixed).
   const mjModel_& unmixed() const { return view_ ? view_->unmixed() : *model_->stepped(); }

@@ -132,7 +132,7 @@ GeomBox box_of(const mjModel& m, int geom) {
 }
 
 // The limit of the gap between the boxes is the margin and the radii, plus a hundred-thousandth of the geoms' sizes,
-// which is far more than rounding errors.
+// because MuJoCo's search for contacts of convex shapes is not exact. BoxPair::kRounding allows for rounding errors.
 BoxPair box_pair_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
   constexpr double kShare = 1e-5, kGround = 2e-4;
   const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];

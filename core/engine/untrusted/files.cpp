@@ -26,6 +26,12 @@ void check_coordinate(double x) {
   if (!(std::abs(x) <= kMaxCoordinate)) refuse("a vertex has the coordinate " + number(x) + ", which is too large");
 }
 
+void check_vertex(std::int64_t vertex, std::int64_t vertices) {
+  if (vertex < 0 || vertex >= vertices)
+    refuse("a triangle has vertex " + std::to_string(vertex) + ", but the file has " + std::to_string(vertices) +
+           " vertices, counted from 0");
+}
+
 // Returns the last four characters of a path in lower case: ".png", for instance.
 std::string kind_of(const std::string& path) {
   std::string kind = path.substr(path.size() - std::min<std::size_t>(path.size(), 4));
@@ -89,10 +95,7 @@ MeshSize check_msh(const std::string& content, const Limits& limits) {
            std::to_string(texcoords) + " texture coordinates");
   for (std::int64_t i = 0; i < 3 * vertices; ++i) check_coordinate(words.next<float>());
   words.skip(3 * normals + 2 * texcoords);
-  for (std::int64_t i = 0; i < 3 * faces; ++i) {
-    const std::int64_t vertex = words.next<std::int32_t>();
-    if (vertex < 0 || vertex >= vertices) refuse("a triangle has vertex " + std::to_string(vertex));
-  }
+  for (std::int64_t i = 0; i < 3 * faces; ++i) check_vertex(words.next<std::int32_t>(), vertices);
   return {vertices, faces};
 }
 
@@ -341,10 +344,7 @@ void check_skin(const std::string& content, const Limits& limits) {
   check_limit(limits, "triangles", faces, kFaces);
   check_limit(limits, "bones", bones, kVertices);
   words.skip(3 * vertices + 2 * texcoords);
-  for (std::int64_t i = 0; i < 3 * faces; ++i) {
-    const std::int64_t vertex = words.next<std::int32_t>();
-    if (vertex < 0 || vertex >= vertices) refuse("a triangle has vertex " + std::to_string(vertex));
-  }
+  for (std::int64_t i = 0; i < 3 * faces; ++i) check_vertex(words.next<std::int32_t>(), vertices);
   for (std::int64_t bone = 0; bone < bones; ++bone) {
     words.skip(17);  // name, position, orientation
     const std::int64_t count = words.next<std::int32_t>();

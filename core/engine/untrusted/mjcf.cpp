@@ -332,7 +332,9 @@ class Check {
 
   // Refuses files that are read only when the model is drawn, because they could change after they were checked.
   void refuse_late_files(const Element& element) const {
-    if (!limits_.trusted()) refuse(std::string("textures must be in the model") + kUnlessTrusted, &element.xml);
+    if (!limits_.trusted())
+      refuse(std::string("textures must be read when the model is loaded, not when it is drawn") + kUnlessTrusted,
+             &element.xml);
   }
 
   // Checks the attribute memory, which limits the memory of the arrays of a step. It is a number of bytes, or of the
@@ -414,7 +416,8 @@ class Check {
     add_pixels((element.text("type") == "2d" ? width * height : 6 * width * width) * channels / 3, &element.xml);
     if (element.text("embed") == "false") refuse_late_files(element);
     for (const auto side : values_of<std::int64_t>(element.text("gridsize")))
-      if (side < 1 || side > 12) refuse("gridsize is " + std::to_string(side), &element.xml);
+      if (side < 1 || side > 12)
+        refuse("gridsize is " + std::to_string(side) + ", but must be 1 to 12", &element.xml);
     for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
       add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
   }
