@@ -416,8 +416,7 @@ class Check {
     add_pixels((element.text("type") == "2d" ? width * height : 6 * width * width) * channels / 3, &element.xml);
     if (element.text("embed") == "false") refuse_late_files(element);
     for (const auto side : values_of<std::int64_t>(element.text("gridsize")))
-      if (side < 1 || side > 12)
-        refuse("gridsize is " + std::to_string(side) + ", but must be 1 to 12", &element.xml);
+      if (side < 1 || side > 12) refuse("gridsize is " + std::to_string(side) + ", but must be 1 to 12", &element.xml);
     for (const char* attribute : {"file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback"})
       add_file(element, File::Kind::texture, attribute, element.text("type") == "2d" ? 1 : 6);
   }
