@@ -283,7 +283,7 @@ enum mjenv_effect_value {
 typedef struct mjenv_randomization {
   uint32_t struct_size;
   mjenv_distribution distribution;
-  const char *array;        /* an array that mjenv_write can write: "geom_friction", "opt.gravity" */
+  const char *array;        /* an array that mjenv_write can write: "geom_friction"; of integers only with CHOICE */
   const int64_t *elements;  /* [element_count] the indices of its elements, in the order of the draws; NULL: all */
   int64_t element_count;    /* 0 if elements is NULL */
   const double *parameters; /* [parameter_count] of the distribution */
@@ -650,7 +650,7 @@ MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
- *   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all
+ *   achieved, desired  [reward_count][length of achieved_goal]; count: how many numbers each of the two arrays has
  *   rewards            [reward_count]
  * Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length). */
 MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achieved, const double *desired,

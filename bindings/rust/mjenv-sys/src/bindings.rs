@@ -342,7 +342,7 @@ pub const MJENV_EFFECT_OFFSET: mjenv_effect = 3;
 pub struct mjenv_randomization {
     pub struct_size: u32,
     pub distribution: mjenv_distribution,
-    #[doc = " an array that mjenv_write can write: \"geom_friction\", \"opt.gravity\""]
+    #[doc = " an array that mjenv_write can write: \"geom_friction\"; of integers only with CHOICE"]
     pub array: *const ::std::os::raw::c_char,
     #[doc = " [element_count] the indices of its elements, in the order of the draws; NULL: all"]
     pub elements: *const i64,
@@ -879,7 +879,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay."]
-    #[doc = "   achieved, desired  [reward_count][length of the group achieved_goal], with count numbers in all"]
+    #[doc = "   achieved, desired  [reward_count][length of achieved_goal]; count: how many numbers each of the two arrays has"]
     #[doc = "   rewards            [reward_count]"]
     #[doc = " Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length)."]
     pub fn mjenv_compute_reward(
