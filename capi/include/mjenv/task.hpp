@@ -358,8 +358,8 @@ class Control {
 
   Eigen::Map<Eigen::VectorXd> ctrl;
   const int substep; /* which mj_step of the step comes next, from 0 on */
-  /* The row's forces: a Robot::own of "qfrc_applied" or "xfrc_applied". They act until they are written again or the row
-   * is reset. */
+  /* The row's forces: a Robot::own of "qfrc_applied" or "xfrc_applied". They act until they are written again or the
+   * row is reset. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
     if (!c_->own[own.index]) throw std::logic_error("only reset and step can write own arrays of mjModel");
     return {c_->own[own.index], own.count};
