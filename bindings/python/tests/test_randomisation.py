@@ -229,7 +229,9 @@ def test_ranges_of_rows() -> None:
     assert envs.draw_range("body_mass", 1).tolist() == [[0.0, 0.1], [0.2, 0.3], [0.0, 0.1]]
     envs.set_draw_range("body_mass", [[1, 2], [1, 3], [1, 4]])
     assert envs.draw_range("body_mass").tolist() == [[1, 2], [1, 3], [1, 4]]
-    with pytest.raises(mjenv.InvalidValueError, match=r"row 2: draws\[0\] of \"body_mass\": low \(1\) is above high \(0\)"):
+    with pytest.raises(
+        mjenv.InvalidValueError, match=r"row 2: draws\[0\] of \"body_mass\": low \(1\) is above high \(0\)"
+    ):
         envs.set_draw_range("body_mass", [[1, 2], [1, 3], [1, 0]])
     with pytest.raises(mjenv.UnknownNameError, match="resets draw body_mass, but no item 2 of 'body_mass'"):
         envs.draw_range("body_mass", 2)
