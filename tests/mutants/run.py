@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+"""Judges whether the tests of core/ watch every line of the lane code: whether some test fails if a line is changed.
+
+Builds all mutants (see rewrite.py) as one program, finds out which mutants each test can notice, and runs for each
+mutant these tests until one fails. Resumes where the last run ended: what is known is kept in FOLDER/results.jsonl.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import json
+import os
+import random
+import re
+import subprocess
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TypedDict
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+# The topics of tests/core/run.cpp that do not have the name of the file that tests them
+TOPICS = {"lanes": ["few-lanes"], "random_models": []}
+LONG_TOPICS = {**TOPICS, "lanes": ["few-lanes", "lanes"]}
+SEEDS = 24
+
+
+class Mutant(TypedDict):
+    number: int
+    file: str
+    line: int
+    function: str
+    text: str
+
+
+def key(mutant: Mutant) -> str:
+    """What names a mutant in equal.txt and results.jsonl, also after lines have moved."""
+    return f"{mutant['file']} {mutant['function']}: {mutant['text']}"
+
+
+def tests_of(folder: Path, long: bool) -> list[str]:
+    """The arguments of test_core for each test."""
+    tests = []
+    for source in sorted((folder / "source/tests/core").glob("*.cpp")):
+        names = re.findall(r"cmocka_unit_test\w*\((\w+)", source.read_text())
+        for topic in (LONG_TOPICS if long else TOPICS).get(source.stem, [source.stem]):
+            tests += [f"{topic} {name}" for name in names]
+    return tests + [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
+
+
+class Judge:
+    def __init__(self, folder: Path, program: Path, limit: float) -> None:
+        self.folder, self.program, self.limit = folder, program, limit
+        self.mutants: list[Mutant] = json.loads((folder / "mutants.json").read_text())
+        self.seconds: dict[str, float] = {}
+        self.felt: dict[str, bytes] = {}
+        self.ran: dict[str, set[str]] = collections.defaultdict(set)  # the tests that a mutant survived
+        self.killer: dict[str, str] = {}
+        self.last_killers: dict[str, dict[int, str]] = collections.defaultdict(dict)  # in each file, by line
+        self.lock = threading.Lock()
+        self.results = folder / "results.jsonl"
+        for line in self.results.read_text().splitlines() if self.results.exists() else []:
+            result = json.loads(line)
+            self.ran[result["mutant"]].update(result["survived"])
+            if result["killer"]:
+                self.killer[result["mutant"]] = result["killer"]
+        equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
+        self.equal = {line for line in equal if line and not line.startswith("#")}
+
+    def start(self, test: str, limit: float, **environment: str) -> int | None:
+        """The exit status of a test; None if it did not end. Limits the CPU's time: a machine can pause."""
+        limits = ["prlimit", f"--cpu={int(limit) + 1}", "--core=0", f"--data={8 << 30}"]
+        for _ in range(2):
+            try:
+                return subprocess.run(
+                    [*limits, str(self.program), *test.split()],
+                    env={**os.environ, **environment},
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    timeout=60 + 20 * limit,
+                    check=False,
+                ).returncode
+            except subprocess.TimeoutExpired:
+                continue
+        return None
+
+    def felt_file(self, test: str) -> Path:
+        return self.folder / "felt" / test.replace(" ", "+")
+
+    def forget(self, test: str) -> None:
+        """Forgets what is known of a test, which may have changed."""
+        self.felt_file(test).unlink(missing_ok=True)
+        for survived in self.ran.values():
+            survived.discard(test)
+
+    def record(self, test: str) -> None:
+        """Notes how long a test takes, and for each mutant whether it could notice it: see mutants.hpp."""
+        path, timed = self.felt_file(test), self.felt_file(test).with_suffix(".seconds")
+        if not path.exists():
+            path.parent.mkdir(exist_ok=True)
+            start = time.monotonic()
+            is_well = self.start(test, 3600) == 0
+            timed.write_text(f"{time.monotonic() - start:.2f}")
+            partial = path.with_suffix(".partial")
+            partial.write_bytes(bytes(len(self.mutants)))
+            if not is_well or self.start(test, 3600, MJENV_MUTANTS_FELT=str(partial)) != 0:
+                raise SystemExit(f"without any mutant, this fails: {self.program} {test}")
+            partial.rename(path)
+        self.felt[test], self.seconds[test] = path.read_bytes(), float(timed.read_text())
+
+    def noticing(self, mutant: Mutant) -> list[str]:
+        """The tests that can notice a mutant, in the order in which they are run."""
+        nearby = self.last_killers[mutant["file"]]
+        nearest = min(nearby, key=lambda line: abs(line - mutant["line"]), default=None)
+        first = nearby.get(nearest) if nearest is not None else None
+        tests = [test for test, felt in self.felt.items() if felt[mutant["number"]] == 2]
+        return sorted(tests, key=lambda test: (test != first, self.seconds[test]))
+
+    def judge(self, mutant: Mutant) -> None:
+        name = key(mutant)
+        spent, survived, killer = 0.0, [], ""
+        for test in self.noticing(mutant):
+            if test in self.ran[name]:
+                continue
+            if spent > self.limit:
+                break
+            seconds = self.seconds[test]
+            if self.start(test, 5 * seconds + 2, MJENV_MUTANT=str(mutant["number"])) != 0:
+                killer = test
+                break
+            survived.append(test)
+            spent += seconds
+        with self.lock, self.results.open("a") as file:
+            self.ran[name].update(survived)
+            if killer:
+                self.killer[name] = killer
+                self.last_killers[mutant["file"]][mutant["line"]] = killer
+            file.write(json.dumps({"mutant": name, "killer": killer, "survived": survived}) + "\n")
+
+    def verdict(self, mutant: Mutant) -> str:
+        name = key(mutant)
+        if name in self.killer:
+            return "killed"
+        if name in self.equal:
+            return "equal"
+        noticing = self.noticing(mutant)
+        if not noticing:
+            reached = any(felt[mutant["number"]] for felt in self.felt.values())
+            return "same" if reached else "unreached"
+        if name not in self.ran:
+            return "unjudged"
+        return "survived" if self.ran[name] >= set(noticing) else "unfinished"
+
+    def report(self) -> None:
+        """Prints the mutants that no test killed, and how many there are of each verdict in each file."""
+        counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
+        for mutant in self.mutants:
+            verdict = self.verdict(mutant)
+            counts[mutant["file"]][verdict] += 1
+            counts["all"][verdict] += 1
+            if verdict not in ("killed", "equal", "unjudged"):
+                print(f"{verdict:10} {mutant['line']:4} {key(mutant)}")
+        verdicts = ("killed", "survived", "unfinished", "same", "unreached", "equal", "unjudged")
+        print(f"{'':22}", *(f"{verdict:>10}" for verdict in verdicts))
+        for file, count in counts.items():
+            print(f"{file:22}", *(f"{count[verdict]:10}" for verdict in verdicts))
+        stale = self.equal - {key(mutant) for mutant in self.mutants}
+        for name in sorted(stale):
+            print(f"equal.txt names what is no mutant: {name}")
+
+
+def build(folder: Path) -> None:
+    """Builds as tests/run does for its part quick."""
+    configure = "cmake -G Ninja -DMJENV_LTO=OFF -DMJENV_BUILD_TESTS=ON -DMJENV_BUILD_BENCHMARKS=OFF".split()
+    configure += ["-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
+    configure += [f"-DCMAKE_{language}_FLAGS_RELEASE=-O1 -DNDEBUG -w" for language in ("C", "CXX")]
+    plain, copy = folder / "plain", folder / "cmake"
+    subprocess.run([*configure, "-S", ROOT, "-B", plain], check=True)
+    subprocess.run(["/usr/bin/python3", HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
+    subprocess.run([*configure, "-S", folder / "source", "-B", copy], check=True)
+    subprocess.run(["cmake", "--build", copy, "--target", "test_core"], check=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", type=Path, default=ROOT / "build/mutants")
+    parser.add_argument("--program", type=Path, help="a test_core that is built already; default: builds one in FOLDER")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--most", type=int, help="judge at most so many mutants, which are drawn at random")
+    parser.add_argument("--limit", type=float, default=30, help="seconds after which no other test of a mutant begins")
+    parser.add_argument("--long", action="store_true", help="also with the long tests")
+    parser.add_argument("--test", action="append", help="judge with this test alone, such as 'lanes test_built_in'")
+    parser.add_argument("--report", action="store_true", help="only print what is known")
+    arguments = parser.parse_args()
+    folder = arguments.folder.resolve()
+    if not arguments.program and not arguments.report:
+        build(folder)
+    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.limit)
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        for test in arguments.test or []:
+            judge.forget(test)
+        list(pool.map(judge.record, arguments.test or tests_of(folder, arguments.long)))
+        order = random.Random(1).sample(judge.mutants, len(judge.mutants))
+        order = [mutant for mutant in order if judge.verdict(mutant) in ("unjudged", "unfinished", "survived")]
+        if not arguments.report:
+            list(pool.map(judge.judge, order[: arguments.most]))
+    judge.report()
+
+
+if __name__ == "__main__":
+    main()
