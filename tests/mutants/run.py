@@ -17,6 +17,7 @@ import subprocess
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 from pathlib import Path
 from typing import TypedDict
 
@@ -26,6 +27,7 @@ ROOT = HERE.parents[1]
 TOPICS = {"lanes": ["few-lanes"], "random_models": []}
 LONG_TOPICS = {**TOPICS, "lanes": ["few-lanes", "lanes"]}
 SEEDS = 24
+OPEN = ("unjudged", "unfinished")  # verdicts
 
 
 class Mutant(TypedDict):
@@ -45,30 +47,39 @@ def tests_of(folder: Path, long: bool) -> list[str]:
     """The arguments of test_core for each test."""
     tests = []
     for source in sorted((folder / "source/tests/core").glob("*.cpp")):
-        names = re.findall(r"cmocka_unit_test\w*\((\w+)", source.read_text())
+        names = re.findall(r"cmocka_unit_test\w*\(([\w:]+)", source.read_text())
         for topic in (LONG_TOPICS if long else TOPICS).get(source.stem, [source.stem]):
             tests += [f"{topic} {name}" for name in names]
-    return tests + [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
+    tests += [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
+    return list(dict.fromkeys(tests))
 
 
 class Judge:
-    def __init__(self, folder: Path, program: Path, limit: float) -> None:
-        self.folder, self.program, self.limit = folder, program, limit
+    def __init__(self, folder: Path, program: Path) -> None:
+        self.folder, self.program = folder, program
         self.mutants: list[Mutant] = json.loads((folder / "mutants.json").read_text())
         self.seconds: dict[str, float] = {}
         self.felt: dict[str, bytes] = {}
         self.ran: dict[str, set[str]] = collections.defaultdict(set)  # the tests that a mutant survived
         self.killer: dict[str, str] = {}
         self.last_killers: dict[str, dict[int, str]] = collections.defaultdict(dict)  # in each file, by line
+        self.runs: collections.Counter[str] = collections.Counter()
+        self.kills: collections.Counter[str] = collections.Counter()
         self.lock = threading.Lock()
         self.results = folder / "results.jsonl"
         for line in self.results.read_text().splitlines() if self.results.exists() else []:
             result = json.loads(line)
-            self.ran[result["mutant"]].update(result["survived"])
-            if result["killer"]:
-                self.killer[result["mutant"]] = result["killer"]
+            self.count(result["mutant"], result["killer"], result["survived"])
         equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
         self.equal = {line for line in equal if line and not line.startswith("#")}
+
+    def count(self, name: str, killer: str, survived: list[str]) -> None:
+        self.ran[name].update(survived)
+        self.runs.update(survived)
+        if killer:
+            self.killer[name] = killer
+            self.runs[killer] += 1
+            self.kills[killer] += 1
 
     def start(self, test: str, limit: float, **environment: str) -> int | None:
         """The exit status of a test; None if it did not end. Limits the CPU's time: a machine can pause."""
@@ -90,6 +101,9 @@ class Judge:
     def felt_file(self, test: str) -> Path:
         return self.folder / "felt" / test.replace(" ", "+")
 
+    def is_known(self, test: str) -> bool:
+        return self.felt_file(test).exists()
+
     def forget(self, test: str) -> None:
         """Forgets what is known of a test, which may have changed."""
         self.felt_file(test).unlink(missing_ok=True)
@@ -99,7 +113,7 @@ class Judge:
     def record(self, test: str) -> None:
         """Notes how long a test takes, and for each mutant whether it could notice it: see mutants.hpp."""
         path, timed = self.felt_file(test), self.felt_file(test).with_suffix(".seconds")
-        if not path.exists():
+        if not self.is_known(test):
             path.parent.mkdir(exist_ok=True)
             start = time.monotonic()
             is_well = self.start(test, 3600) == 0
@@ -112,20 +126,22 @@ class Judge:
         self.felt[test], self.seconds[test] = path.read_bytes(), float(timed.read_text())
 
     def noticing(self, mutant: Mutant) -> list[str]:
-        """The tests that can notice a mutant, in the order in which they are run."""
+        """The tests that can notice a mutant. First the one that killed its neighbour, then those that kill soonest."""
         nearby = self.last_killers[mutant["file"]]
         nearest = min(nearby, key=lambda line: abs(line - mutant["line"]), default=None)
         first = nearby.get(nearest) if nearest is not None else None
+        cost = {test: self.seconds[test] * (self.runs[test] + 2) / (self.kills[test] + 1) for test in self.felt}
         tests = [test for test, felt in self.felt.items() if felt[mutant["number"]] == 2]
-        return sorted(tests, key=lambda test: (test != first, self.seconds[test]))
+        return sorted(tests, key=lambda test: (test != first, cost[test]))
 
-    def judge(self, mutant: Mutant) -> None:
+    def judge(self, mutant: Mutant, limit: float) -> None:
+        """Runs these tests until one fails, or until so many seconds have passed."""
         name = key(mutant)
         spent, survived, killer = 0.0, [], ""
         for test in self.noticing(mutant):
             if test in self.ran[name]:
                 continue
-            if spent > self.limit:
+            if spent > limit:
                 break
             seconds = self.seconds[test]
             if self.start(test, 5 * seconds + 2, MJENV_MUTANT=str(mutant["number"])) != 0:
@@ -134,9 +150,8 @@ class Judge:
             survived.append(test)
             spent += seconds
         with self.lock, self.results.open("a") as file:
-            self.ran[name].update(survived)
+            self.count(name, killer, survived)
             if killer:
-                self.killer[name] = killer
                 self.last_killers[mutant["file"]][mutant["line"]] = killer
             file.write(json.dumps({"mutant": name, "killer": killer, "survived": survived}) + "\n")
 
@@ -190,7 +205,7 @@ def main() -> None:
     parser.add_argument("--program", type=Path, help="a test_core that is built already; default: builds one in FOLDER")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--most", type=int, help="judge at most so many mutants, which are drawn at random")
-    parser.add_argument("--limit", type=float, default=30, help="seconds after which no other test of a mutant begins")
+    parser.add_argument("--limit", type=float, default=600, help="seconds after which no other test of a mutant begins")
     parser.add_argument("--long", action="store_true", help="also with the long tests")
     parser.add_argument("--test", action="append", help="judge with this test alone, such as 'lanes test_built_in'")
     parser.add_argument("--report", action="store_true", help="only print what is known")
@@ -198,16 +213,22 @@ def main() -> None:
     folder = arguments.folder.resolve()
     if not arguments.program and not arguments.report:
         build(folder)
-    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.limit)
+    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core")
+    killed = set(judge.killer)
     with ThreadPoolExecutor(arguments.jobs) as pool:
         for test in arguments.test or []:
             judge.forget(test)
-        list(pool.map(judge.record, arguments.test or tests_of(folder, arguments.long)))
+        tests = arguments.test or tests_of(folder, arguments.long)
+        list(pool.map(judge.record, filter(judge.is_known, tests) if arguments.report else tests))
         order = random.Random(1).sample(judge.mutants, len(judge.mutants))
-        order = [mutant for mutant in order if judge.verdict(mutant) in ("unjudged", "unfinished", "survived")]
-        if not arguments.report:
-            list(pool.map(judge.judge, order[: arguments.most]))
-    judge.report()
+        order = [mutant for mutant in order if judge.verdict(mutant) in OPEN][: arguments.most]
+        # Few tests kill most mutants, and soon. So the mutants that need long come last.
+        for limit in [] if arguments.report else [min(5, arguments.limit), arguments.limit]:
+            list(pool.map(judge.judge, [mutant for mutant in order if judge.verdict(mutant) in OPEN], repeat(limit)))
+    if not arguments.test:
+        judge.report()
+    for name in sorted(set(judge.killer) - killed) if arguments.test else []:
+        print(f"killed by {judge.killer[name]}: {name}")
 
 
 if __name__ == "__main__":
