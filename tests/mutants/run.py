@@ -27,7 +27,15 @@ ROOT = HERE.parents[1]
 TOPICS = {"lanes": ["few-lanes"], "random_models": []}
 LONG_TOPICS = {**TOPICS, "lanes": ["few-lanes", "lanes"]}
 SEEDS = 24
-OPEN = ("unjudged", "unfinished")  # verdicts
+
+
+# The tests allocate and free much memory. If the C library returned it to the system, they would take twice as long.
+KEEP_MEMORY = {
+    "MALLOC_MMAP_MAX_": "0",
+    "MALLOC_TRIM_THRESHOLD_": str(4 << 30),
+    "MALLOC_TOP_PAD_": str(64 << 20),
+    "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1",
+}
 
 
 class Mutant(TypedDict):
@@ -63,23 +71,17 @@ class Judge:
         self.ran: dict[str, set[str]] = collections.defaultdict(set)  # the tests that a mutant survived
         self.killer: dict[str, str] = {}
         self.last_killers: dict[str, dict[int, str]] = collections.defaultdict(dict)  # in each file, by line
-        self.runs: collections.Counter[str] = collections.Counter()
+        self.spent: dict[str, float] = collections.defaultdict(float)  # how long each test has run
         self.kills: collections.Counter[str] = collections.Counter()
         self.lock = threading.Lock()
         self.results = folder / "results.jsonl"
         for line in self.results.read_text().splitlines() if self.results.exists() else []:
             result = json.loads(line)
-            self.count(result["mutant"], result["killer"], result["survived"])
+            self.ran[result["mutant"]].update(result["survived"])
+            if result["killer"]:
+                self.killer[result["mutant"]] = result["killer"]
         equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
         self.equal = {line for line in equal if line and not line.startswith("#")}
-
-    def count(self, name: str, killer: str, survived: list[str]) -> None:
-        self.ran[name].update(survived)
-        self.runs.update(survived)
-        if killer:
-            self.killer[name] = killer
-            self.runs[killer] += 1
-            self.kills[killer] += 1
 
     def start(self, test: str, limit: float, **environment: str) -> int | None:
         """The exit status of a test; None if it did not end. Limits the CPU's time: a machine can pause."""
@@ -88,7 +90,7 @@ class Judge:
             try:
                 return subprocess.run(
                     [*limits, str(self.program), *test.split()],
-                    env={**os.environ, **environment},
+                    env={**os.environ, **KEEP_MEMORY, **environment},
                     stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
                     timeout=60 + 20 * limit,
@@ -126,32 +128,35 @@ class Judge:
         self.felt[test], self.seconds[test] = path.read_bytes(), float(timed.read_text())
 
     def noticing(self, mutant: Mutant) -> list[str]:
-        """The tests that can notice a mutant. First the one that killed its neighbour, then those that kill soonest."""
+        """The tests that can notice a mutant. First the one that killed its neighbour, then those that kill most."""
         nearby = self.last_killers[mutant["file"]]
         nearest = min(nearby, key=lambda line: abs(line - mutant["line"]), default=None)
         first = nearby.get(nearest) if nearest is not None else None
-        cost = {test: self.seconds[test] * (self.runs[test] + 2) / (self.kills[test] + 1) for test in self.felt}
+        cost = {test: (self.seconds[test] + self.spent[test]) / (self.kills[test] + 1) for test in self.felt}
         tests = [test for test, felt in self.felt.items() if felt[mutant["number"]] == 2]
         return sorted(tests, key=lambda test: (test != first, cost[test]))
 
     def judge(self, mutant: Mutant, limit: float) -> None:
         """Runs these tests until one fails, or until so many seconds have passed."""
         name = key(mutant)
-        spent, survived, killer = 0.0, [], ""
+        begun, survived, killer = time.monotonic(), [], ""
         for test in self.noticing(mutant):
             if test in self.ran[name]:
                 continue
-            if spent > limit:
+            start = time.monotonic()
+            if start > begun + limit:
                 break
-            seconds = self.seconds[test]
-            if self.start(test, 5 * seconds + 2, MJENV_MUTANT=str(mutant["number"])) != 0:
+            status = self.start(test, 5 * self.seconds[test] + 2, MJENV_MUTANT=str(mutant["number"]))
+            self.spent[test] += time.monotonic() - start
+            if status != 0:
                 killer = test
                 break
             survived.append(test)
-            spent += seconds
         with self.lock, self.results.open("a") as file:
-            self.count(name, killer, survived)
+            self.ran[name].update(survived)
             if killer:
+                self.killer[name] = killer
+                self.kills[killer] += 1
                 self.last_killers[mutant["file"]][mutant["line"]] = killer
             file.write(json.dumps({"mutant": name, "killer": killer, "survived": survived}) + "\n")
 
@@ -221,10 +226,11 @@ def main() -> None:
         tests = arguments.test or tests_of(folder, arguments.long)
         list(pool.map(judge.record, filter(judge.is_known, tests) if arguments.report else tests))
         order = random.Random(1).sample(judge.mutants, len(judge.mutants))
-        order = [mutant for mutant in order if judge.verdict(mutant) in OPEN][: arguments.most]
+        order = [mutant for mutant in order if judge.verdict(mutant) in ("unjudged", "unfinished")][: arguments.most]
         # Few tests kill most mutants, and soon. So the mutants that need long come last.
-        for limit in [] if arguments.report else [min(5, arguments.limit), arguments.limit]:
-            list(pool.map(judge.judge, [mutant for mutant in order if judge.verdict(mutant) in OPEN], repeat(limit)))
+        for verdict, limit in ("unjudged", min(5, arguments.limit)), ("unfinished", arguments.limit):
+            some = [mutant for mutant in order if judge.verdict(mutant) == verdict]
+            list(pool.map(judge.judge, [] if arguments.report else some, repeat(limit)))
     if not arguments.test:
         judge.report()
     for name in sorted(set(judge.killer) - killed) if arguments.test else []:
