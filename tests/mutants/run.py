@@ -13,6 +13,7 @@ import json
 import os
 import random
 import re
+import shutil
 import subprocess
 import threading
 import time
@@ -199,7 +200,11 @@ def build(folder: Path) -> None:
     configure += [f"-DCMAKE_{language}_FLAGS_RELEASE=-O1 -DNDEBUG -w" for language in ("C", "CXX")]
     plain, copy = folder / "plain", folder / "cmake"
     subprocess.run([*configure, "-S", ROOT, "-B", plain], check=True)
+    mutants = folder / "mutants.json"
+    known = mutants.read_text() if mutants.exists() else ""
     subprocess.run(["/usr/bin/python3", HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
+    if mutants.read_text() != known:
+        shutil.rmtree(folder / "felt", ignore_errors=True)  # other numbers
     subprocess.run([*configure, "-S", folder / "source", "-B", copy], check=True)
     subprocess.run(["cmake", "--build", copy, "--target", "test_core"], check=True)
 
