@@ -72,14 +72,16 @@ class Judge:
         self.ran: dict[str, set[str]] = collections.defaultdict(set)  # the tests that a mutant survived
         self.killer: dict[str, str] = {}
         self.last_killers: dict[str, dict[int, str]] = collections.defaultdict(dict)  # in each file, by line
-        self.spent: dict[str, float] = collections.defaultdict(float)  # how long each test has run
+        self.runs: collections.Counter[str] = collections.Counter()
         self.kills: collections.Counter[str] = collections.Counter()
         self.lock = threading.Lock()
         self.results = folder / "results.jsonl"
         for line in self.results.read_text().splitlines() if self.results.exists() else []:
             result = json.loads(line)
             self.ran[result["mutant"]].update(result["survived"])
+            self.runs.update([*result["survived"], result["killer"]])
             if result["killer"]:
+                self.kills[result["killer"]] += 1
                 self.killer[result["mutant"]] = result["killer"]
         equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
         self.equal = {line for line in equal if line and not line.startswith("#")}
@@ -133,22 +135,20 @@ class Judge:
         nearby = self.last_killers[mutant["file"]]
         nearest = min(nearby, key=lambda line: abs(line - mutant["line"]), default=None)
         first = nearby.get(nearest) if nearest is not None else None
-        cost = {test: (self.seconds[test] + self.spent[test]) / (self.kills[test] + 1) for test in self.felt}
+        cost = {test: self.seconds[test] * (self.runs[test] + 2) / (self.kills[test] + 1) for test in self.felt}
         tests = [test for test, felt in self.felt.items() if felt[mutant["number"]] == 2]
         return sorted(tests, key=lambda test: (test != first, cost[test]))
 
     def judge(self, mutant: Mutant, limit: float) -> None:
-        """Runs these tests until one fails, or until so many seconds have passed."""
+        """Runs these tests until one fails, except those for which the limit in seconds leaves no time."""
         name = key(mutant)
         begun, survived, killer = time.monotonic(), [], ""
         for test in self.noticing(mutant):
-            if test in self.ran[name]:
-                continue
             start = time.monotonic()
-            if start > begun + limit:
-                break
+            if test in self.ran[name] or start + self.seconds[test] > begun + limit:
+                continue
             status = self.start(test, 5 * self.seconds[test] + 2, MJENV_MUTANT=str(mutant["number"]))
-            self.spent[test] += time.monotonic() - start
+            self.runs[test] += 1
             if status != 0:
                 killer = test
                 break
@@ -175,10 +175,12 @@ class Judge:
             return "unjudged"
         return "survived" if self.ran[name] >= set(noticing) else "unfinished"
 
-    def report(self) -> None:
+    def report(self, only: str) -> None:
         """Prints the mutants that no test killed, and how many there are of each verdict in each file."""
         counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
         for mutant in self.mutants:
+            if only not in key(mutant):
+                continue
             verdict = self.verdict(mutant)
             counts[mutant["file"]][verdict] += 1
             counts["all"][verdict] += 1
@@ -215,9 +217,10 @@ def main() -> None:
     parser.add_argument("--program", type=Path, help="a test_core that is built already; default: builds one in FOLDER")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--most", type=int, help="judge at most so many mutants, which are drawn at random")
-    parser.add_argument("--limit", type=float, default=600, help="seconds after which no other test of a mutant begins")
+    parser.add_argument("--limit", type=float, default=600, help="how many seconds of tests a mutant gets")
     parser.add_argument("--long", action="store_true", help="also with the long tests")
-    parser.add_argument("--test", action="append", help="judge with this test alone, such as 'lanes test_built_in'")
+    parser.add_argument("--test", action="append", help="judge with these tests alone, such as 'few-lanes test_odd'")
+    parser.add_argument("--only", default="", help="the mutants in whose line of the report this text occurs")
     parser.add_argument("--report", action="store_true", help="only print what is known")
     arguments = parser.parse_args()
     folder = arguments.folder.resolve()
@@ -231,15 +234,17 @@ def main() -> None:
         tests = arguments.test or tests_of(folder, arguments.long)
         list(pool.map(judge.record, filter(judge.is_known, tests) if arguments.report else tests))
         order = random.Random(1).sample(judge.mutants, len(judge.mutants))
+        order = [mutant for mutant in order if arguments.only in key(mutant) and key(mutant) not in judge.killer]
         order = [mutant for mutant in order if judge.verdict(mutant) in ("unjudged", "unfinished")][: arguments.most]
         # Few tests kill most mutants, and soon. So the mutants that need long come last.
         for verdict, limit in ("unjudged", min(5, arguments.limit)), ("unfinished", arguments.limit):
             some = [mutant for mutant in order if judge.verdict(mutant) == verdict]
             list(pool.map(judge.judge, [] if arguments.report else some, repeat(limit)))
-    if not arguments.test:
-        judge.report()
-    for name in sorted(set(judge.killer) - killed) if arguments.test else []:
-        print(f"killed by {judge.killer[name]}: {name}")
+    if arguments.test:
+        for name in sorted(set(judge.killer) - killed):
+            print(f"killed by {judge.killer[name]}: {name}")
+    else:
+        judge.report(arguments.only)
 
 
 if __name__ == "__main__":
