@@ -15,6 +15,7 @@ import random
 import re
 import shutil
 import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -175,8 +176,11 @@ class Judge:
             return "unjudged"
         return "survived" if self.ran[name] >= set(noticing) else "unfinished"
 
-    def report(self, only: str) -> None:
-        """Prints the mutants that no test killed, and how many there are of each verdict in each file."""
+    def report(self, only: str) -> bool:
+        """Prints the mutants that no test killed, and how many there are of each verdict in each file.
+
+        Returns whether tests kill all mutants that have been judged.
+        """
         counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
         for mutant in self.mutants:
             if only not in key(mutant):
@@ -193,6 +197,7 @@ class Judge:
         stale = self.equal - {key(mutant) for mutant in self.mutants}
         for name in sorted(stale):
             print(f"equal.txt names what is no mutant: {name}")
+        return not stale and not sum(counts["all"][verdict] for verdict in verdicts[1:-2])
 
 
 def build(folder: Path) -> None:
@@ -243,8 +248,8 @@ def main() -> None:
     if arguments.test:
         for name in sorted(set(judge.killer) - killed):
             print(f"killed by {judge.killer[name]}: {name}")
-    else:
-        judge.report(arguments.only)
+    elif not judge.report(arguments.only):
+        sys.exit(1)
 
 
 if __name__ == "__main__":
