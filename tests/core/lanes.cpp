@@ -1381,7 +1381,7 @@ struct Group {
 };
 
 // A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
-// then uses none.
+// then uses none, and so are rows in which the callback fails.
 void test_controls_of_substeps(void** /*state*/) {
   const auto model = Model::parse("pusher", R"(<mujoco><worldbody>
     <body><joint name='a'/><geom size='0.1' pos='0.2 0 0'/></body></worldbody>
@@ -1391,23 +1391,24 @@ void test_controls_of_substeps(void** /*state*/) {
   constexpr int frames = 3;
   const int width = lanes::widths().back();
   const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
-  for (const double odd_control : {1e10, 1.1e10}) {
+  for (const auto& [odd_control, fails] : {std::pair{1e10, false}, {1.1e10, false}, {1e10, true}}) {
     Noise noise;
     Group group(model, width);
     std::vector<std::vector<double>> states;
-    const auto control = [&](Work& work, int row, std::int64_t frame) {
+    const auto control = [&, odd_control = odd_control](Work& work, int row, std::int64_t frame) {
       work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? odd_control : 1e3 * row + 1e4 * static_cast<double>(frame);
     };
     for (Work* const work : group.some) {
       states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
       work->load(states.back().data());
     }
-    const lanes::Stepper::BeforeSubstep of_row = [&](int row, std::int64_t frame) {
+    const lanes::Stepper::BeforeSubstep of_row = [&, fails = fails](int row, std::int64_t frame) {
+      if (fails && row % 2 == 1) throw Error(MJENV_E_TASK, "it fails");
       control(*group.some[static_cast<std::size_t>(row)], row, frame);
     };
     const std::uint32_t done = stepper->step(group.some.data(), width, frames, group.before.data(), &of_row);
     const std::uint32_t all = (1U << width) - 1;
-    assert_int_equal(done, odd_control > 1e10 ? all & ~kOddRows : all);
+    assert_int_equal(done, fails || odd_control > 1e10 ? all & ~kOddRows : all);
     Work plain(model);
     std::vector<double> last(layout.size);
     for (std::size_t i = 0; i < states.size(); ++i) {
@@ -1439,6 +1440,154 @@ void test_made_again(void** /*state*/) {
     assert_int_equal(stepper->step(group.some.data(), width, 1, group.before.data()) + 1, 1U << width);
     assert_int_equal(made_of_contacts, step);
   }
+}
+
+// Zeros that are negative only in a row's own positions of joints. They matter at an anchor that is -0 in the world, which
+// takes a free body at -0 and no rotation.
+void test_own_negative_zeros(void** /*state*/) {
+  const auto model = Model::parse("zeros", R"(<mujoco><worldbody><body pos='-0 0 0'><freejoint/><geom size='0.1'/>
+    <body pos='-0 -1 -1'><joint axis='1 1 1'/><geom size='0.1'/></body></body></worldbody></mujoco>)");
+  assert_string_equal(compare_own(model, "jnt_pos", in_odd_rows(-0.0), 0, 1, Kind::at_rest).c_str(), "");
+}
+
+// If only contype and conaffinity keep too many pairs of geoms apart for a list, rows with their own ones are left to MuJoCo.
+void test_many_kept_apart(void** /*state*/) {
+  std::string geoms;
+  for (int i = 0; i < 65; ++i) geoms += "<geom size='0.1' contype='1' conaffinity='2'/>";
+  const auto model = Model::parse("apart", "<mujoco><worldbody><body><joint/>" + geoms + "</body><body><joint/>" +
+                                               geoms + "</body></worldbody></mujoco>");
+  assert_string_equal(compare_own(model, "geom_contype", other_values, ~0U).c_str(), "");
+  assert_string_equal(compare_own(model, "geom_size", other_values).c_str(), "");
+}
+
+// Muscles whose length is exactly where one part of their curve of forces ends and the next begins: at lmin, in the middle
+// between lmin and 1, at 1, in the middle between 1 and lmax, and at lmax, which may be next to 1, or below 1 in a row.
+void test_muscle_lengths(void** /*state*/) {
+  std::string bodies, muscles;
+  for (const auto& [length, most] : {std::pair{"0.5", "1.5"},
+                                     {"0.75", "1.5"},
+                                     {"1", "1.5"},
+                                     {"1.25", "1.5"},
+                                     {"1.5", "1.5"},
+                                     {"1.0000000000000004", "1.0000000000000009"}}) {
+    const std::string name = "j" + std::to_string(bodies.size());
+    bodies += "<body><joint type='slide' name='" + name + "' ref='" + length + "'/><geom size='0.1'/></body>";
+    muscles += "<muscle joint='" + name + "' lengthrange='0 1' range='0 1' lmin='0.5' lmax='" + most + "' force='9'/>";
+  }
+  const auto model = Model::parse(
+      "muscles", "<mujoco><option integrator='implicit'/><default><geom contype='0'/></default><worldbody>" + bodies +
+                     "</worldbody><actuator>" + muscles + "</actuator></mujoco>");
+  int row = 0;
+  const auto shorter = [&](const OwnArray& array, Noise& /*noise*/) {
+    std::vector<double> values(array.original.count());
+    array.original.read(values.data());
+    if (row++ % 2 == 1)
+      for (std::size_t i = 5; i < values.size(); i += mjNGAIN) values[i] = 0.9;  // lmax
+    return values;
+  };
+  assert_string_equal(compare_own(model, "actuator_gainprm", shorter, 0, 1, Kind::at_rest).c_str(), "");
+}
+
+// MuJoCo makes the constraints of all rows if a row has numbers of its own of which MuJoCo warns.
+void test_own_solref(void** /*state*/) {
+  const auto model = Model::parse("equalities.xml", odd_model("equalities.xml"));
+  const ErrorTrap trap;
+  int row = 0;
+  const auto mixed = [&](const OwnArray& array, Noise& /*noise*/) {
+    std::vector<double> values(array.original.count());
+    array.original.read(values.data());
+    if (row++ % 2 == 1) values[0] = -values[0];
+    return values;
+  };
+  for (const char* array : {"eq_solref", "dof_solref"})
+    assert_string_equal(compare_own(model, array, mixed, 0, 2).c_str(), "");
+}
+
+// Without a callback, MuJoCo leaves user sensors at 0, beside sensors of motion and beside those that read constraints.
+void test_user_sensors(void** /*state*/) {
+  const std::string user = "<user objtype='joint' objname='knee' datatype='real' needstage='acc' dim='2' cutoff='1'/>",
+                    motion = "<sensor><jointvel joint='knee'/>" + user + "</sensor></mujoco>",
+                    limits = "<sensor><jointlimitfrc joint='knee'/>" + user + "</sensor></mujoco>";
+  for (const std::string& sensors : {motion, limits})
+    assert_string_equal(
+        compare(Model::parse("contacts.xml", with("</mujoco>", sensors, odd_model("contacts.xml"))), 16).c_str(), "");
+}
+
+// Rows are left to MuJoCo where its stack may be too small to solve the constraints.
+void test_small_stacks(void** /*state*/) {
+  std::string spheres;
+  for (int i = 0; i < 12; ++i) spheres += "<geom size='0.1' pos='" + std::to_string(0.1 * i - 0.6) + " 0 0'/>";
+  for (int size = 200; size <= 600; size += 200) {
+    const auto model =
+        Model::parse("stack", "<mujoco><size nstack='" + std::to_string(size) +
+                                  "'/><default><geom conaffinity='0'/></default><worldbody>"
+                                  "<geom type='plane' size='9 9 1' conaffinity='1'/><body pos='0 0 0.4'><freejoint/>" +
+                                  spheres + "</body></worldbody></mujoco>");
+    const std::string found = compare(model, 16 * share);
+    if (!found.empty()) fail_msg("%d numbers: %s", size, found.c_str());
+  }
+}
+
+// Heavy friction, whose quadratic zone is so small that a line search with no tolerance uses up its evaluations
+void test_exhausted_line_search(void** /*state*/) {
+  for (const char* solver : {"Newton", "CG"}) {
+    const auto model = Model::parse("exhausted", std::string("<mujoco><option tolerance='0' iterations='20' solver='") +
+                                                     solver + R"('/><default><joint frictionloss='2' axis='0 1 0'
+      solimpfriction='0.9999 0.9999'/><geom size='0.05' pos='0.1 0 0' contype='0'/></default><worldbody>
+      <body><joint/><geom/><body pos='0.2 0 0'><joint/><geom/><body pos='0.2 0 0'><joint/><geom/></body></body></body>
+      </worldbody></mujoco>)");
+    const mjModel& m = *model->get();
+    std::fill_n(m.dof_invweight0, m.nv, 1e-12);  // the model's memory is not constant
+    const std::string found = compare(model, 64 * share, {1, 1});
+    if (!found.empty()) fail_msg("%s: %s", solver, found.c_str());
+  }
+}
+
+// With a tolerance that is not a number, MuJoCo's line search ends after its first step.
+void test_undefined_tolerance(void** /*state*/) {
+  for (const char* solver : {"Newton", "CG"}) {
+    const auto model = Model::parse(
+        "contacts.xml", with("<option", std::string("<option solver=\"") + solver + '"', odd_model("contacts.xml")));
+    const_cast<double&>(model->get()->opt.tolerance) = kNaN;  // the model's memory is not constant
+    assert_string_equal(compare(model, 16).c_str(), "");
+  }
+}
+
+// Dry friction counts as sliding from the end of its quadratic zone on.
+void test_end_of_friction(void** /*state*/) {
+  for (const int side : {-1, 1}) {
+    const auto model = Model::parse("friction", "<mujoco><option iterations='0' gravity='" + std::to_string(side) +
+                                                    R"( 0 0'/><worldbody><body>
+      <joint type='slide' axis='1 0 0' frictionloss='0.9'/><geom size='0.1' mass='1'/></body></worldbody></mujoco>)");
+    const StateLayout layout(*model);
+    const int width = lanes::widths().back();
+    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+    Work plain(model);
+    plain.forward();
+    assert_int_equal(plain.data()->nefc, 1);
+    std::vector<double> state(layout.size);
+    *layout.warmstart(state.data()) = side * plain.data()->efc_R[0] * plain.data()->efc_frictionloss[0];
+    Group group(model, width);
+    for (Work* const work : group.some) {
+      work->expect("efc_state");
+      work->load(state.data());
+    }
+    assert_int_equal(stepper->step(group.some.data(), width, 1, group.before.data()) + 1, 1U << width);
+    std::vector<double> last(layout.size);
+    plain.load(state.data());
+    plain.step(1, last.data());
+    assert_int_equal(plain.data()->efc_state[0], side > 0 ? mjCNSTRSTATE_LINEARPOS : mjCNSTRSTATE_LINEARNEG);
+    for (Work* const work : group.some) assert_string_equal(difference(*work, plain).c_str(), "");
+  }
+}
+
+// Rows are left to MuJoCo where the cost overflows in the line search.
+void test_overflowing_costs(void** /*state*/) {
+  const auto model = Model::parse("overflow", R"(<mujoco><option solver='CG'/><worldbody>
+    <body><joint name='a'/><geom size='0.1'/></body><body pos='1 0 0'><joint name='b'/><geom size='0.1'/></body>
+    </worldbody><equality><joint joint1='a' joint2='b' polycoef='0 1e70 0 0 0' active='false'/></equality></mujoco>)");
+  const ErrorTrap trap;
+  assert_string_equal(compare_own(model, "eq_active", in_odd_rows(1), kOddRows, 2).c_str(), "");
 }
 
 void assert_names(const std::string& found, const char* word) {
@@ -1566,6 +1715,16 @@ int run(bool few) {
                               cmocka_unit_test(test_states_at_limit),
                               cmocka_unit_test(test_controls_of_substeps),
                               cmocka_unit_test(test_made_again),
+                              cmocka_unit_test(test_own_negative_zeros),
+                              cmocka_unit_test(test_many_kept_apart),
+                              cmocka_unit_test(test_muscle_lengths),
+                              cmocka_unit_test(test_own_solref),
+                              cmocka_unit_test(test_user_sensors),
+                              cmocka_unit_test(test_small_stacks),
+                              cmocka_unit_test(test_exhausted_line_search),
+                              cmocka_unit_test(test_undefined_tolerance),
+                              cmocka_unit_test(test_end_of_friction),
+                              cmocka_unit_test(test_overflowing_costs),
                               cmocka_unit_test(test_obstacles),
                               cmocka_unit_test(test_excessive_numbers),
                               cmocka_unit_test(test_callbacks),

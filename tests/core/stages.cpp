@@ -81,12 +81,26 @@ void test_models(void** /*state*/) {
     assert_string_equal(found[stage].c_str(), "lanes");
   for (const char* stage : {"tendons", "sensors", "energies"}) assert_string_equal(found[stage].c_str(), "absent");
 
-  const std::string tendon = "<tendon><fixed><joint joint='j' coef='1'/></fixed></tendon>";
+  const auto without_contacts = [&](const std::string& before, const std::string& after) {
+    return with("<option><flag contact='disable'/></option>" + before, "", after);
+  };
+  const auto tendon_with = [](const std::string& attributes) {
+    return "<tendon><fixed " + attributes + "><joint joint='j' coef='1'/></fixed></tendon>";
+  };
+  const std::string tendon = tendon_with(""), limited = "<default><joint limited='true' range='0 1'/></default>";
   const struct {
     std::string text, stage, how;
   } cases[] = {
       {with("<option><flag contact='disable'/></option>", "", ""), "contacts", "absent"},
       {with("<option><flag contact='disable'/></option>", "", ""), "solver", "absent"},
+      {with("<option><flag constraint='disable'/></option>", "", ""), "contacts", "absent"},
+      {with("<option><flag constraint='disable'/></option>" + limited, "", ""), "constraints", "absent"},
+      {without_contacts("", "<equality><joint joint1='j'/></equality>"), "constraints", "lanes"},
+      {without_contacts(limited, ""), "constraints", "lanes"},
+      {without_contacts("<default><joint frictionloss='1'/></default>", ""), "constraints", "lanes"},
+      {without_contacts("", tendon_with("limited='true' range='0 1'")), "constraints", "lanes"},
+      {without_contacts("", tendon_with("frictionloss='1'")), "constraints", "lanes"},
+      {with("<option collision='predefined'/>", "", ""), "contacts", "row by row: the search for pairs of geoms"},
       {with("", "<geom type='ellipsoid' size='0.1 0.1 0.1'/><geom type='box' size='.1 .1 .1'/>", ""), "contacts",
        "lanes"},
       {with("<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>", "<geom type='mesh' mesh='m'/>", ""),
@@ -113,7 +127,7 @@ void test_models(void** /*state*/) {
       {with("", "", "<sensor><gyro site='t'/></sensor>"), "sensors", "lanes"},
       {with("", "", "<sensor><rangefinder site='t'/></sensor>"), "sensors", "lanes; row by row: rangefinders"},
       {with("", "", "<sensor><user objtype='site' objname='t' datatype='real' needstage='acc' dim='1'/></sensor>"),
-       "sensors", "row by row: user sensors"},
+       "sensors", "lanes"},
       {with("<option><flag energy='enable'/></option>", "", ""), "energies", "row by row: only where they are read"},
       {with("<option integrator='implicit'/>", "", tendon), "accelerations", "lanes"},
       {with("<option integrator='implicit' jacobian='sparse'/>", "", tendon), "accelerations", "lanes"},

@@ -16,7 +16,7 @@ namespace mjenv::core::lanes {
 struct SingleStages {
   explicit SingleStages(const mjModel_& m);
   bool actuation;  // tendons, actuators, their lengths, velocities and forces
-  bool passive;    // passive forces
+  bool passive;    // passive forces; only if `actuation`, too
 };
 
 // The feature of the model because of which MuJoCo computes tendons and actuators, or passive forces, row by row; "" if

@@ -26,8 +26,6 @@ bool has_sensor(const mjModel& m, int type) {
 
 }  // namespace
 
-bool senses_in_lanes(const mjModel& m) { return !has_sensor(m, mjSENS_USER); }
-
 bool sees_from_cameras(const mjModel& m) {
   const auto has_camera = [&](const int* types) {
     return std::any_of(types, types + m.nsensor, [](int type) { return type == mjOBJ_CAMERA; });

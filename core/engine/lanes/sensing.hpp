@@ -17,8 +17,6 @@ bool reads_constraints_before_forces(const mjModel& m);
 // Writes those elements of sensordata that mj_step1 writes.
 void sense_state(const mjModel& m, mjData& d);
 
-// Whether lanes compute the model's sensors: yes, unless there is a user sensor.
-bool senses_in_lanes(const mjModel& m);
 // Computes the rangefinders of one row, which lanes do not compute, and copies the row's time to its clocks.
 void sense_singly(const mjModel& m, mjData& d);
 

@@ -300,7 +300,7 @@ class Sensors : Forces {
       case mjSENS_ACTUATORFRC: return copy(data, vectors(d_.actuator_force) + id, 1);
       case mjSENS_FRAMELINACC: return acceleration(frame_of(i), false, 3, data);
       case mjSENS_FRAMEANGACC: return acceleration(frame_of(i), false, 0, data);
-      default: return;  // sense_singly computes these
+      default: return;  // sense_singly computes these; MuJoCo leaves user sensors to a callback, which is an obstacle
     }
   }
 

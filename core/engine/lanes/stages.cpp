@@ -14,7 +14,6 @@
 namespace mjenv::core::lanes {
 namespace {
 
-bool is_disabled(const mjModel& m, int flag) { return (m.opt.disableflags & flag) != 0; }
 std::string text_if(bool condition, const char* text) { return condition ? text : ""; }
 
 // ---- Obstacles ----
@@ -104,8 +103,6 @@ std::string passive(const Model& model) { return passive_obstacle(*model.get());
 std::string solver(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 bool has_contacts(const Model& model) {
-  const mjModel& m = *model.get();
-  if (is_disabled(m, mjDSBL_CONTACT) || is_disabled(m, mjDSBL_CONSTRAINT)) return false;
   const ModelTables tables(model);
   return !tables.knows_pairs || !tables.pairs.empty();
 }
@@ -138,7 +135,7 @@ bool has_constraints(const Model& model) {
   const auto any = [](const auto* values, int count) {
     return std::any_of(values, values + count, [](auto x) { return x > 0; });
   };
-  return !is_disabled(m, mjDSBL_CONSTRAINT) &&
+  return (m.opt.disableflags & mjDSBL_CONSTRAINT) == 0 &&
          (has_contacts(model) || m.neq > 0 || any(m.jnt_limited, m.njnt) || any(m.tendon_limited, m.ntendon) ||
           any(m.dof_frictionloss, m.nv) || any(m.tendon_frictionloss, m.ntendon));
 }
@@ -149,8 +146,6 @@ std::string constraints(const Model& model) {
 }
 
 bool has_sensors(const Model& model) { return sensor_needs(*model.get()) != SensorNeeds::nothing; }
-std::string sensors(const Model& model) { return text_if(!senses_in_lanes(*model.get()), "user sensors"); }
-
 std::string other_sensors(const Model& model) {
   const mjModel& m = *model.get();
   const std::string rays = text_if(has_rangefinders(m), "rangefinders"),
@@ -207,9 +202,9 @@ const std::vector<Stage>& stages() {
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",
        "fwdAcceleration Euler implicit RungeKutta", always, never, never},
       {"sensors", "all but those of the next column",
-       "rangefinders, frames of cameras; all sensors of a model with user sensors; all sensors of a row whose "
-       "constraints are made row by row, if a sensor reads constraints",
-       "sensors", has_sensors, sensors, other_sensors},
+       "rangefinders, frames of cameras; all sensors of a row whose constraints are made row by row, if a sensor reads "
+       "constraints",
+       "sensors", has_sensors, never, other_sensors},
       {"forces between bodies (`cacc`, `cfrc_int`, `cfrc_ext`), where a task or the option `arrays` names them", "all",
        "those of rows whose constraints are made row by row", "rnePostConstraint", always, never, never},
       {"energies", "", "all, where they are read", "", has_energies, energies, never}};

@@ -338,7 +338,7 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::unique_ptr<ConstraintMaker> maker_;  // null if MuJoCo makes the constraints row by row
   bool makes_ = false;                      // whether maker_ can make the constraints of this step's rows
   const SensorNeeds sensors_;
-  const bool senses_in_lanes_, has_rangefinders_, sees_from_cameras_;
+  const bool has_rangefinders_, sees_from_cameras_;
   bool reads_forces_ = false;  // whether somebody reads what mj_rnePostConstraint computes after this step
   bool is_whole_ = true;       // whether this step must leave all of mjData as MuJoCo does
   std::vector<unsigned char> may_touch_, pair_rows_;
@@ -421,7 +421,6 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       solver_(Solver::make(code, m_)),
       maker_(solver_ ? ConstraintMaker::make(code, m_, tables_) : nullptr),
       sensors_(sensor_needs(m_)),
-      senses_in_lanes_(senses_in_lanes(m_)),
       has_rangefinders_(has_rangefinders(m_)),
       sees_from_cameras_(sees_from_cameras(m_)),
       may_touch_(tables_.pairs.size()),
@@ -689,8 +688,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
 
 // Whether lanes can compute what callbacks see of the new state. If not, Work::note_step calls mj_step1 row by row.
 bool LaneStepper::shows_current() const {
-  return !is_whole_ && !single_.actuation && !single_.passive &&
-         (sensors_ == SensorNeeds::nothing || !reads_constraints_before_forces(m_));
+  return !is_whole_ && !single_.actuation && (sensors_ == SensorNeeds::nothing || !reads_constraints_before_forces(m_));
 }
 
 // Computes the stages of mj_step1 for the new state, except those whose results nobody reads: the inertia matrix,
@@ -717,7 +715,7 @@ void LaneStepper::show_current(Work* const* works) {
 void LaneStepper::forward(Readers readers) {
   code_.kinematics(lanes_);
   code_.comPos(lanes_);
-  if (single_.actuation || single_.passive) scatter(poses_);
+  if (single_.actuation) scatter(poses_);
   if (!single_.actuation) code_.tendon(lanes_);
   code_.crb(lanes_);
   code_.factorM(lanes_);
@@ -726,8 +724,10 @@ void LaneStepper::forward(Readers readers) {
     code_.fwdVelocity(lanes_);
   }
   code_.comVel(lanes_);
-  if (single_.actuation || single_.passive) scatter(motions_);
-  if (single_.actuation) actuate_row_by_row();
+  if (single_.actuation) {
+    scatter(motions_);
+    actuate_row_by_row();
+  }
   if (single_.passive)
     compute_passive_row_by_row();
   else
@@ -738,8 +738,7 @@ void LaneStepper::forward(Readers readers) {
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
   const bool reads_constraints = readers.sensors && sensors_ == SensorNeeds::constraints;
-  const bool is_made = makes_ && !(readers.after_step && is_whole_) &&
-                       !(reads_constraints && (is_whole_ || !senses_in_lanes_)) && constrain_in_lanes();
+  const bool is_made = makes_ && !(is_whole_ && (readers.after_step || reads_constraints)) && constrain_in_lanes();
   if (readers.after_step && reads_forces_ && !is_made) is_whole_ = true;
   const bool is_held = (readers.after_step && is_whole_) || reads_constraints;
   if (!is_made) {
@@ -753,7 +752,7 @@ void LaneStepper::forward(Readers readers) {
     scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
-  if (readers.sensors && senses_in_lanes_ && !is_whole_ && (is_made || !reads_constraints))
+  if (readers.sensors && !is_whole_ && (is_made || !reads_constraints))
     sense_in_lanes();
   else if (readers.sensors)
     sense_row_by_row(is_held);
@@ -785,26 +784,22 @@ void LaneStepper::actuate_row_by_row() {
     gather_sparse_tendons();
 }
 
-// Gathers the sparse Jacobians of tendons. Rows in which a tendon has two elements for one dof are left to MuJoCo.
+// Gathers the sparse Jacobians of tendons. A tendon has one element for each dof, because models in which a fixed tendon
+// names a joint twice are refused (untrusted/mjcf.cpp).
 void LaneStepper::gather_sparse_tendons() {
   std::fill_n(lanes_.ten_J, m_.ntendon * m_.nv * code_.width, 0.0);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     for (int i = 0; i < m.ntendon; ++i)
       for (int n = 0; n < d.ten_J_rownnz[i]; ++n) {
         const int at = d.ten_J_rowadr[i] + n, dof = d.ten_J_colind[at];
-        if (n > 0 && dof == d.ten_J_colind[at - 1]) lanes_.left_to_mujoco |= 1u << row;
         lanes_.ten_J[(i * m.nv + dof) * code_.width + row] = d.ten_J[at];
       }
   });
 }
 
-// MuJoCo's functions compute the passive forces row by row.
+// MuJoCo's functions compute the passive forces row by row. mjData holds what they read, because actuate_row_by_row
+// comes first.
 void LaneStepper::compute_passive_row_by_row() {
-  if (!single_.actuation) {
-    scatter(lengths_);
-    scatter(speeds_);
-    scatter(tendons_);
-  }
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_passive(&m, &d); });
   gather(passive_);
 }
