@@ -87,6 +87,7 @@ void test_models(void** /*state*/) {
   } cases[] = {
       {with("<option><flag contact='disable'/></option>", "", ""), "contacts", "absent"},
       {with("<option><flag contact='disable'/></option>", "", ""), "solver", "absent"},
+      {with("<size nconmax='0'/>", "", ""), "contacts", "absent"},
       {with("", "<geom type='ellipsoid' size='0.1 0.1 0.1'/><geom type='box' size='.1 .1 .1'/>", ""), "contacts",
        "lanes"},
       {with("<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>", "<geom type='mesh' mesh='m'/>", ""),
