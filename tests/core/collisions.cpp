@@ -275,10 +275,27 @@ void test_random_poses(void** /*state*/) {
   }
 }
 
+// Of a box on an edge, two of the corners that touch the plane are exactly at the height of its middle.
+void test_level_corners(void** /*state*/) {
+  Scene made(
+      "<mujoco><worldbody><geom type='plane' size='1 1 1'/>"
+      "<body><freejoint/><geom type='box' size='.1 .2 .1'/></body></worldbody></mujoco>",
+      0);
+  const Pose ground{{}, {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+  const double x = std::sqrt(0.5);
+  for (int lane = 0; lane < kWidth; ++lane) {
+    made.place(lane, 0, ground);
+    made.place(lane, 1, {{0.05, 0.01, -0.01 * (lane + 1)}, {x, 0, x, 0, 1, 0, -x, 0, x}});
+  }
+  made.compare(false);
+  assert_int_equal(made.counts().found.at(lanes::Shapes::plane_box), 4 * kWidth);
+}
+
 }  // namespace
 }  // namespace mjenv::core
 
 int run_collisions() {
-  const CMUnitTest tests[] = {cmocka_unit_test(mjenv::core::test_random_poses)};
+  using namespace mjenv::core;
+  const CMUnitTest tests[] = {cmocka_unit_test(test_random_poses), cmocka_unit_test(test_level_corners)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -72,6 +72,12 @@ const std::string kMuscles = R"(<mujoco><option timestep='0.002'/><worldbody>
     <muscle joint='c' gear='0 0 1' lengthrange='-1 1' scale='300'/>
   </actuator></mujoco>)";
 
+// A muscle without force; and one whose length at rest is exactly the least at which it pulls
+const std::string kOddMuscles = R"(<mujoco><worldbody>
+  <body pos='0 0 1'><joint name='a' axis='0 1 0'/><geom size='.1' pos='.1 0 0'/></body></worldbody>
+  <actuator><muscle joint='a' lengthrange='-1 1' force='0'/>
+  <muscle joint='a' lengthrange='0 1' range='.75 1.05' lmin='.75'/></actuator></mujoco>)";
+
 void test_steps(void** /*state*/) {
   const std::string adhesion =
       "<actuator><adhesion body='foot' ctrlrange='0 1' gain='30'/><velocity joint='leg' kv='3'/></actuator>";
@@ -88,6 +94,7 @@ void test_steps(void** /*state*/) {
       {"tree without passive forces", with_option("<option><flag passive='disable'/></option>", geared)},
       {"tree without actuation", with_option("<option><flag actuation='disable'/></option>", geared)},
       {"muscles", with_option("", kMuscles)},
+      {"odd muscles", with_option("", kOddMuscles)},
       {"fluids", with_option("", fluids)},
       {"fluids without wind", with_option("<option wind='0 0 0' density='0'/>", fluids)},
       {"thin fluids", with_option("<option viscosity='0' jacobian='sparse'/>", fluids)},

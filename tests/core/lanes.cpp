@@ -633,6 +633,23 @@ void test_contacts(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
+// Parameters of contacts at which MuJoCo's comparisons change their result; and no room for constraints. The ball touches the
+// floor so slightly that accelerations stay finite even if the contact is very stiff.
+void test_parameters_at_limits(void** /*state*/) {
+  const struct {
+    const char *attribute, *size;
+    bool are_made;
+  } cases[] = {{"solimp='0.8 0.9 1e-15'", "", true}, {"solref='0 0'", "", true}, {"", "<size njmax='0'/>", false}};
+  for (const auto& c : cases) {
+    const auto model = Model::parse("ball", std::string("<mujoco>") + c.size + "<default><geom " + c.attribute +
+                                                "/></default><worldbody><geom type='plane' size='1 1 1'/>"
+                                                "<body pos='0 0 0.0999999999'><freejoint/><geom size='0.1'/></body>"
+                                                "</worldbody></mujoco>");
+    assert_string_equal(compare(model, kFewRows).c_str(), "");
+    assert_int_equal(made_of_contacts > 0, c.are_made);
+  }
+}
+
 // After each main solver, noslip finds other forces of dry friction and of both kinds of cones.
 void test_noslip(void** /*state*/) {
   const std::string contacts = with("name=\"x\"", "name=\"x\" frictionloss=\"0.1\"", odd_model("contacts.xml"));
@@ -731,11 +748,12 @@ void test_range_of_ball(void** /*state*/) {
   assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
 
-// Tendons that wrap around a sphere and a cylinder, at a site beside the geom, and inside of it, where they have no length.
+// Tendons that wrap around a sphere and a cylinder, at a site beside the geom, and inside of it, where they have no length; and
+// behind a pulley. One of the side sites is the first site.
 void test_wraps(void** /*state*/) {
   const auto model = Model::parse("wraps", R"(<mujoco><default><geom contype='0' conaffinity='0'/></default><worldbody>
-    <site name='start' pos='-0.3 0 0.3'/>
-    <geom name='ball' type='sphere' size='0.1'/><site name='in_ball'/><site name='above' pos='0 0 0.3'/>
+    <site name='in_ball'/><site name='start' pos='-0.3 0 0.3'/>
+    <geom name='ball' type='sphere' size='0.1'/><site name='above' pos='0 0 0.3'/>
     <geom name='drum' type='cylinder' size='0.08 0.5' euler='90 0 0' pos='0 0 -0.5'/>
     <site name='in_drum' pos='0.02 0 -0.5'/><site name='below' pos='0 0 -0.9'/>
     <body pos='0.3 0 0.3'><joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/><geom size='0.05'/>
@@ -745,6 +763,8 @@ void test_wraps(void** /*state*/) {
     <spatial damping='1'><site site='start'/><geom geom='ball' sidesite='above'/><site site='end'/></spatial>
     <spatial stiffness='1'><site site='start'/><geom geom='drum' sidesite='in_drum'/><site site='end'/></spatial>
     <spatial damping='1'><site site='start'/><geom geom='drum' sidesite='below'/><site site='end'/></spatial>
+    <spatial stiffness='2'><site site='start'/><site site='end'/><pulley divisor='2'/>
+    <site site='start'/><geom geom='drum' sidesite='below'/><site site='end'/></spatial>
     </tendon></mujoco>)");
   assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
@@ -760,6 +780,13 @@ void test_sparse(void** /*state*/) {
                                    "<geom name='sunk' size='0.1' pos='2 2 0'/></worldbody>"
                                    "<contact><pair geom1='floor' geom2='sunk'/></contact>",
                                    text);
+  // A joint that depends on the first joint, and a joint that is held alone
+  const std::string coupled = R"(<mujoco><option jacobian='sparse'/><worldbody><geom type='plane' size='5 5 1'/>
+    <body pos='0 0 0.1'><joint name='first' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/>
+    <body pos='0.2 0 0'><joint name='second' axis='1 0 0'/><geom size='0.1' pos='0.1 0.1 0'/></body></body>
+    <body pos='2 0 0.1'><joint name='third' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/></body></worldbody>
+    <equality><joint joint1='second' joint2='first' polycoef='0.1 0.5 0.1 0 0'/>
+    <joint joint1='third'/></equality></mujoco>)";
   const struct {
     const char* name;
     const std::string& text;
@@ -773,6 +800,7 @@ void test_sparse(void** /*state*/) {
                 {"", "<option cone='elliptic' impratio='10'/>", "<option integrator='RK4' iterations='3'/>",
                  "<option><flag warmstart='disable' frictionloss='disable' limit='disable'/></option>"}},
                {"contacts.xml", contacts, {"", "<option solver='CG'/>", "<option cone='elliptic'/>"}},
+               {"coupled joints", coupled, {"", "<option solver='CG'/>"}},
                {"sparse.xml with a contact of the world", unmoved, {""}, false}};
   failures.clear();
   for (const auto& c : cases)
@@ -1111,6 +1139,71 @@ void test_rows_of_lost_rank(void** /*state*/) {
   assert_true(left_by_solver > usual);
 }
 
+// MuJoCo makes no constraint of a tendon that no dof moves, but one of an equality of this tendon with another one.
+void test_still_tendons(void** /*state*/) {
+  const auto model = Model::parse("tendons", R"(<mujoco><worldbody>
+    <body><joint name='a' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0' conaffinity='0'/></body></worldbody>
+    <tendon><fixed name='still'><joint joint='a' coef='0'/></fixed>
+    <fixed name='moved'><joint joint='a' coef='2'/></fixed></tendon>
+    <equality><tendon tendon1='still' tendon2='moved' polycoef='0.1 0.5 0 0 0'/></equality></mujoco>)");
+  assert_string_equal(compare(model, kFewRows).c_str(), "");
+  assert_true(made > 0);
+}
+
+// Radii of bounding spheres that MuJoCo's compiler does not write: of a plane, which is then bounded, and 0 of other shapes,
+// which are then unbounded.
+void test_odd_radii(void** /*state*/) {
+  const ErrorTrap trap;
+  const auto geom = [](const char* body, const char* attributes) {
+    return std::string("<body pos='") + body + "'><freejoint/><geom " + attributes + " contype='0'/></body>";
+  };
+  const auto model = Model::parse(
+      "radii", "<mujoco><worldbody><geom type='plane' size='1 1 1'/><geom size='0.2' pos='5 0 0.5'/>" +
+                   geom("0.2 0 0.09", "size='0.1'") + geom("2 0 0.09", "size='0.1'") + geom("3 0 0.09", "size='0.1'") +
+                   geom("5 0 0.75", "type='capsule' size='0.1 0.1'") + "</worldbody></mujoco>");
+  const mjModel& m = *model->get();
+  assert_non_null(model->pairs());
+  const OwnArrays none(*model);
+  for (const bool is_bounded : {true, false}) {
+    // The model's memory is not constant.
+    m.geom_rbound[0] = is_bounded ? 1 : 0;
+    for (const int odd : {4, 5}) m.geom_rbound[odd] = 0;
+    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(2));
+    assert_string_equal(compare(model, 2, *stepper, none, kFewRows, {}).c_str(), "");
+  }
+}
+
+// Each row reaches as many limits as lanes have room for. But the rows reach different ones, together too many.
+void test_many_limits(void** /*state*/) {
+  std::string bodies;
+  for (int i = 0; i < 60; ++i)
+    bodies += "<body><joint type='slide' limited='true' range='-0.01 0.01'/><geom size='0.1' conaffinity='0'/></body>";
+  const auto model =
+      Model::parse("limits", "<mujoco><option jacobian='dense'/><worldbody>" + bodies + "</worldbody></mujoco>");
+  assert_string_equal(compare(model, 16 * share).c_str(), "");
+}
+
+// Cameras that only a reference names; and a sensor that alone reads constraints before there are forces
+void test_lone_sensors(void** /*state*/) {
+  const auto text = [](const char* sensor) {
+    return std::string(R"(<mujoco><worldbody><geom type='plane' size='5 5 1'/>
+    <body name='a' pos='0 0 0.3'><joint name='a' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/>
+    <camera pos='0.1 0 0'/><body name='b' pos='0.3 0 0'><joint axis='1 0 0'/><geom size='0.1' pos='0 0.1 0'/>
+    <camera name='eye' pos='0 0 0.1' euler='10 20 30' mode='track'/></body></body></worldbody>
+    <tendon><fixed name='t' limited='true' range='-0.1 0.1' margin='0.1'><joint joint='a' coef='1'/></fixed></tendon>
+    <sensor>)") +
+           sensor + "</sensor></mujoco>";
+  };
+  failures.clear();
+  for (const char* sensor :
+       {"<framepos objtype='xbody' objname='a' reftype='camera' refname='eye'/>",
+        "<framequat objtype='xbody' objname='a' reftype='camera' refname='eye'/>", "<tendonlimitvel tendon='t'/>"}) {
+    const std::string found = compare(Model::parse("sensor", text(sensor)), kFewRows);
+    if (!found.empty()) failures += sensor + (": " + found) + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
 // Slightly different values of an array for a row
 std::vector<double> other_values(const OwnArray& array, Noise& noise) {
   std::vector<double> values(array.original.count());
@@ -1205,6 +1298,15 @@ void test_light_bodies(void** /*state*/) {
     };
     assert_string_equal(compare_own(model, "body_mass", masses).c_str(), "");
   }
+}
+
+// mjMINVAL (1e-15) is the least mass of a body over which MuJoCo does not pass.
+void test_least_mass(void** /*state*/) {
+  const auto model = Model::parse("least mass", R"(<mujoco><option density='5' viscosity='2'/><worldbody>
+    <body><joint axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/><body pos='0.1 0.2 0.3'>
+    <inertial pos='0.1 0.3 0.7' mass='1e-15' diaginertia='1e-17 1e-17 1e-17'/></body></body></worldbody></mujoco>)");
+  assert_true(model->get()->body_mass[2] == mjMINVAL);
+  assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
 
 // The stages of RK4 add accelerations that are negative zeros to zeros.
@@ -1694,6 +1796,7 @@ int run(bool few) {
                               cmocka_unit_test(test_fluids),
                               cmocka_unit_test(test_missed_contacts),
                               cmocka_unit_test(test_contacts),
+                              cmocka_unit_test(test_parameters_at_limits),
                               cmocka_unit_test(test_noslip),
                               cmocka_unit_test(test_adhesion),
                               cmocka_unit_test(test_clamped_numbers),
@@ -1705,8 +1808,13 @@ int run(bool few) {
                               cmocka_unit_test(test_many_dofs),
                               cmocka_unit_test(test_rank_loss),
                               cmocka_unit_test(test_rows_of_lost_rank),
+                              cmocka_unit_test(test_still_tendons),
+                              cmocka_unit_test(test_odd_radii),
+                              cmocka_unit_test(test_many_limits),
+                              cmocka_unit_test(test_lone_sensors),
                               cmocka_unit_test(test_own_arrays),
                               cmocka_unit_test(test_light_bodies),
+                              cmocka_unit_test(test_least_mass),
                               cmocka_unit_test(test_tiny_accelerations),
                               cmocka_unit_test(test_tendons_without_coefficients),
                               cmocka_unit_test(test_other_fluid_models),

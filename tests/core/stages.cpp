@@ -101,6 +101,7 @@ void test_models(void** /*state*/) {
       {without_contacts("", tendon_with("limited='true' range='0 1'")), "constraints", "lanes"},
       {without_contacts("", tendon_with("frictionloss='1'")), "constraints", "lanes"},
       {with("<option collision='predefined'/>", "", ""), "contacts", "row by row: the search for pairs of geoms"},
+      {with("<size nconmax='0'/>", "", ""), "contacts", "absent"},
       {with("", "<geom type='ellipsoid' size='0.1 0.1 0.1'/><geom type='box' size='.1 .1 .1'/>", ""), "contacts",
        "lanes"},
       {with("<asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>", "<geom type='mesh' mesh='m'/>", ""),

@@ -349,7 +349,7 @@ class MakeConstraint {
     const int dof1 = m_.jnt_dofadr[equality.object1];
     const int dof2 = equality.object2 < 0 ? -1 : m_.jnt_dofadr[equality.object2];
     set_J(0, dof1, splat(1));
-    if (dof2 >= 0) set_J(0, dof2, dof1 == dof2 ? 1.0 + factor : factor);
+    if (dof2 >= 0) set_J(0, dof2, factor);
   }
 
   // mj_instantiateFriction

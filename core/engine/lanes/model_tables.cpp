@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <utility>
 
 #include "engine/mujoco.hpp"
 
@@ -67,8 +66,7 @@ bool compares_plane(const mjModel& m, int geom1, int geom2) {
 std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
   std::vector<GeomPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
-    int first = listed.geom1[i], second = listed.geom2[i];
-    if (m.geom_type[first] > m.geom_type[second]) std::swap(first, second);
+    const int first = listed.geom1[i], second = listed.geom2[i];
     pairs.push_back({first, second, compares_plane(m, first, second), -1, pair_numbers(m, first, second)});
   }
   return pairs;
@@ -272,8 +270,7 @@ Actuator actuator_of(const mjModel& m, int id, const ModelTables& tables, std::v
 std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, std::vector<int>& columns) {
   std::vector<ContactPair> pairs;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
-    int first = listed.geom1[i], second = listed.geom2[i];
-    if (m.geom_type[first] > m.geom_type[second]) std::swap(first, second);
+    const int first = listed.geom1[i], second = listed.geom2[i];
     const int body1 = m.geom_bodyid[first], body2 = m.geom_bodyid[second];
     ContactPair pair{};
     pair.geom1 = first;
