@@ -11,8 +11,8 @@ struct mjModel_;
 namespace mjenv::core {
 
 // Explicit pairs for mjModel's pair_* arrays. They have the order of MuJoCo's search, and the parameters that MuJoCo
-// would compute for each contact. So the contacts are the same bit for bit. In each pair, the type of geom1 is not above
-// that of geom2.
+// would compute for each contact. So the contacts are the same bit for bit. In each pair, the type of geom1 is not
+// above that of geom2.
 struct Pairs {
   std::vector<int> dim, geom1, geom2;
   std::vector<double> solref, solimp, margin, gap, friction;

@@ -633,8 +633,8 @@ void test_contacts(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
-// Parameters of contacts at which MuJoCo's comparisons change their result; and no room for constraints. The ball touches the
-// floor so slightly that accelerations stay finite even if the contact is very stiff.
+// Parameters of contacts at which MuJoCo's comparisons change their result; and no room for constraints. The ball
+// touches the floor so slightly that accelerations stay finite even if the contact is very stiff.
 void test_parameters_at_limits(void** /*state*/) {
   const struct {
     const char *attribute, *size;
@@ -748,8 +748,8 @@ void test_range_of_ball(void** /*state*/) {
   assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
 
-// Tendons that wrap around a sphere and a cylinder, at a site beside the geom, and inside of it, where they have no length; and
-// behind a pulley. One of the side sites is the first site.
+// Tendons that wrap around a sphere and a cylinder, at a site beside the geom, and inside of it, where they have no
+// length; and behind a pulley. One of the side sites is the first site.
 void test_wraps(void** /*state*/) {
   const auto model = Model::parse("wraps", R"(<mujoco><default><geom contype='0' conaffinity='0'/></default><worldbody>
     <site name='in_ball'/><site name='start' pos='-0.3 0 0.3'/>
@@ -1150,8 +1150,8 @@ void test_still_tendons(void** /*state*/) {
   assert_true(made > 0);
 }
 
-// Radii of bounding spheres that MuJoCo's compiler does not write: of a plane, which is then bounded, and 0 of other shapes,
-// which are then unbounded.
+// Radii of bounding spheres that MuJoCo's compiler does not write: of a plane, which is then bounded, and 0 of other
+// shapes, which are then unbounded.
 void test_odd_radii(void** /*state*/) {
   const ErrorTrap trap;
   const auto geom = [](const char* body, const char* attributes) {

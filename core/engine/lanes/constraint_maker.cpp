@@ -158,10 +158,6 @@ bool ConstraintMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pa
 
 std::unique_ptr<ConstraintMaker> ConstraintMaker::make(const Code& code, const mjModel& m, const ModelTables& tables) {
   if (!tables.knows_pairs) return nullptr;
-  for (const ContactPair& pair : tables.contact_pairs)
-    if ((pair.dim != 1 && pair.dim != 3 && pair.dim != 4 && pair.dim != 6) ||
-        (mj_isSparse(&m) && pair.chain.count == 0))
-      return nullptr;
   return std::unique_ptr<ConstraintMaker>(new ConstraintMaker(code, m, tables));
 }
 
