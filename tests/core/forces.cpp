@@ -39,7 +39,7 @@ std::array<double, 6> random_force(Noise& noise) {
   return force;
 }
 
-// Returns how many joint forces were not 0.
+// Returns how many elements of qfrc have changed.
 int compare(const std::shared_ptr<const Model>& model) {
   const mjModel& m = *model->get();
   Work work(model);

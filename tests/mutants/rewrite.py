@@ -263,9 +263,8 @@ def rewritten(file: File, first: int) -> tuple[str, list[dict[str, object]]]:
     text = file.text
     mutants: list[dict[str, object]] = []
     seen: collections.Counter[str] = collections.Counter()
-    edits: list[
-        tuple[int, int, int, int, str, int]
-    ] = []  # where, three numbers for the order, what, and how much it replaces
+    # Where, three numbers for the order, what is inserted, and how much it replaces
+    edits: list[tuple[int, int, int, int, str, int]] = []
     for change in sorted(file.changes, key=lambda change: (change.start, change.end, change.rank)):
         start, end, before, after = change.call
         # At one offset, what ends there comes first, from the inside out; then what begins there, from the outside in.

@@ -29,8 +29,6 @@ ROOT = HERE.parents[1]
 TOPICS = {"lanes": ["few-lanes"], "random_models": []}
 LONG_TOPICS = {**TOPICS, "lanes": ["few-lanes", "lanes"]}
 SEEDS = 24
-
-
 # The tests allocate and free much memory. If the C library returned it to the system, they would take twice as long.
 KEEP_MEMORY = {
     "MALLOC_MMAP_MAX_": "0",
@@ -209,7 +207,9 @@ def build(folder: Path) -> None:
     subprocess.run([*configure, "-S", ROOT, "-B", plain], check=True)
     mutants = folder / "mutants.json"
     known = mutants.read_text() if mutants.exists() else ""
-    subprocess.run(["/usr/bin/python3", HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
+    setup = subprocess.run([ROOT / "tools/setup", "mutants"], check=True, stdout=subprocess.PIPE, text=True)
+    python = setup.stdout.strip()  # which has the parser that rewrite.py needs
+    subprocess.run([python, HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
     if mutants.read_text() != known:
         shutil.rmtree(folder / "felt", ignore_errors=True)  # other numbers
     subprocess.run([*configure, "-S", folder / "source", "-B", copy], check=True)
