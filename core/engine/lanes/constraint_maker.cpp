@@ -243,7 +243,8 @@ bool ConstraintMaker::follow(const RowModels& models, int count) {
   }
   const bool are_shared =
       std::all_of(models.begin(), models.begin() + count, [&](const mjModel* m) { return m == &m_; });
-  // If a row's own values may change which contacts MuJoCo finds, its model lists no pairs, so MuJoCo searches.
+  // If a row's own values may change which contacts MuJoCo finds, its model lists no pairs, so without lanes MuJoCo
+  // would search for them.
   contacts_.are_searched = are_always_searched_ || std::any_of(models.begin(), models.begin() + count,
                                                                [](const mjModel* m) { return m->npair == 0; });
   if (are_shared && shared_rows_ == count) return true;  // nothing has changed since the last step

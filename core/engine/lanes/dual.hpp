@@ -21,10 +21,11 @@ class Dual : protected Constrained {
   }
 
  protected:
-  // mju_dot of two vectors with a number for each place. A sum that is zero is +0 here, while MuJoCo's may be -0. For
-  // inequalities this makes no difference: their forces are never -0, and from a number that is not -0, subtracting +0
-  // or -0 gives the same. Forces of equalities, friction and elliptic cones can be -0, so leave_negative_zeros leaves
-  // to MuJoCo the lanes in which the sign of such a sum matters.
+  // mju_dot of two vectors with a number for each place. A sum that is zero is +0 here, while MuJoCo's may be -0. This
+  // can change a residual (b plus the sum) only where b is -0, and then only from -0 to +0. For inequalities this makes
+  // no difference: a multiple of the residual is subtracted from the force, which is never -0, so the sign of a zero
+  // does not matter. Forces of equalities, friction and elliptic cones can be -0, so leave_negative_zeros leaves to
+  // MuJoCo the lanes in which b is -0 for such a constraint.
   V dot_places(const V* a, const V* b) const {
     if (c_.is_numbered) return dot_numbered(a, b);
     V res0{}, res1{}, res2{}, res3{};
