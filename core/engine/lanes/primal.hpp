@@ -153,7 +153,8 @@ class LineSearch {
   void bisect() {
     if (evaluations_ < kMaxEvaluations) return evaluate_at(0.5 * (p1_.alpha + p2_.alpha), Stage::middle);
     if (p1_.cost <= p2_.cost && p1_.cost < p0_.cost) return end(p1_.alpha);
-    end(p2_.cost < p0_.cost ? p2_.alpha : 0);  // if it is, p2_.cost is not above p1_.cost
+    // MuJoCo also tests p2_.cost <= p1_.cost here. After the test above, this follows from p2_.cost < p0_.cost.
+    end(p2_.cost < p0_.cost ? p2_.alpha : 0);
   }
 
   void narrow() {

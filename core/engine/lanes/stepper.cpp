@@ -784,8 +784,8 @@ void LaneStepper::actuate_row_by_row() {
     gather_sparse_tendons();
 }
 
-// Gathers the sparse Jacobians of tendons. A tendon has one element for each dof, because models in which a fixed tendon
-// names a joint twice are refused (untrusted/mjcf.cpp).
+// Gathers the sparse Jacobians of tendons. Assigns the elements and does not add them, because a tendon has at most one
+// element for each dof: models in which a fixed tendon names a joint twice are refused (untrusted/mjcf.cpp).
 void LaneStepper::gather_sparse_tendons() {
   std::fill_n(lanes_.ten_J, m_.ntendon * m_.nv * code_.width, 0.0);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
