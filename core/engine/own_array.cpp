@@ -49,7 +49,9 @@ const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix", 
 const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
 const Names kDirections{"jnt_axis"};
 
-// The arrays of OwnArray::Collisions::other_pairs and other_contacts.
+// The arrays of OwnArray::Collisions::other_pairs and other_contacts. geom_fluid changes no pairs, but it decides
+// whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in kSearch,
+// because ModelView uses the whole model if rows have their own values of an array in this list.
 const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",        "geom_quat",  "geom_margin", "geom_gap",
                     "geom_contype", "geom_conaffinity", "geom_fluid",      "body_pos",   "body_quat",   "jnt_pos",
                     "jnt_axis",     "geom_aabb",        "geom_surfacevel", "body_margin"};

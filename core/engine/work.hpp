@@ -146,7 +146,7 @@ class Work {
   bool diverged() const;
   // Whether MuJoCo reset the simulation because of that. It does unless the model disables it.
   bool was_reset() const;
-  // The kinds of warnings (mjtWarning) that MuJoCo has given since the row was loaded or began, as bits.
+  // The kinds of warnings (mjtWarning) that MuJoCo has given since the last call of load, begin, clear or act, as bits.
   std::uint8_t warnings() const;
   void set_warnings(std::uint8_t kinds);
   // The warnings of the step alone. After keep_current(), warnings() also has those of the mj_step1 for the new state.
