@@ -33,7 +33,8 @@ class Pool {
   // Calls job(worker) on every thread of the pool, the calling one included, and returns when all calls have.
   void run(const std::function<void(int)>& job);
 
-  // Within run(), all threads call these in the same order.
+  // Within run(), all threads must call meet() and take_turns() in the same order.
+
   // Returns when all threads have called it.
   void meet() {
     take_turns(0, [] {});

@@ -20,7 +20,8 @@ namespace mjenv::core {
 
 Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 
-// macOS waits until a time of the system clock, which users can set, or for a duration.
+// Waits for a duration, because pthread_cond_timedwait would wait until a time of the system clock, which users can
+// set.
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
   if (!deadline.is_set()) return static_cast<void>(pthread_cond_wait(&condition_, mutex));

@@ -27,7 +27,8 @@ namespace mjenv::core {
 
 Condition::Condition() { pthread_cond_init(&condition_, nullptr); }
 
-// winpthreads waits until a time of the system clock, which users can set, or for a duration.
+// Waits for a duration, because pthread_cond_timedwait would wait until a time of the system clock, which users can
+// set.
 void Condition::wait(std::unique_lock<std::mutex>& lock, const Deadline& deadline) {
   pthread_mutex_t* mutex = lock.mutex()->native_handle();
   if (!deadline.is_set()) return static_cast<void>(pthread_cond_wait(&condition_, mutex));
@@ -405,7 +406,8 @@ std::string error_text(DWORD error) {
 
 }  // namespace
 
-// Looks for the libraries that it needs in its own folder, but not in the current folder.
+// Windows does not search the current folder. If `file` is a path, Windows also searches the folder of that file, for
+// the libraries that the file imports.
 void* open_library(const char* file, std::string& reason) {
   const KeptFloats floats;
   const bool absolute = std::string_view(file).find_first_of("/\\") != std::string_view::npos;
