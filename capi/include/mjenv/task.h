@@ -268,10 +268,10 @@ typedef struct mjenv_task {
   int32_t fixed_frame_skip; /* 1: the task has no option frame_skip */
 
   /* Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step
-   * and before_substep, only these members of sim are valid: time, action, carried, parameters, the state and the
-   * arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a ctrl
-   * that is not finite, unless "strict" is 0. If lanes cannot finish the step of a row, the row is stepped again by
-   * MuJoCo, and both are called again with the same numbers. */
+   * and before_substep, these members of sim are not valid: those from qacc to contacts, contact_count, and the arrays
+   * of mjData in `arrays`. They may belong to other rows or older states. Both callbacks fail if they write a ctrl that
+   * is not finite, unless "strict" is 0. If lanes cannot finish the step of a row, the row is stepped again by MuJoCo,
+   * and both are called again with the same numbers. */
   int32_t (*before_step)(const void *self, const mjenv_sim *sim, mjenv_control *control);
 
   /* Changes ctrl or forces before each mj_step. NULL: ctrl and forces stay the same during a step. */

@@ -1536,10 +1536,10 @@ pub struct mjenv_task {
     #[doc = " 1: the task has no option frame_skip"]
     pub fixed_frame_skip: i32,
     #[doc = " Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step"]
-    #[doc = " and before_substep, only these members of sim are valid: time, action, carried, parameters, the state and the"]
-    #[doc = " arrays of mjModel. What MuJoCo computes may belong to other rows or older states. Both fail if they write a ctrl"]
-    #[doc = " that is not finite, unless \"strict\" is 0. If lanes cannot finish the step of a row, the row is stepped again by"]
-    #[doc = " MuJoCo, and both are called again with the same numbers."]
+    #[doc = " and before_substep, these members of sim are not valid: those from qacc to contacts, contact_count, and the arrays"]
+    #[doc = " of mjData in `arrays`. They may belong to other rows or older states. Both callbacks fail if they write a ctrl that"]
+    #[doc = " is not finite, unless \"strict\" is 0. If lanes cannot finish the step of a row, the row is stepped again by MuJoCo,"]
+    #[doc = " and both are called again with the same numbers."]
     pub before_step: ::std::option::Option<
         unsafe extern "C" fn(
             self_: *const ::std::os::raw::c_void,
