@@ -14,8 +14,8 @@ A robot and what it has to do. Derive a type from it, define these methods for i
   may be left out. It is called once in each step, after the simulation has advanced by `frame_skip` timesteps.
 - `MJEnv.before_step!(task::T, sim, row, control)` (optional) turns the action into `control.ctrl`, once in each step, before
   its first timestep; without it `ctrl` is the action. `MJEnv.before_substep!(task::T, sim, row, control)` (optional) changes
-  `ctrl` or forces before each timestep. Both take an [`MJEnv.Control`](@ref). In their `sim`, only the time, the action, the
-  carried numbers, live parameters, the state and the arrays of mjModel are valid.
+  `ctrl` or forces before each timestep. Both take an [`MJEnv.Control`](@ref). In their `sim`, what MuJoCo
+  computes from the state is not valid: it belongs to other rows or older states.
 - `MJEnv.compute_reward(task::T, achieved, desired)` (optional) returns the reward of one pair of goals, for hindsight
   experience replay ([`MJEnv.compute_reward`](@ref)). The observation has the groups or parts `achieved_goal` and
   `desired_goal`.

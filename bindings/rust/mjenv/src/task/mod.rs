@@ -215,9 +215,8 @@ pub trait Task: Sized + Send + Sync + 'static {
     fn observe(&self, sim: &Sim<'_>, observation: &mut Fields<'_>) -> Result;
 
     /// Turns the action into ctrl, once in each step, before its first mj_step, if [`Task::BEFORE_STEP`] is true; otherwise
-    /// ctrl is the action. In `sim`, only the time, the action, the carried numbers, live parameters, the state and the
-    /// arrays of mjModel are valid; what MuJoCo computes belongs to other rows or older states. A control that is not
-    /// finite is refused, unless the option `strict` is false.
+    /// ctrl is the action. In `sim`, what MuJoCo computes from the state is not valid: it belongs to other rows or older
+    /// states. A control that is not finite is refused, unless the option `strict` is false.
     fn before_step(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
         let _ = (sim, row, control);
         Ok(())
