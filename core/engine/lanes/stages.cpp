@@ -191,12 +191,12 @@ const std::vector<Stage>& stages() {
       {"constraints",
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
-       "all in models with adhesion, if lanes cannot list the pairs of geoms, or if the solver is computed row by row",
+       "all in models with adhesion, if lanes cannot list the pairs of geoms, or if the solver is computed row by row; "
+       "those of a step's last evaluation if the task or the option `arrays` reads arrays that lanes do not write",
        "instantiateLimit makeConstraint", has_constraints, constraints, never},
       {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
        "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "
-       "cones, noslip or sparse Jacobians, the last evaluation of a step if the task, the option `arrays` or a sensor "
-       "that is computed row by row reads constraints",
+       "cones, noslip or sparse Jacobians, also the constraints that are made row by row",
        "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
       {"accelerations, integration",
        "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",
