@@ -73,7 +73,8 @@ class GlfwContext : public Context {
   GLFWwindow* previous_ = nullptr;  // the thread's context before enter
 };
 
-// Opens a visible window. GLFW is used even if renderers use another back end.
+// Opens a visible window with GLFW. Renderers of the same process may use EGL, which has the same OpenGL functions, but
+// not OSMesa, which has its own (Binding in gl.cpp).
 std::unique_ptr<GlfwContext> open_window(int width, int height, const char* title);
 
 }  // namespace mjenv::core::gl
