@@ -16,6 +16,7 @@ enum { EPISODES = 3, SEED = 42 };
 
 /* The functions that this program uses; each pointer has the type that mjenv.h declares. */
 #define FUNCTIONS(X)          \
+  X(mjenv_abi_version)        \
   X(mjenv_last_error)         \
   X(mjenv_options_create)     \
   X(mjenv_options_set_string) \
@@ -44,6 +45,10 @@ static void load(const char* path) {
 #define X(name) *(void**)&p_##name = dlsym(library, #name);
   FUNCTIONS(X)
 #undef X
+  if (!p_mjenv_abi_version || p_mjenv_abi_version() != MJENV_ABI_VERSION) {
+    fprintf(stderr, "%s does not have the ABI of mjenv.h\n", path);
+    exit(1);
+  }
 }
 
 static void check(mjenv_status status) {
