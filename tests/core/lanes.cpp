@@ -19,6 +19,11 @@
 #include <string>
 #include <utility>
 #include <vector>
+// Sanitizers have allocators of their own, whose memory mallinfo2 does not count.
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define COUNTS_MEMORY
+#include <malloc.h>
+#endif
 
 // After the headers that it needs; it does not say itself that it is C.
 extern "C" {
@@ -1774,6 +1779,27 @@ void test_best_width(void** /*state*/) {
       0);
 }
 
+#ifdef COUNTS_MEMORY
+std::size_t allocated_bytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+// What an environment counts before it is created is most of what its steppers then allocate.
+void test_memory(void** /*state*/) {
+  for (std::size_t i = 0; i < asset_count; ++i) {
+    const auto model = Model::open(assets[i].name);
+    for (const int width : lanes::widths()) {
+      const std::size_t counted_bytes = lanes::stepper_bytes(*model, width), before = allocated_bytes();
+      const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+      const std::size_t taken = allocated_bytes() - before;
+      if (counted_bytes > taken || 4 * counted_bytes < taken)
+        fail_msg("%s, %d lanes: %zu of %zu bytes", assets[i].name, width, counted_bytes, taken);
+    }
+  }
+}
+#endif
+
 // The comparison of squares rejects what the comparison of roots rejects.
 void test_largest_square(void** /*state*/) {
   Noise noise;
@@ -1837,6 +1863,9 @@ int run(bool few) {
                               cmocka_unit_test(test_excessive_numbers),
                               cmocka_unit_test(test_callbacks),
                               cmocka_unit_test(test_best_width),
+#ifdef COUNTS_MEMORY
+                              cmocka_unit_test(test_memory),
+#endif
                               cmocka_unit_test(test_largest_square)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

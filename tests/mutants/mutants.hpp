@@ -1,15 +1,19 @@
 // What the lane code calls in a copy that tests/mutants/rewrite.py has rewritten. Each call carries the number of a
 // mutant, and computes what the original computes unless that mutant is chosen. rewrite.py defines MJENV_MUTANTS.
 //
-// MJENV_MUTANT=NUMBER chooses a mutant. MJENV_MUTANTS_FELT=FILE chooses none, and writes for each mutant a byte to this
-// file: 0 if the program did not come to its place, 1 if the mutant would have computed the same bits each time, 2 if
-// it would have computed others.
+// MJENV_MUTANT=NUMBER chooses a mutant. MJENV_MUTANTS=FILE judges all of them that are open: where the program first
+// comes to a place at which a mutant computes other bits, it forks, and the copy goes on with the mutant. If the copy
+// fails, the test kills the mutant. The file has a byte for each mutant, see Verdict.
 #pragma once
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <type_traits>
@@ -21,21 +25,56 @@ namespace mutants {
 
 constexpr int kCount = MJENV_MUTANTS;
 
+// As in run.py. The first three are open.
+enum Verdict : unsigned char {
+  kUnreached,   // the program did not come to the mutant's place
+  kSame,        // the mutant would have computed the same bits each time, or others only where no copy can be judged
+  kUnfinished,  // a copy with the mutant needed more seconds of the CPU than MJENV_MUTANTS_SECONDS
+  kSurvived,    // a copy with the mutant passed
+  kKilled,      // a copy with the mutant failed
+  kSkipped,     // not to be judged
+};
+
 enum State : unsigned char { kOff, kWatched, kChosen };
 inline unsigned char states[kCount];
-inline unsigned char* felt = nullptr;  // memory of the file, so that forked and killed processes count too
+inline unsigned char* verdicts = nullptr;  // memory of the file, so that it is written however the process ends
+inline pid_t judge_id = 0;
+inline double seconds = 0;
+inline bool is_checked = false;  // whether a copy without a mutant has passed
+
+inline itimerval timer_of(double time) {
+  itimerval timer = {};
+  timer.it_value.tv_sec = static_cast<time_t>(time);
+  timer.it_value.tv_usec = static_cast<suseconds_t>(1e6 * (time - static_cast<double>(timer.it_value.tv_sec)));
+  timer.it_interval = timer.it_value;
+  return timer;
+}
+
+// Whether a mutant's other bits matter often depends on the model that the test steps. So it is judged again later.
+inline void watch_unfinished(int /*signal*/) {
+  for (int id = 0; id < kCount; ++id)
+    if (verdicts[id] == kUnfinished) states[id] = kWatched;
+}
 
 struct Start {
   Start() {
     if (const char* number = std::getenv("MJENV_MUTANT")) states[std::atoi(number)] = kChosen;
-    const char* path = std::getenv("MJENV_MUTANTS_FELT");
+    const char* path = std::getenv("MJENV_MUTANTS");
     if (!path) return;
     const int file = open(path, O_RDWR | O_CLOEXEC);
     if (file < 0) std::abort();
-    felt = static_cast<unsigned char*>(mmap(nullptr, kCount, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0));
+    verdicts = static_cast<unsigned char*>(mmap(nullptr, kCount, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0));
     close(file);
-    if (felt == MAP_FAILED) std::abort();
-    std::memset(states, kWatched, kCount);
+    if (verdicts == MAP_FAILED) std::abort();
+    judge_id = getpid();
+    seconds = std::atof(std::getenv("MJENV_MUTANTS_SECONDS"));
+    for (int id = 0; id < kCount; ++id) states[id] = verdicts[id] <= kUnfinished ? kWatched : kOff;
+    struct sigaction action = {};
+    action.sa_handler = watch_unfinished;
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGVTALRM, &action, nullptr);
+    const itimerval timer = timer_of(10 * seconds);
+    setitimer(ITIMER_VIRTUAL, &timer, nullptr);
   }
 };
 inline const Start start;
@@ -43,11 +82,53 @@ inline const Start start;
 // Each instruction set compiles these functions with its own flags, so they must not be merged.
 namespace {
 
+// Forks. Returns true in the copy, which has so many seconds of the CPU, and of the clock ten times as many.
+inline bool is_copy(int* status) {
+  const pid_t copy = fork();
+  if (copy < 0) std::abort();
+  if (copy == 0) {
+    std::memset(states, kOff, kCount);
+    const itimerval limit = timer_of(seconds);
+    setitimer(ITIMER_PROF, &limit, nullptr);
+    alarm(10 + static_cast<unsigned>(10 * seconds));
+    return true;
+  }
+  if (waitpid(copy, status, 0) != copy) std::abort();
+  return false;
+}
+
+inline bool is_unfinished(int status) {
+  return WIFSIGNALED(status) && (WTERMSIG(status) == SIGPROF || WTERMSIG(status) == SIGALRM);
+}
+
+// Judges a mutant that computes other bits here. Returns true in the copy that goes on with the mutant.
+inline bool judge(int id) {
+  // A copy has no threads but the one that forks. A process that the test has forked does not know what the test expects.
+  struct stat tasks;
+  if (getpid() != judge_id || stat("/proc/self/task", &tasks) != 0 || tasks.st_nlink != 3) {
+    verdicts[id] = kSame;
+    return false;
+  }
+  states[id] = kOff;
+  int status = 0;
+  if (!is_checked) {
+    if (is_copy(&status)) return false;
+    if (status != 0 && !is_unfinished(status)) std::abort();
+    is_checked = true;
+  }
+  if (is_copy(&status)) {
+    states[id] = kChosen;
+    return true;
+  }
+  verdicts[id] = is_unfinished(status) ? kUnfinished : status == 0 ? kSurvived : kKilled;
+  return false;
+}
+
 // Whether the mutant is chosen. differs: whether it computes here other bits than the original.
 inline bool decide(int id, bool differs) {
   if (states[id] == kChosen) return true;
-  if (felt[id] < 2) felt[id] = differs ? 2 : 1;
-  if (differs) states[id] = kOff;  // no more need to watch it
+  if (differs) return judge(id);
+  if (verdicts[id] == kUnreached) verdicts[id] = kSame;
   return false;
 }
 

@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
 """Judges whether the tests of core/ watch every line of the lane code: whether some test fails if a line is changed.
 
-Builds all mutants (see rewrite.py) as one program, finds out which mutants each test can notice, and runs for each
-mutant these tests until one fails. Resumes where the last run ended: what is known is kept in FOLDER/results.jsonl.
+Builds all mutants (see rewrite.py) as one program, which judges them while it runs a test (see mutants.hpp). The tests
+that take least time come first; each judges the mutants that none before it has killed. What is known is kept in
+FOLDER/verdicts, so a run that was stopped goes on where it ended.
 """
 
 from __future__ import annotations
 
 import argparse
 import collections
+import enum
 import json
 import os
-import random
 import re
 import shutil
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import repeat
@@ -47,7 +47,7 @@ class Mutant(TypedDict):
 
 
 def key(mutant: Mutant) -> str:
-    """What names a mutant in equal.txt and results.jsonl, also after lines have moved."""
+    """What names a mutant in equal.txt, also after lines have moved."""
     return f"{mutant['file']} {mutant['function']}: {mutant['text']}"
 
 
@@ -62,140 +62,138 @@ def tests_of(folder: Path, long: bool) -> list[str]:
     return list(dict.fromkeys(tests))
 
 
+class Verdict(enum.IntEnum):
+    """What a test says of a mutant, as in mutants.hpp. The first three are open."""
+
+    UNREACHED = 0
+    SAME = 1
+    UNFINISHED = 2
+    SURVIVED = 3
+    KILLED = 4
+    SKIPPED = 5
+
+
+# Most mutants are killed as soon as they compute other bits. So each test first has little time for each mutant.
+SECONDS = 0.1
+
+
 class Judge:
-    def __init__(self, folder: Path, program: Path) -> None:
-        self.folder, self.program = folder, program
+    def __init__(self, folder: Path, program: Path, only: str) -> None:
+        self.folder, self.program, self.only = folder / "verdicts", program, only
+        self.folder.mkdir(parents=True, exist_ok=True)
         self.mutants: list[Mutant] = json.loads((folder / "mutants.json").read_text())
+        self.verdicts: dict[str, bytearray] = {}
+        self.killer: dict[int, str] = {}
         self.seconds: dict[str, float] = {}
-        self.felt: dict[str, bytes] = {}
-        self.ran: dict[str, set[str]] = collections.defaultdict(set)  # the tests that a mutant survived
-        self.killer: dict[str, str] = {}
-        self.last_killers: dict[str, dict[int, str]] = collections.defaultdict(dict)  # in each file, by line
-        self.runs: collections.Counter[str] = collections.Counter()
-        self.kills: collections.Counter[str] = collections.Counter()
-        self.lock = threading.Lock()
-        self.results = folder / "results.jsonl"
-        for line in self.results.read_text().splitlines() if self.results.exists() else []:
-            result = json.loads(line)
-            self.ran[result["mutant"]].update(result["survived"])
-            self.runs.update([*result["survived"], result["killer"]])
-            if result["killer"]:
-                self.kills[result["killer"]] += 1
-                self.killer[result["mutant"]] = result["killer"]
         equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
         self.equal = {line for line in equal if line and not line.startswith("#")}
+
+    def path(self, test: str) -> Path:
+        return self.folder / test.replace(" ", "+").replace(":", "")
 
     def start(self, test: str, limit: float, **environment: str) -> int | None:
         """The exit status of a test; None if it did not end. Limits the CPU's time: a machine can pause."""
         limits = ["prlimit", f"--cpu={int(limit) + 1}", "--core=0", f"--data={8 << 30}"]
-        for _ in range(2):
-            try:
-                return subprocess.run(
-                    [*limits, str(self.program), *test.split()],
-                    env={**os.environ, **KEEP_MEMORY, **environment},
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    timeout=60 + 20 * limit,
-                    check=False,
-                ).returncode
-            except subprocess.TimeoutExpired:
-                continue
-        return None
+        try:
+            return subprocess.run(
+                [*limits, str(self.program), *test.split()],
+                env={**os.environ, **KEEP_MEMORY, **environment},
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                timeout=60 + 20 * limit,
+                check=False,
+            ).returncode
+        except subprocess.TimeoutExpired:
+            return None
 
-    def felt_file(self, test: str) -> Path:
-        return self.folder / "felt" / test.replace(" ", "+")
-
-    def is_known(self, test: str) -> bool:
-        return self.felt_file(test).exists()
-
-    def forget(self, test: str) -> None:
-        """Forgets what is known of a test, which may have changed."""
-        self.felt_file(test).unlink(missing_ok=True)
-        for survived in self.ran.values():
-            survived.discard(test)
-
-    def record(self, test: str) -> None:
-        """Notes how long a test takes, and for each mutant whether it could notice it: see mutants.hpp."""
-        path, timed = self.felt_file(test), self.felt_file(test).with_suffix(".seconds")
-        if not self.is_known(test):
-            path.parent.mkdir(exist_ok=True)
+    def time(self, test: str) -> None:
+        """Notes how long a test takes without judging."""
+        path = self.path(test).with_suffix(".seconds")
+        if not path.exists():
             start = time.monotonic()
-            is_well = self.start(test, 3600) == 0
-            timed.write_text(f"{time.monotonic() - start:.2f}")
-            partial = path.with_suffix(".partial")
-            partial.write_bytes(bytes(len(self.mutants)))
-            if not is_well or self.start(test, 3600, MJENV_MUTANTS_FELT=str(partial)) != 0:
+            if self.start(test, 3600) != 0:
                 raise SystemExit(f"without any mutant, this fails: {self.program} {test}")
-            partial.rename(path)
-        self.felt[test], self.seconds[test] = path.read_bytes(), float(timed.read_text())
+            path.write_text(f"{time.monotonic() - start:.2f}")
+        self.seconds[test] = float(path.read_text())
 
-    def noticing(self, mutant: Mutant) -> list[str]:
-        """The tests that can notice a mutant. First the one that killed its neighbour, then those that kill most."""
-        nearby = self.last_killers[mutant["file"]]
-        nearest = min(nearby, key=lambda line: abs(line - mutant["line"]), default=None)
-        first = nearby.get(nearest) if nearest is not None else None
-        cost = {test: self.seconds[test] * (self.runs[test] + 2) / (self.kills[test] + 1) for test in self.felt}
-        tests = [test for test, felt in self.felt.items() if felt[mutant["number"]] == 2]
-        return sorted(tests, key=lambda test: (test != first, cost[test]))
+    def load(self, test: str) -> None:
+        """Reads what is known of a test, also from a run that was stopped."""
+        path, partial = self.path(test), self.path(test).with_suffix(".partial")
+        verdicts = bytearray(path.read_bytes() if path.exists() else bytes(len(self.mutants)))
+        if partial.exists():
+            self.merge(verdicts, partial.read_bytes())
+        self.verdicts[test] = verdicts
+        for number, verdict in enumerate(verdicts):
+            if verdict == Verdict.KILLED:
+                self.killer.setdefault(number, test)
 
-    def judge(self, mutant: Mutant, limit: float) -> None:
-        """Runs these tests until one fails, except those for which the limit in seconds leaves no time."""
-        name = key(mutant)
-        begun, survived, killer = time.monotonic(), [], ""
-        for test in self.noticing(mutant):
-            start = time.monotonic()
-            if test in self.ran[name] or start + self.seconds[test] > begun + limit:
-                continue
-            status = self.start(test, 5 * self.seconds[test] + 2, MJENV_MUTANT=str(mutant["number"]))
-            self.runs[test] += 1
-            if status != 0:
-                killer = test
-                break
-            survived.append(test)
-        with self.lock, self.results.open("a") as file:
-            self.ran[name].update(survived)
-            if killer:
-                self.killer[name] = killer
-                self.kills[killer] += 1
-                self.last_killers[mutant["file"]][mutant["line"]] = killer
-            file.write(json.dumps({"mutant": name, "killer": killer, "survived": survived}) + "\n")
+    @staticmethod
+    def merge(verdicts: bytearray, others: bytes) -> None:
+        for number, verdict in enumerate(others):
+            if verdict != Verdict.SKIPPED:
+                verdicts[number] = verdict
 
-    def verdict(self, mutant: Mutant) -> str:
-        name = key(mutant)
-        if name in self.killer:
+    def judge(self, test: str, is_last: bool) -> None:
+        """Runs a test, which judges the mutants that no test has killed. is_last: all the time it needs."""
+        known = self.verdicts[test]
+        if self.path(test).exists() and not (is_last and Verdict.UNFINISHED in known):
+            return
+        asked = bytearray(len(known))
+        for number, verdict in enumerate(known):
+            name = key(self.mutants[number])
+            is_open = verdict == Verdict.UNFINISHED if is_last else verdict < Verdict.UNFINISHED
+            if not is_open or number in self.killer or self.only not in name or name in self.equal:
+                asked[number] = Verdict.SKIPPED
+        if is_last and all(verdict == Verdict.SKIPPED for verdict in asked):
+            return
+        limit = str(2 + 5 * self.seconds[test] if is_last else SECONDS)
+        partial = self.path(test).with_suffix(".partial")
+        partial.write_bytes(asked)
+        start = time.monotonic()
+        status = self.start(test, 36000, MJENV_MUTANTS=str(partial), MJENV_MUTANTS_SECONDS=limit)
+        if status != 0:
+            raise SystemExit(f"without any mutant, this fails: {self.program} {test}")
+        if is_last:
+            partial.write_bytes(partial.read_bytes().replace(bytes([Verdict.UNFINISHED]), bytes([Verdict.KILLED])))
+        self.load(test)
+        self.path(test).write_bytes(self.verdicts[test])
+        partial.unlink()
+        counts = collections.Counter(Verdict(verdict).name.lower() for verdict in self.verdicts[test])
+        print(f"{time.monotonic() - start:6.1f} s  {test}: {dict(counts)}", flush=True)
+
+    def verdict(self, number: int) -> str:
+        if number in self.killer:
             return "killed"
-        if name in self.equal:
+        if key(self.mutants[number]) in self.equal:
             return "equal"
-        noticing = self.noticing(mutant)
-        if not noticing:
-            reached = any(felt[mutant["number"]] for felt in self.felt.values())
-            return "same" if reached else "unreached"
-        if name not in self.ran:
-            return "unjudged"
-        return "survived" if self.ran[name] >= set(noticing) else "unfinished"
+        verdicts = {verdicts[number] for verdicts in self.verdicts.values()} - {Verdict.SKIPPED}
+        for verdict in (Verdict.UNFINISHED, Verdict.SURVIVED, Verdict.SAME):
+            if verdict in verdicts:
+                return verdict.name.lower()
+        return "unreached"
 
-    def report(self, only: str) -> bool:
+    def report(self) -> bool:
         """Prints the mutants that no test killed, and how many there are of each verdict in each file.
 
-        Returns whether tests kill all mutants that have been judged.
+        Returns whether tests kill all mutants.
         """
         counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
-        for mutant in self.mutants:
-            if only not in key(mutant):
+        for number, mutant in enumerate(self.mutants):
+            if self.only not in key(mutant):
                 continue
-            verdict = self.verdict(mutant)
+            verdict = self.verdict(number)
             counts[mutant["file"]][verdict] += 1
             counts["all"][verdict] += 1
-            if verdict not in ("killed", "equal", "unjudged"):
+            if verdict not in ("killed", "equal"):
                 print(f"{verdict:10} {mutant['line']:4} {key(mutant)}")
-        verdicts = ("killed", "survived", "unfinished", "same", "unreached", "equal", "unjudged")
+        verdicts = ("killed", "equal", "unfinished", "survived", "same", "unreached")
         print(f"{'':22}", *(f"{verdict:>10}" for verdict in verdicts))
         for file, count in counts.items():
             print(f"{file:22}", *(f"{count[verdict]:10}" for verdict in verdicts))
         stale = self.equal - {key(mutant) for mutant in self.mutants}
         for name in sorted(stale):
             print(f"equal.txt names what is no mutant: {name}")
-        return not stale and not sum(counts["all"][verdict] for verdict in verdicts[1:-2])
+        return not stale and not sum(counts["all"][verdict] for verdict in verdicts[2:])
 
 
 def build(folder: Path) -> None:
@@ -211,7 +209,7 @@ def build(folder: Path) -> None:
     python = setup.stdout.strip()  # which has the parser that rewrite.py needs
     subprocess.run([python, HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
     if mutants.read_text() != known:
-        shutil.rmtree(folder / "felt", ignore_errors=True)  # other numbers
+        shutil.rmtree(folder / "verdicts", ignore_errors=True)  # other numbers
     subprocess.run([*configure, "-S", folder / "source", "-B", copy], check=True)
     subprocess.run(["cmake", "--build", copy, "--target", "test_core"], check=True)
 
@@ -221,34 +219,28 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=ROOT / "build/mutants")
     parser.add_argument("--program", type=Path, help="a test_core that is built already; default: builds one in FOLDER")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--most", type=int, help="judge at most so many mutants, which are drawn at random")
-    parser.add_argument("--limit", type=float, default=600, help="how many seconds of tests a mutant gets")
     parser.add_argument("--long", action="store_true", help="also with the long tests")
-    parser.add_argument("--test", action="append", help="judge with these tests alone, such as 'few-lanes test_odd'")
+    parser.add_argument("--test", action="append", help="judge with these tests again, such as 'few-lanes test_odd'")
     parser.add_argument("--only", default="", help="the mutants in whose line of the report this text occurs")
     parser.add_argument("--report", action="store_true", help="only print what is known")
     arguments = parser.parse_args()
     folder = arguments.folder.resolve()
     if not arguments.program and not arguments.report:
         build(folder)
-    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core")
-    killed = set(judge.killer)
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        for test in arguments.test or []:
-            judge.forget(test)
-        tests = arguments.test or tests_of(folder, arguments.long)
-        list(pool.map(judge.record, filter(judge.is_known, tests) if arguments.report else tests))
-        order = random.Random(1).sample(judge.mutants, len(judge.mutants))
-        order = [mutant for mutant in order if arguments.only in key(mutant) and key(mutant) not in judge.killer]
-        order = [mutant for mutant in order if judge.verdict(mutant) in ("unjudged", "unfinished")][: arguments.most]
-        # Few tests kill most mutants, and soon. So the mutants that need long come last.
-        for verdict, limit in ("unjudged", min(5, arguments.limit)), ("unfinished", arguments.limit):
-            some = [mutant for mutant in order if judge.verdict(mutant) == verdict]
-            list(pool.map(judge.judge, [] if arguments.report else some, repeat(limit)))
-    if arguments.test:
-        for name in sorted(set(judge.killer) - killed):
-            print(f"killed by {judge.killer[name]}: {name}")
-    elif not judge.report(arguments.only):
+    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.only)
+    again = arguments.test or []
+    for test in again:
+        judge.path(test).unlink(missing_ok=True)
+    tests = list(dict.fromkeys([*tests_of(folder, arguments.long), *again]))
+    for test in tests:
+        judge.load(test)
+    if not arguments.report:
+        with ThreadPoolExecutor(arguments.jobs) as pool:
+            list(pool.map(judge.time, again or tests))
+            for is_last in (False, True):
+                order = sorted(judge.seconds, key=judge.seconds.__getitem__)
+                list(pool.map(judge.judge, order, repeat(is_last)))
+    if not judge.report():
         sys.exit(1)
 
 
