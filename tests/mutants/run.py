@@ -51,6 +51,10 @@ def key(mutant: Mutant) -> str:
     return f"{mutant['file']} {mutant['function']}: {mutant['text']}"
 
 
+def line_of(mutant: Mutant) -> tuple[str, int]:
+    return mutant["file"], mutant["line"]
+
+
 def tests_of(folder: Path, long: bool) -> list[str]:
     """The arguments of test_core for each test."""
     tests = []
@@ -78,12 +82,14 @@ SECONDS = 0.1
 
 
 class Judge:
-    def __init__(self, folder: Path, program: Path, only: str) -> None:
-        self.folder, self.program, self.only = folder / "verdicts", program, only
+    def __init__(self, folder: Path, program: Path, only: str, all_mutants: bool) -> None:
+        self.folder, self.program = folder / "verdicts", program
+        self.only, self.all_mutants = only, all_mutants
         self.folder.mkdir(parents=True, exist_ok=True)
         self.mutants: list[Mutant] = json.loads((folder / "mutants.json").read_text())
         self.verdicts: dict[str, bytearray] = {}
         self.killer: dict[int, str] = {}
+        self.watched: set[tuple[str, int]] = set()  # the lines of which a mutant is killed
         self.seconds: dict[str, float] = {}
         equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
         self.equal = {line for line in equal if line and not line.startswith("#")}
@@ -116,77 +122,84 @@ class Judge:
             path.write_text(f"{time.monotonic() - start:.2f}")
         self.seconds[test] = float(path.read_text())
 
+    def is_settled(self, number: int) -> bool:
+        """Whether no more tests need to judge a mutant."""
+        mutant = self.mutants[number]
+        is_watched = number in self.killer if self.all_mutants else line_of(mutant) in self.watched
+        return is_watched or self.only not in key(mutant) or key(mutant) in self.equal
+
+    def add(self, test: str, verdicts: bytes, is_whole: bool) -> None:
+        """Notes what a run of a test found. Of one that was stopped, only what it judged."""
+        known = self.verdicts[test]
+        for number, verdict in enumerate(verdicts):
+            if verdict != Verdict.SKIPPED and (is_whole or verdict >= Verdict.UNFINISHED):
+                known[number] = verdict
+            if verdict == Verdict.KILLED:
+                self.killer.setdefault(number, test)
+                self.watched.add(line_of(self.mutants[number]))
+
     def load(self, test: str) -> None:
         """Reads what is known of a test, also from a run that was stopped."""
         path, partial = self.path(test), self.path(test).with_suffix(".partial")
-        verdicts = bytearray(path.read_bytes() if path.exists() else bytes(len(self.mutants)))
+        self.verdicts[test] = bytearray([Verdict.SKIPPED] * len(self.mutants))
+        if path.exists():
+            self.add(test, path.read_bytes(), is_whole=True)
         if partial.exists():
-            self.merge(verdicts, partial.read_bytes())
-        self.verdicts[test] = verdicts
-        for number, verdict in enumerate(verdicts):
-            if verdict == Verdict.KILLED:
-                self.killer.setdefault(number, test)
-
-    @staticmethod
-    def merge(verdicts: bytearray, others: bytes) -> None:
-        for number, verdict in enumerate(others):
-            if verdict != Verdict.SKIPPED:
-                verdicts[number] = verdict
+            self.add(test, partial.read_bytes(), is_whole=False)
 
     def judge(self, test: str, is_last: bool) -> None:
-        """Runs a test, which judges the mutants that no test has killed. is_last: all the time it needs."""
-        known = self.verdicts[test]
-        if self.path(test).exists() and not (is_last and Verdict.UNFINISHED in known):
-            return
-        asked = bytearray(len(known))
+        """Runs a test, which judges the mutants that are not settled. is_last: all the time it needs."""
+        known, open_verdict = self.verdicts[test], Verdict.UNFINISHED if is_last else Verdict.SKIPPED
+        asked = bytearray([Verdict.SKIPPED] * len(known))
         for number, verdict in enumerate(known):
-            name = key(self.mutants[number])
-            is_open = verdict == Verdict.UNFINISHED if is_last else verdict < Verdict.UNFINISHED
-            if not is_open or number in self.killer or self.only not in name or name in self.equal:
-                asked[number] = Verdict.SKIPPED
-        if is_last and all(verdict == Verdict.SKIPPED for verdict in asked):
+            if verdict == open_verdict and not self.is_settled(number):
+                asked[number] = Verdict.UNREACHED
+        if all(verdict == Verdict.SKIPPED for verdict in asked):
             return
-        limit = str(2 + 5 * self.seconds[test] if is_last else SECONDS)
         partial = self.path(test).with_suffix(".partial")
         partial.write_bytes(asked)
         start = time.monotonic()
-        status = self.start(test, 36000, MJENV_MUTANTS=str(partial), MJENV_MUTANTS_SECONDS=limit)
-        if status != 0:
+        limit = str(2 + 5 * self.seconds[test] if is_last else SECONDS)
+        if self.start(test, 36000, MJENV_MUTANTS=str(partial), MJENV_MUTANTS_SECONDS=limit) != 0:
             raise SystemExit(f"without any mutant, this fails: {self.program} {test}")
+        verdicts = partial.read_bytes()
         if is_last:
-            partial.write_bytes(partial.read_bytes().replace(bytes([Verdict.UNFINISHED]), bytes([Verdict.KILLED])))
-        self.load(test)
-        self.path(test).write_bytes(self.verdicts[test])
+            verdicts = verdicts.replace(bytes([Verdict.UNFINISHED]), bytes([Verdict.KILLED]))
+        self.add(test, verdicts, is_whole=True)
+        self.path(test).write_bytes(known)
         partial.unlink()
-        counts = collections.Counter(Verdict(verdict).name.lower() for verdict in self.verdicts[test])
+        counts = collections.Counter(Verdict(verdict).name.lower() for verdict in verdicts)
+        del counts["skipped"]
         print(f"{time.monotonic() - start:6.1f} s  {test}: {dict(counts)}", flush=True)
 
-    def verdict(self, number: int) -> str:
-        if number in self.killer:
+    def verdict(self, numbers: list[int]) -> str:
+        """That of a line, or of a mutant: killed if some test kills one of these mutants."""
+        if any(number in self.killer for number in numbers):
             return "killed"
-        if key(self.mutants[number]) in self.equal:
+        others = [number for number in numbers if key(self.mutants[number]) not in self.equal]
+        if not others:
             return "equal"
-        verdicts = {verdicts[number] for verdicts in self.verdicts.values()} - {Verdict.SKIPPED}
-        for verdict in (Verdict.UNFINISHED, Verdict.SURVIVED, Verdict.SAME):
-            if verdict in verdicts:
-                return verdict.name.lower()
-        return "unreached"
+        verdicts = {verdicts[number] for number in others for verdicts in self.verdicts.values()} - {Verdict.SKIPPED}
+        return max(verdicts).name.lower() if verdicts else "unjudged"
 
     def report(self) -> bool:
-        """Prints the mutants that no test killed, and how many there are of each verdict in each file.
+        """Prints the lines, or the mutants, that no test watches, and how many there are of each verdict in each file.
 
-        Returns whether tests kill all mutants.
+        Returns whether tests watch all of them.
         """
         counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
+        units: dict[object, list[int]] = collections.defaultdict(list)
         for number, mutant in enumerate(self.mutants):
-            if self.only not in key(mutant):
-                continue
-            verdict = self.verdict(number)
-            counts[mutant["file"]][verdict] += 1
+            if self.only in key(mutant):
+                units[number if self.all_mutants else line_of(mutant)].append(number)
+        for numbers in units.values():
+            verdict = self.verdict(numbers)
+            first = self.mutants[numbers[0]]
+            counts[first["file"]][verdict] += 1
             counts["all"][verdict] += 1
             if verdict not in ("killed", "equal"):
-                print(f"{verdict:10} {mutant['line']:4} {key(mutant)}")
-        verdicts = ("killed", "equal", "unfinished", "survived", "same", "unreached")
+                print(f"{verdict:10} {first['line']:4} {key(first)}")
+        verdicts = ("killed", "equal", "unfinished", "survived", "same", "unreached", "unjudged")
         print(f"{'':22}", *(f"{verdict:>10}" for verdict in verdicts))
         for file, count in counts.items():
             print(f"{file:22}", *(f"{count[verdict]:10}" for verdict in verdicts))
@@ -222,12 +235,15 @@ def main() -> None:
     parser.add_argument("--long", action="store_true", help="also with the long tests")
     parser.add_argument("--test", action="append", help="judge with these tests again, such as 'few-lanes test_odd'")
     parser.add_argument("--only", default="", help="the mutants in whose line of the report this text occurs")
+    parser.add_argument(
+        "--all", action="store_true", help="all mutants, not just those of lines that no test watches yet"
+    )
     parser.add_argument("--report", action="store_true", help="only print what is known")
     arguments = parser.parse_args()
     folder = arguments.folder.resolve()
     if not arguments.program and not arguments.report:
         build(folder)
-    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.only)
+    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.only, arguments.all)
     again = arguments.test or []
     for test in again:
         judge.path(test).unlink(missing_ok=True)
