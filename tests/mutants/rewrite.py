@@ -285,6 +285,7 @@ def rewritten(file: File, first: int) -> tuple[str, list[dict[str, object]]]:
                 "file": file.path.name,
                 "line": text.count("\n", 0, change.start) + 1,
                 "function": file.changes[change],
+                "source": " ".join(text[line_start:line_end].split()),
                 "text": shown if seen[shown] == 1 else f"{shown} ({seen[shown]})",
             }
         )

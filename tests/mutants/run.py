@@ -43,12 +43,18 @@ class Mutant(TypedDict):
     file: str
     line: int
     function: str
+    source: str  # the lines that the mutant changes
     text: str
 
 
 def key(mutant: Mutant) -> str:
     """What names a mutant in equal.txt, also after lines have moved."""
     return f"{mutant['file']} {mutant['function']}: {mutant['text']}"
+
+
+def source_of(mutant: Mutant) -> str:
+    """What names a line in equal.txt."""
+    return f"{mutant['file']}: {mutant['source']}"
 
 
 def line_of(mutant: Mutant) -> tuple[str, int]:
@@ -126,7 +132,11 @@ class Judge:
         """Whether no more tests need to judge a mutant."""
         mutant = self.mutants[number]
         is_watched = number in self.killer if self.all_mutants else line_of(mutant) in self.watched
-        return is_watched or self.only not in key(mutant) or key(mutant) in self.equal
+        return is_watched or self.only not in key(mutant) or self.is_equal(number)
+
+    def is_equal(self, number: int) -> bool:
+        """Whether equal.txt names the mutant or its line."""
+        return not self.equal.isdisjoint((key(self.mutants[number]), source_of(self.mutants[number])))
 
     def add(self, test: str, verdicts: bytes, is_whole: bool) -> None:
         """Notes what a run of a test found. Of one that was stopped, only what it judged."""
@@ -176,7 +186,7 @@ class Judge:
         """That of a line, or of a mutant: killed if some test kills one of these mutants."""
         if any(number in self.killer for number in numbers):
             return "killed"
-        others = [number for number in numbers if key(self.mutants[number]) not in self.equal]
+        others = [number for number in numbers if not self.is_equal(number)]
         if not others:
             return "equal"
         verdicts = {verdicts[number] for number in others for verdicts in self.verdicts.values()} - {Verdict.SKIPPED}
@@ -203,9 +213,9 @@ class Judge:
         print(f"{'':22}", *(f"{verdict:>10}" for verdict in verdicts))
         for file, count in counts.items():
             print(f"{file:22}", *(f"{count[verdict]:10}" for verdict in verdicts))
-        stale = self.equal - {key(mutant) for mutant in self.mutants}
+        stale = self.equal - {name(mutant) for mutant in self.mutants for name in (key, source_of)}
         for name in sorted(stale):
-            print(f"equal.txt names what is no mutant: {name}")
+            print(f"equal.txt names what is neither a mutant nor a line with mutants: {name}")
         return not stale and not sum(counts["all"][verdict] for verdict in verdicts[2:])
 
 
