@@ -1209,6 +1209,33 @@ void test_lone_sensors(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
+// Frames of geoms and cameras, rays, and the quaternion of a ball, without sensors that read constraints. With RK4,
+// MuJoCo computes the energies of its last stage.
+void test_sensors_of_frames(void** /*state*/) {
+  const std::string scene = R"(<mujoco><default><geom contype='0' conaffinity='0'/></default><worldbody>
+    <geom type='plane' size='5 5 1'/>
+    <body pos='0 0 1'><joint axis='0 1 0' stiffness='2' springref='30'/>
+    <geom type='capsule' size='0.05 0.2'/><site name='a' pos='0.3 0 0' euler='180 10 0'/>
+    <body pos='0.2 0 0.1' euler='10 20 30'><joint name='ball' type='ball' stiffness='3'/>
+    <geom name='b' type='box' size='0.1 0.2 0.05'/><site name='b' pos='0.1 0 0' euler='150 0 30'/>
+    <body pos='0 0.3 0'><joint axis='1 0 0' damping='0.1'/>
+    <geom name='c' type='box' size='0.4 0.1 0.2' euler='0 10 0'/><site name='c' pos='0 0.2 -0.3' euler='200 0 0'/>
+    <camera name='fixed' pos='0.1 0 0.2' euler='10 20 30'/><camera name='tracking' pos='0 0.1 0' mode='trackcom'/>
+    </body></body></body></worldbody><sensor>
+    <framexaxis objtype='geom' objname='b'/><frameyaxis objtype='geom' objname='c'/>
+    <framepos objtype='geom' objname='c'/><framepos objtype='camera' objname='fixed'/>
+    <framepos objtype='camera' objname='tracking'/><frameyaxis objtype='camera' objname='fixed'/>
+    <rangefinder site='a'/><rangefinder site='b'/><rangefinder site='c'/><ballquat joint='ball'/>
+    </sensor></mujoco>)";
+  const ErrorTrap trap;
+  for (const char* option : {"", "<option integrator='RK4'><flag energy='enable'/></option>"}) {
+    const auto model = Model::parse("frames", in_front_of_body(option, scene));
+    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(2));
+    const std::string found = compare(model, 2, *stepper, OwnArrays(*model), 12 * share, {});
+    if (!found.empty()) fail_msg("%s: %s", option, found.c_str());
+  }
+}
+
 // Slightly different values of an array for a row
 std::vector<double> other_values(const OwnArray& array, Noise& noise) {
   std::vector<double> values(array.original.count());
@@ -1224,14 +1251,18 @@ using Values = std::function<std::vector<double>(const OwnArray& array, Noise& n
 
 // Steps rows that differ in one array, of which `values` chooses those of the next row. Says where lanes and MuJoCo part,
 // or that lanes leave other rows than those of `left` (bits); "" if neither. Lanes make the constraints of all frames but
-// the last.
+// the last, first with the values that the rows share, then with their own.
 std::string compare_own(const std::shared_ptr<const Model>& model, const std::string& array,
                         const Values& values = other_values, std::uint32_t left = 0, int frames = 1,
                         Kind kind = Kind::tame) {
   const mjModel& m = *model->get();
   const StateLayout layout(*model);
   const int width = lanes::widths().back();
-  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  counted = lanes::code_of(width);
+  lanes::Code code = *counted;
+  code.makeConstraint = count_making;
+  made = made_of_contacts = 0;
+  const auto stepper = lanes::make_stepper(*model, code);
   OwnArrays own(*model);
   own.add(array);
   const OwnArray& written = own.list().front();
@@ -1286,6 +1317,32 @@ void test_own_arrays(void** /*state*/) {
     }
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Actuators with different ranges of force, and with states, of which RK4 keeps the derivatives of each stage
+void test_many_actuators(void** /*state*/) {
+  std::string bodies, actuators;
+  for (int i = 1; i <= 4; ++i) {
+    const std::string name = "'j" + std::to_string(i) + "'", most = "0." + std::to_string(i);
+    bodies += "<body><joint name=" + name + "/><geom size='0.1' pos='0.2 0 0' contype='0'/></body>";
+    actuators += "<general joint=" + name + " dyntype='integrator' forcelimited='true' forcerange='-" + most + " " +
+                 most + "'/>";
+  }
+  const auto model = Model::parse("actuators", "<mujoco><option integrator='RK4'/><worldbody>" + bodies +
+                                                   "</worldbody><actuator>" + actuators + "</actuator></mujoco>");
+  assert_string_equal(compare_own(model, "body_mass", other_values, 0, 2).c_str(), "");
+}
+
+// MuJoCo tests the pairs of geoms that lanes have not rejected: of three pairs with 1, 3 and 6 friction dimensions, the
+// last two.
+void test_dimensions_of_near_pairs(void** /*state*/) {
+  const auto model = Model::parse("pairs", R"(<mujoco><default><geom conaffinity='0'/></default><worldbody>
+    <geom type='plane' size='5 5 1' conaffinity='1' condim='1'/>
+    <body pos='0 0 2'><freejoint/><geom size='0.1' condim='1'/></body>
+    <body pos='1 0 0.09'><freejoint/><geom size='0.1' condim='3'/></body>
+    <body pos='2 0 0.09'><freejoint/><geom size='0.1' condim='6'/></body></worldbody></mujoco>)");
+  assert_non_null(model->pairs());
+  assert_string_equal(compare_own(model, "body_mass", other_values, 0, 1, Kind::at_rest).c_str(), "");
 }
 
 // In a fluid, MuJoCo passes over a body with next to no mass, also where the body is heavy in the other rows.
@@ -1374,6 +1431,54 @@ void test_other_fluid_models(void** /*state*/) {
       const auto model = Model::parse("lanes.xml", in_front_of_body(option, odd_model("lanes.xml")));
       assert_string_equal(compare_own(model, "geom_fluid", in_odd_rows(0.5), knows_fluids ? kOddRows : 0).c_str(), "");
     }
+}
+
+// Values of odd rows that decide whether geoms touch. In the other rows, the ball touches the floor or is within the
+// margin, and the boxes are apart.
+void test_own_contacts(void** /*state*/) {
+  const auto ball = [](const char* height, const char* attributes) {
+    return std::string("<mujoco><worldbody><geom type='plane' size='1 1 1' ") + attributes + "/><body pos='0 0 " +
+           height + "'><freejoint/><geom size='0.1' " + attributes + "/></body></worldbody></mujoco>";
+  };
+  const std::string boxes = R"(<mujoco><worldbody><geom type='box' size='.1 .1 .1'/><body pos='.3 0 0'>
+    <joint type='slide' axis='1 0 0'/><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>)",
+                    hills = R"(<mujoco><asset><hfield name='hills' nrow='5' ncol='5' size='.5 .5 1 .1'/></asset>
+    <worldbody><geom type='hfield' hfield='hills'/><body pos='0 0 .3'>
+    <joint type='slide' axis='0 0 1'/><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>)";
+  const struct {
+    std::string text;
+    const char* array;
+    double value;
+    std::ptrdiff_t count = 0;  // of the last values of the array; 0: all
+    std::uint32_t left = 0;
+  } cases[] = {{boxes, "geom_size", 0.17},
+               {boxes, "geom_margin", 0.15},
+               {hills, "hfield_size", 2.5},
+               {hills, "hfield_data", 0.25},
+               {ball("0.15", "margin='0.1'"), "geom_gap", 0.1},
+               {ball("0.15", ""), "geom_margin", 0.1},
+               {ball("0.09", ""), "geom_rbound", 0.01, 1},
+               {ball("0.09", ""), "geom_contype", 0},
+               {ball("0.09", ""), "geom_conaffinity", 0},
+               {ball("0.09", ""), "geom_margin", -0.01, 1, kOddRows}};
+  const ErrorTrap trap;
+  failures.clear();
+  for (const auto& c : cases) {
+    const auto model = Model::parse("contacts", c.text);
+    const mjModel& m = *model->get();
+    std::fill_n(m.hfield_data, m.nhfielddata, 0.1F);  // the model's memory is not constant
+    const std::string found = compare_own(model, c.array, in_odd_rows(c.value, c.count), c.left, 2, Kind::at_rest);
+    if (!found.empty()) failures += std::string(c.array) + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Lanes make the constraints of two bodies in deep contact, also if rows have their own margins of geoms.
+void test_own_margins_of_deep_contacts(void** /*state*/) {
+  const auto model = Model::parse("deep", R"(<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body>
+    <body pos='0.1 0 0'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
+  assert_string_equal(compare_own(model, "geom_margin", in_odd_rows(0.01), 0, 2, Kind::at_rest).c_str(), "");
+  assert_int_equal(made_of_contacts, 2);
 }
 
 // Arrays of numbers that lanes compute with, so that they may not be above MuJoCo's limit
@@ -1486,6 +1591,100 @@ struct Group {
     }
   }
 };
+
+// Steps a row from each state. Compares those rows that lanes do not leave to MuJoCo, and returns them, as bits.
+// expected: an array that is read after the step; "" if no more is read than after every step.
+std::uint32_t step_rows(const std::shared_ptr<const Model>& model, lanes::Stepper& stepper,
+                        std::vector<std::vector<double>> states, const std::string& expected = "") {
+  const ErrorTrap trap;
+  const int count = static_cast<int>(states.size());
+  Group group(model, count);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!expected.empty()) group.works[i]->expect(expected);
+    group.works[i]->load(states[i].data());
+  }
+  const std::uint32_t done = stepper.step(group.some.data(), count, 1, group.before.data());
+  Work plain(model);
+  std::vector<double> last(StateLayout(*model).size);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!(done >> i & 1)) continue;
+    plain.load(states[i].data());
+    plain.step(1, last.data());
+    assert_memory_equal(last.data(), group.befores[i].data(), last.size() * sizeof(double));
+    assert_string_equal(difference(*group.works[i], plain).c_str(), "");
+  }
+  return done;
+}
+
+// The model's initial state, once for each of the widest lanes. In odd rows, the number with this index is another one.
+std::vector<std::vector<double>> states_with(const Model& model, std::size_t index, double number) {
+  Noise noise;
+  std::vector<std::vector<double>> states(static_cast<std::size_t>(lanes::widths().back()),
+                                          random_state(*model.get(), StateLayout(model), Kind::at_rest, noise));
+  for (std::size_t i = 1; i < states.size(); i += 2) states[i][index] = number;
+  return states;
+}
+
+// Lanes leave rows to MuJoCo in which the state of an actuator or a mocap body's quaternion is not finite or above
+// MuJoCo's limit, although MuJoCo does not check these.
+void test_bad_states(void** /*state*/) {
+  const auto model = Model::parse("states", R"(<mujoco><worldbody><body mocap='true'><geom size='0.1'/></body>
+    <body pos='2 0 0' mocap='true'><geom size='0.1'/></body>
+    <body pos='1 0 0'><joint name='j' type='slide'/><geom size='0.1'/></body></worldbody><actuator>
+    <general joint='j' dyntype='filter' gainprm='1e-9'/><general joint='j' dyntype='filter' gainprm='1e-9'/>
+    </actuator></mujoco>)");
+  const StateLayout layout(*model);
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  const std::uint32_t all = (1U << width) - 1;
+  const std::size_t last_act = 1 + layout.nq + layout.nv + layout.na - 1, last_quat = layout.size - 1;
+  for (const std::size_t index : {last_act, last_quat})
+    for (const double number : {1e10, std::nextafter(1e10, kInfinite), -1.1e10, kInfinite, kNaN})
+      assert_int_equal(step_rows(model, *stepper, states_with(*model, index, number)),
+                       number == 1e10 ? all : all & ~kOddRows);
+}
+
+// Lanes leave rows to MuJoCo in which a number is above MuJoCo's limit within a step, where MuJoCo does not check it: a
+// position or velocity of a stage of RK4, and an acceleration that a constraint takes away.
+void test_numbers_within_steps(void** /*state*/) {
+  const struct {
+    const char *option, *joint;
+    double qpos, qvel, ctrl;
+  } cases[] = {{"integrator='RK4' timestep='1'", "damping='3'", 9.9e9, 3e8, 0},
+               {"integrator='RK4' timestep='1'", "stiffness='0.3'", -1e9, 9.9e9, 0},
+               {"", "limited='true' range='-1 1' solimplimit='0.9999 0.9999'", 1.01, 0, 1e10}};
+  for (const auto& c : cases) {
+    const auto model = Model::parse("slide", std::string("<mujoco><option ") + c.option + R"(/><worldbody>
+      <body><joint name='j' type='slide' axis='1 0 0' )" +
+                                                 c.joint + R"(/><geom size='0.1' mass='1'/></body></worldbody>
+      <actuator><motor joint='j' gear='20'/></actuator></mujoco>)");
+    auto states = states_with(*model, 1, c.qpos);
+    for (std::size_t i = 1; i < states.size(); i += 2) {
+      states[i][2] = c.qvel;
+      states[i].back() = c.ctrl;
+    }
+    Work plain(model);
+    std::vector<double> last(StateLayout(*model).size);
+    plain.load(states[1].data());
+    assert_false(diverges(plain, 1, last.data()) || diverges(plain, 1, last.data()));
+    const int width = lanes::widths().back();
+    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+    assert_int_equal(step_rows(model, *stepper, states), ((1U << width) - 1) & ~kOddRows);
+  }
+}
+
+// After a step with contacts, a step without any. MuJoCo's functions make the constraints of both.
+void test_step_without_constraints(void** /*state*/) {
+  const auto model = Model::parse("ball", R"(<mujoco><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 0.09'>
+    <joint type='slide' damping='1'/><geom size='0.1'/></body></worldbody></mujoco>)");
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  std::vector<std::vector<double>> states = states_with(*model, 1, 0);
+  for (const double height : {0, 1}) {
+    for (auto& state : states) state[1] = height;
+    assert_int_equal(step_rows(model, *stepper, states, "qM") + 1, 1U << width);
+  }
+}
 
 // A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
 // then uses none, and so are rows in which the callback fails.
@@ -1779,6 +1978,30 @@ void test_best_width(void** /*state*/) {
       0);
 }
 
+// Steppers have memory only for what the model needs. For the integrator implicit: the two triangles of qDeriv and of
+// qLU, two vectors of six numbers and a 6 x 6 matrix for each body, and a Jacobian. For sensors: their results and
+// cutoffs, three arrays of velocities and the mass of each subtree, and the sizes of sites. For sensors of cameras: the
+// cameras' poses. Because of the fluid, MuJoCo places geoms also without sensors.
+void test_needed_memory(void** /*state*/) {
+  const int width = lanes::widths().front();
+  const auto numbers = [&](const char* option, const char* sensor) {
+    const auto model = Model::parse("needs", std::string("<mujoco>") + option +
+                                                 R"(<worldbody><body name='a'><joint/><joint axis='0 1 0'/>
+        <geom size='0.1' pos='0.2 0 0' fluidshape='ellipsoid'/>
+        <camera name='eye'/><camera/><site/><site/><site/><body><joint axis='1 0 0'/>
+        <joint/><geom size='0.1' pos='0.2 0 0'/></body></body></worldbody><sensor>)" +
+                                                 sensor + "</sensor></mujoco>");
+    return std::pair{model, static_cast<int>(lanes::stepper_bytes(*model, width) / sizeof(double)) / width};
+  };
+  const auto [model, fewest] = numbers("", "");
+  const mjModel& m = *model->get();
+  assert_int_equal(numbers("<option integrator='implicit'/>", "").second - fewest,
+                   4 * m.nM + (6 + 6 + 36) * m.nbody + 6 * m.nv);
+  const int sensing = numbers("", "<framepos objtype='body' objname='a'/>").second;
+  assert_int_equal(sensing - fewest, 3 + 1 + (6 + 3 + 3 + 1) * m.nbody + 3 * m.nsite);
+  assert_int_equal(numbers("", "<framepos objtype='camera' objname='eye'/>").second - sensing, (3 + 9 + 4) * m.ncam);
+}
+
 #ifdef COUNTS_MEMORY
 std::size_t allocated_bytes() {
   const struct mallinfo2 info = mallinfo2();
@@ -1838,15 +2061,23 @@ int run(bool few) {
                               cmocka_unit_test(test_odd_radii),
                               cmocka_unit_test(test_many_limits),
                               cmocka_unit_test(test_lone_sensors),
+                              cmocka_unit_test(test_sensors_of_frames),
                               cmocka_unit_test(test_own_arrays),
+                              cmocka_unit_test(test_many_actuators),
+                              cmocka_unit_test(test_dimensions_of_near_pairs),
                               cmocka_unit_test(test_light_bodies),
                               cmocka_unit_test(test_least_mass),
                               cmocka_unit_test(test_tiny_accelerations),
                               cmocka_unit_test(test_tendons_without_coefficients),
                               cmocka_unit_test(test_other_fluid_models),
+                              cmocka_unit_test(test_own_contacts),
+                              cmocka_unit_test(test_own_margins_of_deep_contacts),
                               cmocka_unit_test(test_excessive_own_numbers),
                               cmocka_unit_test(test_bad_inputs),
                               cmocka_unit_test(test_states_at_limit),
+                              cmocka_unit_test(test_bad_states),
+                              cmocka_unit_test(test_numbers_within_steps),
+                              cmocka_unit_test(test_step_without_constraints),
                               cmocka_unit_test(test_controls_of_substeps),
                               cmocka_unit_test(test_made_again),
                               cmocka_unit_test(test_own_negative_zeros),
@@ -1863,6 +2094,7 @@ int run(bool few) {
                               cmocka_unit_test(test_excessive_numbers),
                               cmocka_unit_test(test_callbacks),
                               cmocka_unit_test(test_best_width),
+                              cmocka_unit_test(test_needed_memory),
 #ifdef COUNTS_MEMORY
                               cmocka_unit_test(test_memory),
 #endif
