@@ -774,6 +774,19 @@ void test_wraps(void** /*state*/) {
   assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
 
+// A damped tendon that touches a ball in some rows alone. Only there does its sparse Jacobian have elements for the
+// ball's joint.
+void test_sparse_wraps(void** /*state*/) {
+  const auto model = Model::parse("sparse wraps", R"(<mujoco><option jacobian='sparse' integrator='implicit'/>
+    <default><geom contype='0' conaffinity='0'/></default><worldbody><site name='start' pos='-0.3 0 0.1'/>
+    <body><joint type='slide' axis='0 0 1'/><geom name='ball' size='0.1'/></body>
+    <body pos='0.3 0 0.1'><joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/><geom size='0.05'/>
+    <site name='end' pos='0.1 0 -0.1'/></body></worldbody>
+    <tendon><spatial damping='1'><site site='start'/><geom geom='ball'/><site site='end'/></spatial></tendon>
+    </mujoco>)");
+  assert_string_equal(compare(model, kFewRows).c_str(), "");
+}
+
 // Sparse Jacobians, with and without equality constraints, by each solver that lanes have for them. In the pairs of contacts.xml,
 // each shape and kind of friction touches the world.
 void test_sparse(void** /*state*/) {
@@ -1686,7 +1699,7 @@ void test_step_without_constraints(void** /*state*/) {
   }
 }
 
-// A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
+// A callback changes the controls and forces between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
 // then uses none, and so are rows in which the callback fails.
 void test_controls_of_substeps(void** /*state*/) {
   const auto model = Model::parse("pusher", R"(<mujoco><worldbody>
@@ -1697,15 +1710,20 @@ void test_controls_of_substeps(void** /*state*/) {
   constexpr int frames = 3;
   const int width = lanes::widths().back();
   const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  OwnArrays own(*model);
+  own.add("qfrc_applied");
+  std::vector<double> no_force(own.block_bytes() / sizeof(double));
   for (const auto& [odd_control, fails] : {std::pair{1e10, false}, {1.1e10, false}, {1e10, true}}) {
     Noise noise;
     Group group(model, width);
     std::vector<std::vector<double>> states;
     const auto control = [&, odd_control = odd_control](Work& work, int row, std::int64_t frame) {
       work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? odd_control : 1e3 * row + 1e4 * static_cast<double>(frame);
+      work.data()->qfrc_applied[0] = row + static_cast<double>(frame);
     };
     for (Work* const work : group.some) {
       states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
+      work->use(own, reinterpret_cast<std::byte*>(no_force.data()));
       work->load(states.back().data());
     }
     const lanes::Stepper::BeforeSubstep of_row = [&, fails = fails](int row, std::int64_t frame) {
@@ -1716,6 +1734,7 @@ void test_controls_of_substeps(void** /*state*/) {
     const std::uint32_t all = (1U << width) - 1;
     assert_int_equal(done, fails || odd_control > 1e10 ? all & ~kOddRows : all);
     Work plain(model);
+    plain.use(own, reinterpret_cast<std::byte*>(no_force.data()));
     std::vector<double> last(layout.size);
     for (std::size_t i = 0; i < states.size(); ++i) {
       if (!(done >> i & 1)) continue;
@@ -2051,6 +2070,7 @@ int run(bool few) {
                               cmocka_unit_test(test_clamped_numbers),
                               cmocka_unit_test(test_range_of_ball),
                               cmocka_unit_test(test_wraps),
+                              cmocka_unit_test(test_sparse_wraps),
                               cmocka_unit_test(test_sparse),
                               cmocka_unit_test(test_sparse_matrices),
                               cmocka_unit_test(test_sparse_sums),
