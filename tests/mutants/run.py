@@ -11,10 +11,10 @@ from __future__ import annotations
 import argparse
 import collections
 import enum
+import hashlib
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -219,6 +219,21 @@ class Judge:
         return not stale and not sum(counts["all"][verdict] for verdict in verdicts[2:])
 
 
+def keep_kills(folder: Path, old: list[Mutant], new: list[Mutant]) -> None:
+    """After a change of the code or the tests, keeps what tests have killed, with the mutants' new numbers."""
+    numbers = {key(mutant): number for number, mutant in enumerate(old)}
+    for path in folder.glob("*"):
+        if path.suffix == ".seconds":
+            continue
+        known = path.read_bytes()
+        verdicts = bytearray([Verdict.SKIPPED] * len(new))
+        for number, mutant in enumerate(new):
+            before = numbers.get(key(mutant))
+            if before is not None and known[before] == Verdict.KILLED:
+                verdicts[number] = Verdict.KILLED
+        path.write_bytes(verdicts)
+
+
 def build(folder: Path) -> None:
     """Builds as tests/run does for its part quick."""
     configure = "cmake -G Ninja -DMJENV_LTO=OFF -DMJENV_BUILD_TESTS=ON -DMJENV_BUILD_BENCHMARKS=OFF".split()
@@ -226,13 +241,19 @@ def build(folder: Path) -> None:
     configure += [f"-DCMAKE_{language}_FLAGS_RELEASE=-O1 -DNDEBUG -w" for language in ("C", "CXX")]
     plain, copy = folder / "plain", folder / "cmake"
     subprocess.run([*configure, "-S", ROOT, "-B", plain], check=True)
-    mutants = folder / "mutants.json"
-    known = mutants.read_text() if mutants.exists() else ""
+    mutants, digest = folder / "mutants.json", folder / "digest"
+    known = mutants.read_text() if mutants.exists() else "[]"
     setup = subprocess.run([ROOT / "tools/setup", "mutants"], check=True, stdout=subprocess.PIPE, text=True)
     python = setup.stdout.strip()  # which has the parser that rewrite.py needs
     subprocess.run([python, HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
-    if mutants.read_text() != known:
-        shutil.rmtree(folder / "verdicts", ignore_errors=True)  # other numbers
+    files = [
+        *sorted((folder / "source/tests/core").glob("**/*.*")),
+        *sorted((folder / "source/core/engine/lanes").glob("*")),
+    ]
+    present = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    if not digest.exists() or digest.read_text() != present:
+        keep_kills(folder / "verdicts", json.loads(known), json.loads(mutants.read_text()))
+        digest.write_text(present)
     subprocess.run([*configure, "-S", folder / "source", "-B", copy], check=True)
     subprocess.run(["cmake", "--build", copy, "--target", "test_core"], check=True)
 
