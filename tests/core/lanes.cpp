@@ -751,6 +751,19 @@ void test_wraps(void** /*state*/) {
   assert_string_equal(compare(model, kFewRows).c_str(), "");
 }
 
+// A damped tendon that touches a ball in some rows alone. Only there does its sparse Jacobian have elements for the
+// ball's joint.
+void test_sparse_wraps(void** /*state*/) {
+  const auto model = Model::parse("sparse wraps", R"(<mujoco><option jacobian='sparse' integrator='implicit'/>
+    <default><geom contype='0' conaffinity='0'/></default><worldbody><site name='start' pos='-0.3 0 0.1'/>
+    <body><joint type='slide' axis='0 0 1'/><geom name='ball' size='0.1'/></body>
+    <body pos='0.3 0 0.1'><joint type='slide' axis='0 0 1'/><joint axis='0 1 0'/><geom size='0.05'/>
+    <site name='end' pos='0.1 0 -0.1'/></body></worldbody>
+    <tendon><spatial damping='1'><site site='start'/><geom geom='ball'/><site site='end'/></spatial></tendon>
+    </mujoco>)");
+  assert_string_equal(compare(model, kFewRows).c_str(), "");
+}
+
 // Sparse Jacobians, with and without equality constraints, by each solver that lanes have for them. In the pairs of contacts.xml,
 // each shape and kind of friction touches the world.
 void test_sparse(void** /*state*/) {
@@ -1165,12 +1178,14 @@ void test_many_limits(void** /*state*/) {
   assert_string_equal(compare(model, 16 * share).c_str(), "");
 }
 
-// Cameras that only a reference names; and a sensor that alone reads constraints before there are forces
+// Cameras that only a reference names; rangefinders, which MuJoCo computes, beside a sensor that lanes compute; and a
+// sensor that alone reads constraints before there are forces
 void test_lone_sensors(void** /*state*/) {
   const auto text = [](const char* sensor) {
     return std::string(R"(<mujoco><worldbody><geom type='plane' size='5 5 1'/>
-    <body name='a' pos='0 0 0.3'><joint name='a' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/>
-    <camera pos='0.1 0 0'/><body name='b' pos='0.3 0 0'><joint axis='1 0 0'/><geom size='0.1' pos='0 0.1 0'/>
+    <body name='a' pos='0 0 0.3'><joint name='a' axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/><site pos='0.1 0 0'/>
+    <camera pos='0.1 0 0'/><body name='b' pos='0.3 0 0'><joint axis='1 0 0'/><geom name='b' size='0.1' pos='0 0.1 0'/>
+    <site name='down' pos='0 0.1 -0.1' euler='170 20 0'/>
     <camera name='eye' pos='0 0 0.1' euler='10 20 30' mode='track'/></body></body></worldbody>
     <tendon><fixed name='t' limited='true' range='-0.1 0.1' margin='0.1'><joint joint='a' coef='1'/></fixed></tendon>
     <sensor>)") +
@@ -1179,11 +1194,40 @@ void test_lone_sensors(void** /*state*/) {
   failures.clear();
   for (const char* sensor :
        {"<framepos objtype='xbody' objname='a' reftype='camera' refname='eye'/>",
-        "<framequat objtype='xbody' objname='a' reftype='camera' refname='eye'/>", "<tendonlimitvel tendon='t'/>"}) {
+        "<framequat objtype='xbody' objname='a' reftype='camera' refname='eye'/>",
+        "<rangefinder site='down'/><rangefinder site='down' cutoff='0.2'/><framequat objtype='geom' objname='b'/>",
+        "<tendonlimitvel tendon='t'/>"}) {
     const std::string found = compare(Model::parse("sensor", text(sensor)), kFewRows);
     if (!found.empty()) failures += sensor + (": " + found) + "\n";
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Frames of geoms and cameras, rays, and the quaternion of a ball, without sensors that read constraints. With RK4,
+// MuJoCo computes the energies of its last stage.
+void test_sensors_of_frames(void** /*state*/) {
+  const std::string scene = R"(<mujoco><default><geom contype='0' conaffinity='0'/></default><worldbody>
+    <geom type='plane' size='5 5 1'/>
+    <body pos='0 0 1'><joint axis='0 1 0' stiffness='2' springref='30'/>
+    <geom type='capsule' size='0.05 0.2'/><site name='a' pos='0.3 0 0' euler='180 10 0'/>
+    <body pos='0.2 0 0.1' euler='10 20 30'><joint name='ball' type='ball' stiffness='3'/>
+    <geom name='b' type='box' size='0.1 0.2 0.05'/><site name='b' pos='0.1 0 0' euler='150 0 30'/>
+    <body pos='0 0.3 0'><joint axis='1 0 0' damping='0.1'/>
+    <geom name='c' type='box' size='0.4 0.1 0.2' euler='0 10 0'/><site name='c' pos='0 0.2 -0.3' euler='200 0 0'/>
+    <camera name='fixed' pos='0.1 0 0.2' euler='10 20 30'/><camera name='tracking' pos='0 0.1 0' mode='trackcom'/>
+    </body></body></body></worldbody><sensor>
+    <framexaxis objtype='geom' objname='b'/><frameyaxis objtype='geom' objname='c'/>
+    <framepos objtype='geom' objname='c'/><framepos objtype='camera' objname='fixed'/>
+    <framepos objtype='camera' objname='tracking'/><frameyaxis objtype='camera' objname='fixed'/>
+    <rangefinder site='a'/><rangefinder site='b'/><rangefinder site='c'/><ballquat joint='ball'/>
+    </sensor></mujoco>)";
+  const ErrorTrap trap;
+  for (const char* option : {"", "<option integrator='RK4'><flag energy='enable'/></option>"}) {
+    const auto model = Model::parse("frames", in_front_of_body(option, scene));
+    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(2));
+    const std::string found = compare(model, 2, *stepper, OwnArrays(*model), 12 * share, {});
+    if (!found.empty()) fail_msg("%s: %s", option, found.c_str());
+  }
 }
 
 // Slightly different values of an array for a row
@@ -1201,7 +1245,7 @@ using Values = std::function<std::vector<double>(const OwnArray& array, Noise& n
 
 // Steps rows that differ in one array, of which `values` chooses those of the next row. Says where lanes and MuJoCo part,
 // or that lanes leave other rows than those of `left` (bits); "" if neither. Lanes make the constraints of all frames but
-// the last.
+// the last, first with the values that the rows share, then with their own.
 std::string compare_own(const std::shared_ptr<const Model>& model, const std::string& array,
                         const Values& values = other_values, std::uint32_t left = 0, int frames = 1,
                         Kind kind = Kind::tame) {
@@ -1267,6 +1311,32 @@ void test_own_arrays(void** /*state*/) {
     }
   }
   if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Actuators with different ranges of force, and with states, of which RK4 keeps the derivatives of each stage
+void test_many_actuators(void** /*state*/) {
+  std::string bodies, actuators;
+  for (int i = 1; i <= 4; ++i) {
+    const std::string name = "'j" + std::to_string(i) + "'", most = "0." + std::to_string(i);
+    bodies += "<body><joint name=" + name + "/><geom size='0.1' pos='0.2 0 0' contype='0'/></body>";
+    actuators += "<general joint=" + name + " dyntype='integrator' forcelimited='true' forcerange='-" + most + " " +
+                 most + "'/>";
+  }
+  const auto model = Model::parse("actuators", "<mujoco><option integrator='RK4'/><worldbody>" + bodies +
+                                                   "</worldbody><actuator>" + actuators + "</actuator></mujoco>");
+  assert_string_equal(compare_own(model, "body_mass", other_values, 0, 2).c_str(), "");
+}
+
+// MuJoCo tests the pairs of geoms that lanes have not rejected: of three pairs with 1, 3 and 6 friction dimensions, the
+// last two.
+void test_dimensions_of_near_pairs(void** /*state*/) {
+  const auto model = Model::parse("pairs", R"(<mujoco><default><geom conaffinity='0'/></default><worldbody>
+    <geom type='plane' size='5 5 1' conaffinity='1' condim='1'/>
+    <body pos='0 0 2'><freejoint/><geom size='0.1' condim='1'/></body>
+    <body pos='1 0 0.09'><freejoint/><geom size='0.1' condim='3'/></body>
+    <body pos='2 0 0.09'><freejoint/><geom size='0.1' condim='6'/></body></worldbody></mujoco>)");
+  assert_non_null(model->pairs());
+  assert_string_equal(compare_own(model, "body_mass", other_values, 0, 1, Kind::at_rest).c_str(), "");
 }
 
 // In a fluid, MuJoCo passes over a body with next to no mass, also where the body is heavy in the other rows.
@@ -1355,6 +1425,54 @@ void test_other_fluid_models(void** /*state*/) {
       const auto model = Model::parse("lanes.xml", in_front_of_body(option, odd_model("lanes.xml")));
       assert_string_equal(compare_own(model, "geom_fluid", in_odd_rows(0.5), knows_fluids ? kOddRows : 0).c_str(), "");
     }
+}
+
+// Values of odd rows that decide whether geoms touch. In the other rows, the ball touches the floor or is within the
+// margin, and the boxes are apart.
+void test_own_contacts(void** /*state*/) {
+  const auto ball = [](const char* height, const char* attributes) {
+    return std::string("<mujoco><worldbody><geom type='plane' size='1 1 1' ") + attributes + "/><body pos='0 0 " +
+           height + "'><freejoint/><geom size='0.1' " + attributes + "/></body></worldbody></mujoco>";
+  };
+  const std::string boxes = R"(<mujoco><worldbody><geom type='box' size='.1 .1 .1'/><body pos='.3 0 0'>
+    <joint type='slide' axis='1 0 0'/><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>)",
+                    hills = R"(<mujoco><asset><hfield name='hills' nrow='5' ncol='5' size='.5 .5 1 .1'/></asset>
+    <worldbody><geom type='hfield' hfield='hills'/><body pos='0 0 .3'>
+    <joint type='slide' axis='0 0 1'/><geom type='box' size='.1 .1 .1'/></body></worldbody></mujoco>)";
+  const struct {
+    std::string text;
+    const char* array;
+    double value;
+    std::ptrdiff_t count = 0;  // of the last values of the array; 0: all
+    std::uint32_t left = 0;
+  } cases[] = {{boxes, "geom_size", 0.17},
+               {boxes, "geom_margin", 0.15},
+               {hills, "hfield_size", 2.5},
+               {hills, "hfield_data", 0.25},
+               {ball("0.15", "margin='0.1'"), "geom_gap", 0.1},
+               {ball("0.15", ""), "geom_margin", 0.1},
+               {ball("0.09", ""), "geom_rbound", 0.01, 1},
+               {ball("0.09", ""), "geom_contype", 0},
+               {ball("0.09", ""), "geom_conaffinity", 0},
+               {ball("0.09", ""), "geom_margin", -0.01, 1, kOddRows}};
+  const ErrorTrap trap;
+  failures.clear();
+  for (const auto& c : cases) {
+    const auto model = Model::parse("contacts", c.text);
+    const mjModel& m = *model->get();
+    std::fill_n(m.hfield_data, m.nhfielddata, 0.1F);  // the model's memory is not constant
+    const std::string found = compare_own(model, c.array, in_odd_rows(c.value, c.count), c.left, 2, Kind::at_rest);
+    if (!found.empty()) failures += std::string(c.array) + ": " + found + "\n";
+  }
+  if (!failures.empty()) fail_msg("%s", failures.c_str());
+}
+
+// Lanes make the constraints of two bodies in deep contact, also if rows have their own margins of geoms.
+void test_own_margins_of_deep_contacts(void** /*state*/) {
+  const auto model = Model::parse("deep", R"(<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body>
+    <body pos='0.1 0 0'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
+  assert_string_equal(compare_own(model, "geom_margin", in_odd_rows(0.01), 0, 2, Kind::at_rest).c_str(), "");
+  assert_int_equal(made_of_contacts, 2);
 }
 
 // Arrays of numbers that lanes compute with, so that they may not be above MuJoCo's limit
@@ -1468,56 +1586,61 @@ struct Group {
   }
 };
 
+// Steps a row from each state. Compares those rows that lanes do not leave to MuJoCo, and returns them, as bits.
+// expected: an array that is read after the step; "" if no more is read than after every step.
+std::uint32_t step_rows(const std::shared_ptr<const Model>& model, lanes::Stepper& stepper,
+                        std::vector<std::vector<double>> states, const std::string& expected = "") {
+  const ErrorTrap trap;
+  const int count = static_cast<int>(states.size());
+  Group group(model, count);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!expected.empty()) group.works[i]->expect(expected);
+    group.works[i]->load(states[i].data());
+  }
+  const std::uint32_t done = stepper.step(group.some.data(), count, 1, group.before.data());
+  Work plain(model);
+  std::vector<double> last(StateLayout(*model).size);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!(done >> i & 1)) continue;
+    plain.load(states[i].data());
+    plain.step(1, last.data());
+    assert_memory_equal(last.data(), group.befores[i].data(), last.size() * sizeof(double));
+    assert_string_equal(difference(*group.works[i], plain).c_str(), "");
+  }
+  return done;
+}
+
 // Where a test writes the state of a row
 struct RowState {
   double *qpos, *qvel, *warmstart, *ctrl;
 };
 using SetState = std::function<void(std::size_t row, const RowState& state)>;
 
-// Steps rows, on the same stepper from each of the states that `sets` make of the model's initial state with zeros. Returns
-// the rows, as bits, that lanes do not leave to MuJoCo in the last step. In each step, such rows must have MuJoCo's results.
-// reads_all: whether all arrays of mjData are compared.
+// Calls step_rows with rows for the widest lanes, on the same stepper for each of `sets`, which change the model's
+// initial state. Returns what the last call returns.
 std::uint32_t step_from(const std::shared_ptr<const Model>& model, const std::vector<SetState>& sets,
-                        bool reads_all = false) {
-  const ErrorTrap trap;
+                        const std::string& expected = "") {
   const mjModel& m = *model->get();
   const StateLayout layout(*model);
   const int width = lanes::widths().back();
   const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
-  Group group(model, width);
-  Work plain(model);
-  std::vector<double> last(layout.size);
   std::uint32_t done = 0;
   for (const SetState& set : sets) {
-    std::vector<std::vector<double>> states;
-    const auto begin = [&](Work& work, std::size_t i) {
-      work.load(states[i].data());
-      work.act({states[i].data() + layout.size - layout.more - layout.nu, MJENV_DTYPE_FLOAT64, m.nu});
-    };
-    for (std::size_t i = 0; i < group.works.size(); ++i) {
-      std::vector<double>& state = states.emplace_back(layout.size);
-      std::copy_n(m.qpos0, m.nq, layout.qpos(state.data()));
-      double* const warmstart = layout.warmstart(state.data());
-      set(i, {layout.qpos(state.data()), layout.qvel(state.data()), warmstart, warmstart + layout.nv});
-      if (reads_all) group.some[i]->expect("qM");
-      begin(*group.some[i], i);
+    std::vector<std::vector<double>> states(static_cast<std::size_t>(width), std::vector<double>(layout.size));
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      double *const state = states[i].data(), *const warmstart = layout.warmstart(state);
+      std::copy_n(m.qpos0, m.nq, layout.qpos(state));
+      set(i, {layout.qpos(state), layout.qvel(state), warmstart, warmstart + layout.nv});
     }
-    done = stepper->step(group.some.data(), width, 1, group.before.data());
-    for (std::size_t i = 0; i < group.works.size(); ++i) {
-      if (!(done >> i & 1)) continue;
-      begin(plain, i);
-      plain.step(1, last.data());
-      assert_memory_equal(last.data(), group.befores[i].data(), last.size() * sizeof(double));
-      assert_string_equal(difference(*group.some[i], plain).c_str(), "");
-    }
+    done = step_rows(model, *stepper, states, expected);
   }
   return done;
 }
 
 void keep_state(std::size_t /*row*/, const RowState& /*state*/) {}
 
-// MuJoCo's search for pairs misses contacts that are shallower than its float32 numbers are precise. Rows with such contacts
-// are left to it.
+// MuJoCo's search for pairs misses contacts that are shallower than its float32 numbers are precise. Rows with such
+// contacts are left to it.
 void test_missed_contacts(void** /*state*/) {
   std::vector<std::shared_ptr<const Model>> models;
   int missed = 0;
@@ -1543,7 +1666,106 @@ void test_missed_contacts(void** /*state*/) {
   if (!failures.empty()) fail_msg("%s", failures.c_str());
 }
 
-// A callback changes the controls between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
+// The model's initial state, once for each of the widest lanes. In odd rows, the number with this index is another one.
+std::vector<std::vector<double>> states_with(const Model& model, std::size_t index, double number) {
+  Noise noise;
+  std::vector<std::vector<double>> states(static_cast<std::size_t>(lanes::widths().back()),
+                                          random_state(*model.get(), StateLayout(model), Kind::at_rest, noise));
+  for (std::size_t i = 1; i < states.size(); i += 2) states[i][index] = number;
+  return states;
+}
+
+// Lanes leave rows to MuJoCo in which the state of an actuator or a mocap body's quaternion is not finite or above
+// MuJoCo's limit, although MuJoCo does not check these.
+void test_bad_states(void** /*state*/) {
+  const auto model = Model::parse("states", R"(<mujoco><worldbody><body mocap='true'><geom size='0.1'/></body>
+    <body pos='2 0 0' mocap='true'><geom size='0.1'/></body>
+    <body pos='1 0 0'><joint name='j' type='slide'/><geom size='0.1'/></body></worldbody><actuator>
+    <general joint='j' dyntype='filter' gainprm='1e-9'/><general joint='j' dyntype='filter' gainprm='1e-9'/>
+    </actuator></mujoco>)");
+  const StateLayout layout(*model);
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  const std::uint32_t all = (1U << width) - 1;
+  const std::size_t last_act = 1 + layout.nq + layout.nv + layout.na - 1, last_quat = layout.size - 1;
+  for (const std::size_t index : {last_act, last_quat})
+    for (const double number : {1e10, std::nextafter(1e10, kInfinite), -1.1e10, kInfinite, kNaN})
+      assert_int_equal(step_rows(model, *stepper, states_with(*model, index, number)),
+                       number == 1e10 ? all : all & ~kOddRows);
+}
+
+// Lanes leave rows to MuJoCo in which a number is above MuJoCo's limit within a step, where MuJoCo does not check it: a
+// position or velocity of a stage of RK4, and an acceleration that a constraint takes away.
+void test_numbers_within_steps(void** /*state*/) {
+  const struct {
+    const char *option, *joint;
+    double qpos, qvel, ctrl;
+  } cases[] = {{"integrator='RK4' timestep='1'", "damping='3'", 9.9e9, 3e8, 0},
+               {"integrator='RK4' timestep='1'", "stiffness='0.3'", -1e9, 9.9e9, 0},
+               {"", "limited='true' range='-1 1' solimplimit='0.9999 0.9999'", 1.01, 0, 1e10}};
+  for (const auto& c : cases) {
+    const auto model = Model::parse("slide", std::string("<mujoco><option ") + c.option + R"(/><worldbody>
+      <body><joint name='j' type='slide' axis='1 0 0' )" +
+                                                 c.joint + R"(/><geom size='0.1' mass='1'/></body></worldbody>
+      <actuator><motor joint='j' gear='20'/></actuator></mujoco>)");
+    auto states = states_with(*model, 1, c.qpos);
+    for (std::size_t i = 1; i < states.size(); i += 2) {
+      states[i][2] = c.qvel;
+      states[i].back() = c.ctrl;
+    }
+    Work plain(model);
+    std::vector<double> last(StateLayout(*model).size);
+    plain.load(states[1].data());
+    assert_false(diverges(plain, 1, last.data()) || diverges(plain, 1, last.data()));
+    const int width = lanes::widths().back();
+    const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+    assert_int_equal(step_rows(model, *stepper, states), ((1U << width) - 1) & ~kOddRows);
+  }
+}
+
+// After a step with contacts, a step without any. MuJoCo's functions make the constraints of both.
+void test_step_without_constraints(void** /*state*/) {
+  const auto model = Model::parse("ball", R"(<mujoco><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 0.09'>
+    <joint type='slide' damping='1'/><geom size='0.1'/></body></worldbody></mujoco>)");
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  std::vector<std::vector<double>> states = states_with(*model, 1, 0);
+  for (const double height : {0, 1}) {
+    for (auto& state : states) state[1] = height;
+    assert_int_equal(step_rows(model, *stepper, states, "qM") + 1, 1U << width);
+  }
+}
+
+// Each of 20 spheres touches the floor in some rows and the ceiling in others. In lanes, the constraints of these
+// contacts have more places than a row can have constraints. In rows with values of their own, spheres also touch each
+// other, and there are too few places.
+void test_many_places(void** /*state*/) {
+  std::string bodies;
+  for (int i = 0; i < 20; ++i) bodies += "<body><joint type='slide'/><geom size='0.1' conaffinity='0'/></body>";
+  const auto model = Model::parse("places",
+                                  "<mujoco><option cone='elliptic' jacobian='dense'/><worldbody>"
+                                  "<geom type='plane' size='1 1 1' pos='0 0 -0.1'/>"
+                                  "<geom type='plane' size='1 1 1' pos='0 0 0.1' euler='180 0 0'/>" +
+                                      bodies + "</worldbody></mujoco>");
+  assert_string_equal(compare(model, 16 * share).c_str(), "");
+
+  counted = lanes::code_of(lanes::widths().back());
+  lanes::Code code = *counted;
+  code.makeConstraint = count_making;
+  const auto stepper = lanes::make_stepper(*model, code);
+  Group group(model, code.width);
+  Work plain(model);
+  Noise noise;
+  Counts counts;
+  made_of_contacts = 0;
+  const std::string found =
+      compare(*model, *stepper, group.works, plain, OwnArrays(*model), Kind::tame, 1, noise, counts);
+  assert_string_equal(found.c_str(), "");
+  assert_int_equal(counts.constraints, 60 * counts.rows);
+  assert_int_equal(made_of_contacts, 1);
+}
+
+// A callback changes the controls and forces between the frames of a step. Rows that get an invalid control are left to MuJoCo, which
 // then uses none, and so are rows in which the callback fails.
 void test_controls_of_substeps(void** /*state*/) {
   const auto model = Model::parse("pusher", R"(<mujoco><worldbody>
@@ -1554,15 +1776,20 @@ void test_controls_of_substeps(void** /*state*/) {
   constexpr int frames = 3;
   const int width = lanes::widths().back();
   const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  OwnArrays own(*model);
+  own.add("qfrc_applied");
+  std::vector<double> no_force(own.block_bytes() / sizeof(double));
   for (const auto& [odd_control, fails] : {std::pair{1e10, false}, {1.1e10, false}, {1e10, true}}) {
     Noise noise;
     Group group(model, width);
     std::vector<std::vector<double>> states;
     const auto control = [&, odd_control = odd_control](Work& work, int row, std::int64_t frame) {
       work.data()->ctrl[0] = row % 2 == 1 && frame == 1 ? odd_control : 1e3 * row + 1e4 * static_cast<double>(frame);
+      work.data()->qfrc_applied[0] = row + static_cast<double>(frame);
     };
     for (Work* const work : group.some) {
       states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
+      work->use(own, reinterpret_cast<std::byte*>(no_force.data()));
       work->load(states.back().data());
     }
     const lanes::Stepper::BeforeSubstep of_row = [&, fails = fails](int row, std::int64_t frame) {
@@ -1573,6 +1800,7 @@ void test_controls_of_substeps(void** /*state*/) {
     const std::uint32_t all = (1U << width) - 1;
     assert_int_equal(done, fails || odd_control > 1e10 ? all & ~kOddRows : all);
     Work plain(model);
+    plain.use(own, reinterpret_cast<std::byte*>(no_force.data()));
     std::vector<double> last(layout.size);
     for (std::size_t i = 0; i < states.size(); ++i) {
       if (!(done >> i & 1)) continue;
@@ -1585,23 +1813,43 @@ void test_controls_of_substeps(void** /*state*/) {
   }
 }
 
-// Lanes make the constraints of every step, also after more contacts in all steps than one step may have.
+// Lanes make the constraints of every step, also after more contacts in all steps than one step may have. In a step
+// without contacts, noslip does not solve those of the step before again.
 void test_made_again(void** /*state*/) {
-  const auto model = Model::parse("ball", R"(<mujoco><size nconmax='1'/><worldbody><geom type='plane' size='1 1 1'/>
-    <body pos='0 0 0.09'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
-  const int width = lanes::widths().back();
-  counted = lanes::code_of(width);
-  lanes::Code code = *counted;
-  code.makeConstraint = count_making;
-  const auto stepper = lanes::make_stepper(*model, code);
-  Noise noise;
-  const std::vector<double> state = random_state(*model->get(), StateLayout(*model), Kind::at_rest, noise);
-  Group group(model, width);
-  made_of_contacts = 0;
-  for (int step = 1; step <= 5; ++step) {
-    for (Work* const work : group.some) work->load(state.data());
-    assert_int_equal(stepper->step(group.some.data(), width, 1, group.before.data()) + 1, 1U << width);
-    assert_int_equal(made_of_contacts, step);
+  for (const char* solver : {"Newton", "PGS"}) {
+    const auto model =
+        Model::parse("ball", std::string("<mujoco><size nconmax='1'/><option noslip_iterations='2' solver='") + solver +
+                                 R"('/><worldbody><geom type='plane' size='1 1 1'/>
+      <body pos='0 0 0.09'><freejoint/><geom size='0.1'/></body></worldbody></mujoco>)");
+    const StateLayout layout(*model);
+    const int width = lanes::widths().back();
+    counted = lanes::code_of(width);
+    lanes::Code code = *counted;
+    code.makeConstraint = count_making;
+    const auto stepper = lanes::make_stepper(*model, code);
+    Group group(model, width);
+    Work plain(model);
+    made_of_contacts = 0;
+    for (int step = 1; step <= 6; ++step) {
+      Noise noise;
+      const auto load = [&](Work& work, int row) {
+        std::vector<double> state = random_state(*model->get(), layout, Kind::at_rest, noise);
+        const bool touches = step < 5 || (step == 5 && row % 2 == 0);
+        if (!touches) layout.qpos(state.data())[2] += 1;
+        work.load(state.data());
+      };
+      for (int row = 0; row < width; ++row) load(*group.some[static_cast<std::size_t>(row)], row);
+      assert_int_equal(stepper->step(group.some.data(), width, 1, group.before.data()) + 1, 1U << width);
+      assert_int_equal(made_of_contacts, std::min(step, 5));
+      for (int row = 0; row < width; ++row) {
+        std::vector<double> last(layout.size);
+        load(plain, row);
+        plain.step(1, last.data());
+        Work& work = *group.some[static_cast<std::size_t>(row)];
+        assert_string_equal(difference(work, plain).c_str(), "");
+        assert_int_equal(work.constraint_count(), plain.constraint_count());
+      }
+    }
   }
 }
 
@@ -1753,8 +2001,8 @@ void test_overflowing_costs(void** /*state*/) {
   assert_string_equal(compare_own(model, "eq_active", in_odd_rows(1), kOddRows, 2).c_str(), "");
 }
 
-// So many limits and contacts that the last ones lie near the end of the lanes' memory for them. 36 balls have limits, and
-// 36 geoms of one body touch the floor.
+// Many limits and contacts, for which the lanes' memory must be large enough: 36 balls have limits, and 36 geoms of one
+// body touch the floor.
 void test_many_entries(void** /*state*/) {
   std::string balls, geoms;
   for (int i = 0; i < 36; ++i) {
@@ -1883,8 +2131,8 @@ void test_huge_numbers(void** /*state*/) {
   // PGS's matrix is infinite. So MuJoCo rejects the forces that the tiny acceleration gives.
   const auto infinite = Model::parse("infinite", R"(<mujoco><option solver='PGS' iterations='0' gravity='0 0 0'/>
     <worldbody><body><joint name='a' type='slide'/><geom size='0.1'/></body><body pos='1 0 0'>
-    <joint name='b' type='slide'/><inertial pos='0 0 0' mass='1e-14' diaginertia='1e-14 1e-14 1e-14'/></body></worldbody>
-    <equality><joint joint1='a' joint2='b' polycoef='0 1e302 0 0 0'/></equality></mujoco>)");
+    <joint name='b' type='slide'/><inertial pos='0 0 0' mass='1e-14' diaginertia='1e-14 1e-14 1e-14'/></body>
+    </worldbody><equality><joint joint1='a' joint2='b' polycoef='0 1e302 0 0 0'/></equality></mujoco>)");
   const auto accelerate = [](std::size_t /*row*/, const RowState& state) { state.warmstart[0] = 1e-300; };
   assert_int_equal(step_from(infinite, {accelerate}), 0);
   for (const char* solver : {"Newton", "CG", "PGS"}) {
@@ -1903,8 +2151,8 @@ void test_huge_numbers(void** /*state*/) {
   }
 }
 
-// Accelerations that are negative zeros along a constraint: PGS leaves rows to MuJoCo where b is -0. Newton's method changes
-// the sign where MuJoCo does.
+// Accelerations that are negative zeros along a constraint. PGS leaves rows to MuJoCo where b is -0. Newton's method
+// changes the sign of zeros where MuJoCo does.
 void test_zeros_along_constraints(void** /*state*/) {
   const auto body = [](const char* attributes, const char* mass) {
     return std::string("<body><joint type='slide' ") + attributes + "/><inertial pos='0 0 0' mass='" + mass +
@@ -1935,11 +2183,11 @@ void test_zeros_along_constraints(void** /*state*/) {
     state.qvel[2] = -1e-3;
     state.qvel[3] = -1;
   };
-  assert_true(step_from(coupled, {hold}, true) != 0);
+  assert_int_equal(step_from(coupled, {hold}, "qM") + 1, 1U << lanes::widths().back());
 }
 
-// Zeros of both signs in the sparse Jacobians of equalities between bodies with diagonal inertia, and in their velocities and
-// accelerations
+// Zeros of both signs in the sparse Jacobians of equalities between bodies with diagonal inertia, and in the velocities
+// and accelerations of these bodies
 void test_zeros_of_simple_bodies(void** /*state*/) {
   const std::string slides =
       "<joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 1 0'/><joint type='slide'/>"
@@ -1986,7 +2234,8 @@ void test_obstacles(void** /*state*/) {
 
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
 void test_excessive_numbers(void** /*state*/) {
-  const auto model = Model::parse("lanes.xml", odd_model("lanes.xml"));
+  const auto model = Model::parse(
+      "lanes.xml", with("<site name=\"tip\"", "<site name=\"base\"/><site name=\"tip\"", odd_model("lanes.xml")));
   for (const char* const limited : kLimited) {
     const std::string name = limited;
     const auto found = std::find_if(model->arrays().begin(), model->arrays().end(),
@@ -2045,6 +2294,30 @@ void test_best_width(void** /*state*/) {
                                                                       odd_model("sensors.xml"))),
                         64, 8),
       0);
+}
+
+// Steppers have memory only for what the model needs. For the integrator implicit: the two triangles of qDeriv and of
+// qLU, two vectors of six numbers and a 6 x 6 matrix for each body, and a Jacobian. For sensors: their results and
+// cutoffs, three arrays of velocities and the mass of each subtree, and the sizes of sites. For sensors of cameras: the
+// cameras' poses. Because of the fluid, MuJoCo places geoms also without sensors.
+void test_needed_memory(void** /*state*/) {
+  const int width = lanes::widths().front();
+  const auto numbers = [&](const char* option, const char* sensor) {
+    const auto model = Model::parse("needs", std::string("<mujoco>") + option +
+                                                 R"(<worldbody><body name='a'><joint/><joint axis='0 1 0'/>
+        <geom size='0.1' pos='0.2 0 0' fluidshape='ellipsoid'/>
+        <camera name='eye'/><camera/><site/><site/><site/><body><joint axis='1 0 0'/>
+        <joint/><geom size='0.1' pos='0.2 0 0'/></body></body></worldbody><sensor>)" +
+                                                 sensor + "</sensor></mujoco>");
+    return std::pair{model, static_cast<int>(lanes::stepper_bytes(*model, width) / sizeof(double)) / width};
+  };
+  const auto [model, fewest] = numbers("", "");
+  const mjModel& m = *model->get();
+  assert_int_equal(numbers("<option integrator='implicit'/>", "").second - fewest,
+                   4 * m.nM + (6 + 6 + 36) * m.nbody + 6 * m.nv);
+  const int sensing = numbers("", "<framepos objtype='body' objname='a'/>").second;
+  assert_int_equal(sensing - fewest, 3 + 1 + (6 + 3 + 3 + 1) * m.nbody + 3 * m.nsite);
+  assert_int_equal(numbers("", "<framepos objtype='camera' objname='eye'/>").second - sensing, (3 + 9 + 4) * m.ncam);
 }
 
 #ifdef COUNTS_MEMORY
@@ -2116,6 +2389,7 @@ int run(bool few) {
                               cmocka_unit_test(test_clamped_numbers),
                               cmocka_unit_test(test_range_of_ball),
                               cmocka_unit_test(test_wraps),
+                              cmocka_unit_test(test_sparse_wraps),
                               cmocka_unit_test(test_sparse),
                               cmocka_unit_test(test_sparse_matrices),
                               cmocka_unit_test(test_sparse_sums),
@@ -2126,15 +2400,24 @@ int run(bool few) {
                               cmocka_unit_test(test_odd_radii),
                               cmocka_unit_test(test_many_limits),
                               cmocka_unit_test(test_lone_sensors),
+                              cmocka_unit_test(test_sensors_of_frames),
                               cmocka_unit_test(test_own_arrays),
+                              cmocka_unit_test(test_many_actuators),
+                              cmocka_unit_test(test_dimensions_of_near_pairs),
                               cmocka_unit_test(test_light_bodies),
                               cmocka_unit_test(test_least_mass),
                               cmocka_unit_test(test_tiny_accelerations),
                               cmocka_unit_test(test_tendons_without_coefficients),
                               cmocka_unit_test(test_other_fluid_models),
+                              cmocka_unit_test(test_own_contacts),
+                              cmocka_unit_test(test_own_margins_of_deep_contacts),
                               cmocka_unit_test(test_excessive_own_numbers),
                               cmocka_unit_test(test_bad_inputs),
                               cmocka_unit_test(test_states_at_limit),
+                              cmocka_unit_test(test_bad_states),
+                              cmocka_unit_test(test_numbers_within_steps),
+                              cmocka_unit_test(test_step_without_constraints),
+                              cmocka_unit_test(test_many_places),
                               cmocka_unit_test(test_controls_of_substeps),
                               cmocka_unit_test(test_made_again),
                               cmocka_unit_test(test_own_negative_zeros),
@@ -2163,6 +2446,7 @@ int run(bool few) {
                               cmocka_unit_test(test_excessive_numbers),
                               cmocka_unit_test(test_callbacks),
                               cmocka_unit_test(test_best_width),
+                              cmocka_unit_test(test_needed_memory),
 #ifdef COUNTS_MEMORY
                               cmocka_unit_test(test_memory),
                               cmocka_unit_test(test_no_allocation),

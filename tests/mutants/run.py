@@ -190,7 +190,7 @@ class Judge:
         if not others:
             return "equal"
         verdicts = {verdicts[number] for number in others for verdicts in self.verdicts.values()} - {Verdict.SKIPPED}
-        return max(verdicts).name.lower() if verdicts else "unjudged"
+        return Verdict(max(verdicts)).name.lower() if verdicts else "unjudged"
 
     def report(self) -> bool:
         """Prints the lines, or the mutants, that no test watches, and how many there are of each verdict in each file.

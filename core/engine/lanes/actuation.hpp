@@ -139,7 +139,6 @@ void transmit_site(Lanes& d, int i) {
         (V{} + shift[0] * force[0] + shift[1] * force[1] + shift[2] * force[2]) +
         (V{} + turn[0] * torque[0] + turn[1] * torque[1] + turn[2] * torque[2]);
   }
-  vectors(d.actuator_length)[i] = V{};
 }
 
 // mj_transmission. `adopt` computes the moments of actuators on slides and hinges and on tendons along joints.

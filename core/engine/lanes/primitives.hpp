@@ -211,11 +211,8 @@ inline void PlaneBox(Contact* con, V margin, const Geom& plane, const Geom& box)
   const V dist = dot3(dif, norm);
   V count{};
   for (int i = 0; i < 4; ++i) {
-    con[i].is_there = Mask{};
-    con[i].dist = V{};
-    zero(con[i].pos, 3);
+    con[i] = Contact{};
     copy(con[i].frame, norm, 3);
-    zero(con[i].frame + 3, 3);
   }
   for (int i = 0; i < 8; ++i) {
     const V vec[3] = {i & 1 ? box.size[0] : -box.size[0], i & 2 ? box.size[1] : -box.size[1],

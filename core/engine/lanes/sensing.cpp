@@ -72,17 +72,12 @@ void sense_state(const mjModel& m, mjData& d) {
 }
 
 // holds_constraints is false only if no sensor reads contacts or constraints. Those in mjData are then old, so this
-// hides them from mj_rnePostConstraint. The sensors then read only cacc, which it computes from qvel and qacc, without
-// constraints.
+// removes them before mj_rnePostConstraint reads them. The sensors then read only cacc, which it computes from qvel and
+// qacc, without constraints. This is the first stage of RK4; the last one makes contacts and constraints again.
 void sense(const mjModel& m, mjData& d, bool holds_constraints) {
-  const int ncon = d.ncon, ne = d.ne, nf = d.nf, nefc = d.nefc;
   if (!holds_constraints) d.ncon = d.ne = d.nf = d.nefc = 0;
   sense_state(m, d);
   mj_sensorAcc(&m, &d);
-  d.ncon = ncon;
-  d.ne = ne;
-  d.nf = nf;
-  d.nefc = nefc;
 }
 
 }  // namespace mjenv::core::lanes

@@ -51,7 +51,7 @@ class Forces {
       add_contacts();
       add_equalities();
     }
-    zero(cacc, 6);
+    // The world's other accelerations are never written, so they are 0.
     if (!(m_.opt.disableflags & mjDSBL_GRAVITY))
       for (int k = 0; k < 3; ++k) cacc[k + 3] = vectors(d_.gravity)[k] * -1.0;
     zero(cfrc_int, 6);

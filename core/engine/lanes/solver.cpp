@@ -314,13 +314,13 @@ void Solver::copy_to_numbered(const Contacts& contacts) {
   to.meaninertia = from.meaninertia;
   to.noslip_tolerance = from.noslip_tolerance;
   std::copy_n(from.noslip_most, width, to.noslip_most);
-  int most = 0;
-  to.bounded = 0;
+  int most = 0, bounded = 0;
   for (int lane = 0; lane < width; ++lane) {
     to.at_first[lane] = from.rows >> lane & 1 ? contacts.constraints[lane] : 0;
     most = std::max(most, to.at_first[lane]);
-    if (to.at_first[lane] > 0) to.bounded = std::max(to.bounded, contacts.bounded[lane]);
+    if (to.at_first[lane] > 0) bounded = std::max(bounded, contacts.bounded[lane]);
   }
+  to.bounded = bounded;
   to.size = to.cones = in_fours(most);
   for (int i = 0; i < to.size; ++i)
     for (int lane = 0; lane < width; ++lane) {

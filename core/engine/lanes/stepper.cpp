@@ -59,11 +59,10 @@ class RowModel {
   RowModel(const RowModel&) = delete;
   RowModel& operator=(const RowModel&) = delete;
 
-  // Sets the row's model. version: differs from that of the last call if the model's numbers may have changed.
-  void follow(const mjModel& model, std::uint64_t version) {
-    if (all_ == &model && version_ == version) return;
+  // Sets the row's model. is_own: its numbers may have changed since the last call.
+  void follow(const mjModel& model, bool is_own) {
+    if (all_ == &model && !is_own) return;
     all_ = &model;
-    version_ = version;
     view_ = model;
     if (near_) set_pairs(view_, *near_);
   }
@@ -79,7 +78,6 @@ class RowModel {
 
  private:
   const mjModel* all_ = nullptr;
-  std::uint64_t version_ = 0;
   std::optional<Pairs> near_;
   mjModel view_{};
 
@@ -349,13 +347,14 @@ class LaneStepper final : public Stepper, private LaneArrays {
   std::array<mjData*, kMaxWidth> data_{};
   std::array<Work*, kMaxWidth> works_{};
   int count_ = 0;
-  std::uint64_t step_ = 0;  // the number of the step
-  std::uint32_t all_ = 0;   // the lanes that have a row, as bits
+  std::uint32_t all_ = 0;  // the lanes that have a row, as bits
 
   void set_world();
   bool has_shared_ = false;  // no row has numbers of mjModel of its own
   template <typename Own>
-  bool gather_own(Own& own, bool must_hold = true);
+  bool are_shared(const Own& own) const;
+  template <typename Own>
+  void gather_own(Own& own);
   void gather_own();
   template <typename Element>
   bool has_own(Element* mjModel::*array) const;
@@ -452,13 +451,18 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
   lanes_.may_touch = may_touch_.data();
 }
 
-// Returns whether the rows have the shared model's values. must_hold: gathers the rows' values, unless they are the
-// shared ones and the lanes hold those already. Either all rows have a copy of an array or none has, so the first
-// row's pointers tell for all.
+// Returns whether the rows have the shared model's values. Either all rows have a copy of an array or none has, so the
+// first row's pointers tell for all.
 template <typename Own>
-bool LaneStepper::gather_own(Own& own, bool must_hold) {
-  const bool are_shared = own.of(*row_models_[0]) == own.of(m_);
-  if (!must_hold || (own.are_shared && are_shared)) return are_shared;
+bool LaneStepper::are_shared(const Own& own) const {
+  return own.of(*row_models_[0]) == own.of(m_);
+}
+
+// Gathers the rows' values, unless they are the shared ones and the lanes hold those already.
+template <typename Own>
+void LaneStepper::gather_own(Own& own) {
+  const bool shares = are_shared(own);
+  if (own.are_shared && shares) return;
   std::array<decltype(own.of(m_)), kMaxWidth> from{};
   for (int lane = 0; lane < code_.width; ++lane) from[lane] = own.of(*row_models_[lane < count_ ? lane : 0]);
   if constexpr (std::is_same_v<decltype(own.of(m_)), const mjtNum*>) {
@@ -467,8 +471,7 @@ bool LaneStepper::gather_own(Own& own, bool must_hold) {
     for (int i = 0; i < own.count; ++i)
       for (int lane = 0; lane < code_.width; ++lane) (lanes_.*own.numbers)[i * code_.width + lane] = from[lane][i];
   }
-  own.are_shared = are_shared;
-  return are_shared;
+  own.are_shared = shares;
 }
 
 // Gathers the rows' numbers of mjModel. Those that all rows share stay in the lanes from step to step.
@@ -476,14 +479,14 @@ void LaneStepper::gather_own() {
   const bool had_shared = has_shared_;
   has_shared_ = row_models_[0] == &m_;
   if (has_shared_ && had_shared) return;
-  lanes_.has_own_frames = false;
   lanes_.has_own_sizes =
       has_own(&mjModel::geom_size) || has_own(&mjModel::geom_margin) || has_own(&mjModel::hfield_size);
   for (OwnNumbers& own : own_) gather_own(own);
   for (OwnOption& own : options_) gather_own(own);
   for (OwnFlags& own : flags_) gather_own(own);
-  for (OwnNumbers& own : frames_) lanes_.has_own_frames |= !gather_own(own, false);
-  for (OwnNumbers& own : frames_) gather_own(own, lanes_.has_own_frames);
+  lanes_.has_own_frames =
+      !std::all_of(frames_.begin(), frames_.end(), [&](const OwnNumbers& own) { return are_shared(own); });
+  for (std::size_t i = 0; i < frames_.size() && lanes_.has_own_frames; ++i) gather_own(frames_[i]);
   lanes_.has_negative_zeros =
       lanes_.has_own_frames ? has_negative_zero(lanes_.jnt_axis, 3 * m_.njnt * code_.width) ||
                                   has_negative_zero(lanes_.jnt_pos, 3 * m_.njnt * code_.width)
@@ -598,8 +601,7 @@ void LaneStepper::scatter(const std::vector<LaneArray>& arrays, unsigned rows) {
 
 // Copies qfrc_applied and xfrc_applied to lanes, unless they are 0 in all rows, as in most environments.
 void LaneStepper::gather_forces(Work* const* works) {
-  lanes_.has_forces = false;
-  for (int row = 0; row < count_; ++row) lanes_.has_forces |= works[row]->has_forces();
+  lanes_.has_forces = std::any_of(works, works + count_, [](const Work* work) { return work->has_forces(); });
   if (!lanes_.has_forces) return;
   gather(forces_);
   for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
@@ -623,7 +625,6 @@ void LaneStepper::for_live_rows(const Body& body) {
 std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before,
                                 const BeforeSubstep* before_substep) {
   count_ = count;
-  ++step_;
   all_ = (1u << count) - 1;
   for (int row = 0; row < count; ++row) {
     row_models_[row] = &works[row]->unmixed();
@@ -868,7 +869,7 @@ void LaneStepper::collide() {
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     d.ncon = 0;
     if (!(near >> row & 1)) return;
-    models_[row]->follow(works_[row]->stepped(), &m == &m_ ? 0 : step_);
+    models_[row]->follow(works_[row]->stepped(), &m != &m_);
     mj_collision(&models_[row]->with_near_pairs(row, may_touch_.data()), &d);
   });
 }
