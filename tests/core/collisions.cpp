@@ -306,12 +306,28 @@ void test_level_corners(void** /*state*/) {
   assert_int_equal(made.counts().found.at(lanes::Shapes::plane_box), 4 * kWidth);
 }
 
+// A ball that is huge beside the height field that it touches
+void test_huge_ball(void** /*state*/) {
+  Scene made(
+      "<mujoco><asset><hfield name='field' nrow='3' ncol='3' size='.15 .2 .1 .05'/></asset><worldbody>"
+      "<geom type='hfield' hfield='field'/><body><freejoint/><geom size='1000'/></body></worldbody></mujoco>",
+      0);
+  const mjModel& m = made.model();
+  const float top = *std::max_element(m.hfield_data, m.hfield_data + m.nhfielddata);
+  for (int lane = 0; lane < kWidth; ++lane) {
+    made.place(lane, 0, {{}, {1, 0, 0, 0, 1, 0, 0, 0, 1}});
+    made.place(lane, 1, {{0, 0, 1000 + 0.1 * top - 0.002 * (lane + 1)}, {1, 0, 0, 0, 1, 0, 0, 0, 1}});
+  }
+  made.compare(false);
+  assert_int_equal(made.counts().boxes, 0);  // all touch
+}
+
 }  // namespace
 }  // namespace mjenv::core
 
 int run_collisions() {
   using namespace mjenv::core;
   const CMUnitTest tests[] = {cmocka_unit_test(test_random_poses), cmocka_unit_test(test_far_poses),
-                              cmocka_unit_test(test_level_corners)};
+                              cmocka_unit_test(test_level_corners), cmocka_unit_test(test_huge_ball)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

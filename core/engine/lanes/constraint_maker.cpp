@@ -196,13 +196,12 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   contacts_.pairs = tables.contact_pairs.data();
 }
 
-// Sets the numbers of an entry (a limit, contact, equality or friction). Lanes that do not have it get the numbers of
-// another lane. Returns false if MuJoCo would warn of the numbers.
+// Sets the numbers of a new entry (a limit, contact, equality or friction). Lanes that do not have it get the numbers
+// of another lane. Returns false if MuJoCo would warn of the numbers.
 template <typename Entry, typename Get>
 bool ConstraintMaker::set_numbers(Entry& entry, const Get& get) {
   const ConstraintNumbers* some = nullptr;
   for (int lane = 0; lane < code_.width; ++lane) {
-    entry.numbers[lane] = nullptr;
     if (!(entry.rows >> lane & 1)) continue;
     some = entry.numbers[lane] = get(lane);
     if (!some) return false;

@@ -541,7 +541,7 @@ void place(Lanes& d) {
 
 void kinematics(Lanes& d) { d.has_own_frames ? place<true>(d) : place<false>(d); }
 
-// mj_comPos
+// mj_comPos. The numbers of cdof that are always 0 are 0 from the beginning (Memory).
 void comPos(Lanes& d) {
   const mjModel& m = *d.model;
   V *const com = vectors(d.subtree_com), *const cdof = vectors(d.cdof);
@@ -570,7 +570,6 @@ void comPos(Lanes& d) {
     for (int k = 0; k < 3; ++k) offset[k] = com[3 * m.body_rootid[body] + k] - vectors(d.xanchor)[3 * j + k];
     switch (m.jnt_type[j]) {
       case mjJNT_FREE:
-        zero(res, 18);
         for (int k = 0; k < 3; ++k) res[3 + 7 * k] = splat(1);
         res += 18;
         [[fallthrough]];
@@ -580,10 +579,7 @@ void comPos(Lanes& d) {
           cross(res + 3, res, offset);
         }
         break;
-      case mjJNT_SLIDE:
-        zero(res, 3);
-        copy(res + 3, xaxis + 3 * j, 3);
-        break;
+      case mjJNT_SLIDE: copy(res + 3, xaxis + 3 * j, 3); break;
       default: copy(res, xaxis + 3 * j, 3); cross(res + 3, res, offset);
     }
   }
@@ -673,13 +669,12 @@ void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
 
 // ---- engine_core_smooth.c and engine_forward.c: velocities ----
 
-// mj_comVel
+// mj_comVel. From the beginning, the velocity of the world is 0, and so is cdof_dot of the translations of free joints.
 void comVel(Lanes& d) {
   const mjModel& m = *d.model;
   V *const cvel = vectors(d.cvel), *const cdof_dot = vectors(d.cdof_dot);
   const V *const cdof = vectors(d.cdof), *const qvel = vectors(d.qvel);
 
-  zero(cvel, 6);
   for (int i = 1; i < m.nbody; ++i) {
     V vel[6], tmp[6];
     copy(vel, cvel + 6 * m.body_parentid[i], 6);
@@ -687,7 +682,6 @@ void comVel(Lanes& d) {
     for (int j = m.body_dofadr[i]; j < end;) {
       switch (m.jnt_type[m.dof_jntid[j]]) {
         case mjJNT_FREE:
-          zero(cdof_dot + 6 * j, 18);
           mulDofVec(tmp, cdof + 6 * j, qvel + j, 3);
           add_to(vel, tmp, 6);
           j += 3;
@@ -709,13 +703,12 @@ void comVel(Lanes& d) {
   }
 }
 
-// mj_rne with flg_acc = 0: without accelerations
+// mj_rne with flg_acc = 0: without accelerations. That of the world is 0 from the beginning, but for gravity.
 void rne(Lanes& d) {
   const mjModel& m = *d.model;
   V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);
   const V *const cinert = vectors(d.cinert), *const cvel = vectors(d.cvel);
 
-  zero(cacc, 6);
   if (!(m.opt.disableflags & mjDSBL_GRAVITY))
     for (int k = 0; k < 3; ++k) cacc[k + 3] = vectors(d.gravity)[k] * -1.0;
   for (int i = 1; i < m.nbody; ++i) {

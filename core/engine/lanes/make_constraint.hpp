@@ -154,7 +154,7 @@ class MakeConstraint {
     for (int i = 0; i < size; ++i) set_one(array, i, value);
   }
 
-  // Sets the bounds of each place to those of an inequality. Equalities and friction overwrite them.
+  // Sets the bounds of each place to those of an inequality. Equalities and friction overwrite those that differ.
   void clear_bounds() {
     for (int i = 0; i < c_.bounded; ++i) {
       vectors(c_.low)[i] = splat(kNoBound);
@@ -267,7 +267,6 @@ class MakeConstraint {
     set_R(equality.size, regularization(imp));
     for (int k = 0; k < equality.size; ++k) {
       set_one(c_.spring, k, number(&ConstraintNumbers::stiffness) * imp * pos[k]);
-      set_one(c_.low, k, splat(kNoBound));
       set_one(c_.high, k, splat(kNoBound));
       if (c_.least) set_one(c_.least, k, splat(-kInfinite));
     }

@@ -126,8 +126,8 @@ void adopt_fluid(Lanes& d) {
   const mjModel& m = *d.model;
   const Fluid fluid(d);
   d.has_fluid = any(fluid.is_there());
-  d.has_wind = false;
-  for (int k = 0; k < 3; ++k) d.has_wind |= any(vectors(d.wind)[k] != V{});
+  const V* const wind = vectors(d.wind);
+  d.has_wind = any((wind[0] != V{}) | (wind[1] != V{}) | (wind[2] != V{}));
   for (int body = 1; body < m.nbody && d.has_fluid; ++body) {
     if (!d.has_ellipsoids[body]) {
       adopt_box(d, fluid, body);
