@@ -2143,6 +2143,12 @@ void test_huge_numbers(void** /*state*/) {
         <fixed name='t'><joint joint='a' coef='1'/></fixed><fixed name='u'><joint joint='a' coef='1'/></fixed></tendon>
         <equality><tendon tendon1='t' tendon2='u' polycoef='0 1e300 0 0 0'/></equality></mujoco>)");
       assert_int_equal(step_from(coupled, {keep_state}), 0);
+      const auto sparse =
+          Model::parse("sparse", std::string("<mujoco><option jacobian='sparse' solver='") + solver + R"('/>
+        <worldbody><body><joint name='a'/><geom size='0.1'/></body><body pos='1 0 0'><joint name='b'/>
+        <geom size='0.1'/></body></worldbody><equality><joint joint1='b' joint2='a' polycoef='0 1e80 0 0 0'/></equality>
+        </mujoco>)");
+      assert_int_equal(step_from(sparse, {keep_state}), 0);
     }
     const auto stiff = Model::parse("stiff", option + R"(impratio='1e300'/><worldbody><geom type='plane' size='1 1 1'/>
       <body pos='0 0 0.099'><joint type='slide'/><geom size='0.1'/></body></worldbody></mujoco>)");
