@@ -2157,24 +2157,26 @@ void test_huge_numbers(void** /*state*/) {
   }
 }
 
-// Accelerations that are negative zeros along a constraint. PGS leaves rows to MuJoCo where b is -0. Newton's method
+// Accelerations that are negative zeros along a constraint. PGS and noslip leave rows to MuJoCo where b is -0. Newton's method
 // changes the sign of zeros where MuJoCo does.
 void test_zeros_along_constraints(void** /*state*/) {
   const auto body = [](const char* attributes, const char* mass) {
     return std::string("<body><joint type='slide' ") + attributes + "/><inertial pos='0 0 0' mass='" + mass +
            "' diaginertia='1 1 1'/></body>";
   };
-  const auto sliding = Model::parse("sliding", "<mujoco><option solver='PGS'/><worldbody>" +
-                                                   body("name='a' axis='1 0 0' frictionloss='1'", "100") +
-                                                   body("", "1") + body("", "1") + body("", "1") +
-                                                   "</worldbody><actuator><motor joint='a'/></actuator></mujoco>");
-  const auto move = [](std::size_t row, const RowState& state) {
-    const double sign = row % 2 == 1 ? -1 : 1;
-    state.qvel[0] = sign * 0.0;
-    for (int i = 1; i < 4; ++i) state.qvel[i] = sign;
-    state.ctrl[0] = -5e-324;
-  };
-  assert_int_equal(step_from(sliding, {move}), ((1U << lanes::widths().back()) - 1) & ~kOddRows);
+  for (const char* option : {"solver='PGS'", "noslip_iterations='1'"}) {
+    const auto sliding = Model::parse("sliding", std::string("<mujoco><option ") + option + "/><worldbody>" +
+                                                     body("name='a' axis='1 0 0' frictionloss='1'", "100") +
+                                                     body("", "1") + body("", "1") + body("", "1") +
+                                                     "</worldbody><actuator><motor joint='a'/></actuator></mujoco>");
+    const auto move = [](std::size_t row, const RowState& state) {
+      const double sign = row % 2 == 1 ? -1 : 1;
+      state.qvel[0] = sign * 0.0;
+      for (int i = 1; i < 4; ++i) state.qvel[i] = sign;
+      state.ctrl[0] = -5e-324;
+    };
+    assert_int_equal(step_from(sliding, {move}), ((1U << lanes::widths().back()) - 1) & ~kOddRows);
+  }
 
   const auto coupled =
       Model::parse("coupled", "<mujoco><worldbody>" + body("name='a' axis='1 0 0'", "1") +
