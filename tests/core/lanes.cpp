@@ -2157,6 +2157,28 @@ void test_huge_numbers(void** /*state*/) {
   }
 }
 
+// Touch sensors with zones of different shapes, on the first and on the second body of contacts; rows touch with
+// different forces or not at all.
+void test_touch(void** /*state*/) {
+  const auto model = Model::parse("touch", R"(<mujoco><worldbody><geom type='plane' size='2 2 1'/>
+    <body pos='0 0 0.099'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom size='0.1'/>
+    <site name='foot' size='0.03 0.03 0.03' pos='0.03 0 -0.08'/><site name='around' type='box' size='0.2 0.15 0.11'/>
+    <site name='over' size='0.03' pos='0.02 0 -0.06'/><site name='under' size='0.03' pos='0.02 0 -0.14'/></body>
+    <body pos='0 0 0.296'><joint type='slide' axis='0 0 1'/><geom size='0.1'/>
+    <site name='below' type='ellipsoid' size='0.05 0.08 0.11' pos='0.01 0 0' euler='0 10 0'/></body></worldbody>
+    <sensor><touch site='foot'/><touch site='around' cutoff='30'/><touch site='around'/><touch site='below'/>
+    <touch site='over'/><touch site='under'/></sensor>
+    </mujoco>)");
+  const auto move = [](std::size_t row, const RowState& state) {
+    const auto number = static_cast<double>(row);
+    state.qpos[0] = row % 4 == 3 ? 0.01 : 0;
+    state.qpos[1] = row % 3 == 1 ? 0.1 : 0;
+    state.qvel[0] = 0.1 - 0.1 * number;
+    state.qvel[2] = -0.2 * number;
+  };
+  assert_int_equal(step_from(model, {move}) + 1, 1U << lanes::widths().back());
+}
+
 // Accelerations that are negative zeros along a constraint. PGS and noslip leave rows to MuJoCo where b is -0. Newton's method
 // changes the sign of zeros where MuJoCo does.
 void test_zeros_along_constraints(void** /*state*/) {
@@ -2448,6 +2470,7 @@ int run(bool few) {
                               cmocka_unit_test(test_small_stack_of_search),
                               cmocka_unit_test(test_too_many_contacts),
                               cmocka_unit_test(test_huge_numbers),
+                              cmocka_unit_test(test_touch),
                               cmocka_unit_test(test_zeros_along_constraints),
                               cmocka_unit_test(test_zeros_of_simple_bodies),
                               cmocka_unit_test(test_obstacles),
