@@ -1196,7 +1196,7 @@ void test_lone_sensors(void** /*state*/) {
        {"<framepos objtype='xbody' objname='a' reftype='camera' refname='eye'/>",
         "<framequat objtype='xbody' objname='a' reftype='camera' refname='eye'/>",
         "<rangefinder site='down'/><rangefinder site='down' cutoff='0.2'/><framequat objtype='geom' objname='b'/>",
-        "<tendonlimitvel tendon='t'/>", "<torque site='down'/>"}) {
+        "<tendonlimitvel tendon='t'/>", "<force site='down'/><torque site='down'/>"}) {
     const std::string found = compare(Model::parse("sensor", text(sensor)), kFewRows);
     if (!found.empty()) failures += sensor + (": " + found) + "\n";
   }
