@@ -1427,8 +1427,8 @@ void test_other_fluid_models(void** /*state*/) {
     }
 }
 
-// Values of odd rows that decide whether geoms touch. In the other rows, the ball touches the floor or is within the
-// margin, and the boxes are apart.
+// Values of odd rows that decide whether geoms touch. In the other rows, the boxes are apart, and the ball touches the
+// floor, or is above it, with or without a margin that reaches the floor.
 void test_own_contacts(void** /*state*/) {
   const auto ball = [](const char* height, const char* attributes) {
     return std::string("<mujoco><worldbody><geom type='plane' size='1 1 1' ") + attributes + "/><body pos='0 0 " +

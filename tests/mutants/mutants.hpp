@@ -1,9 +1,11 @@
 // What the lane code calls in a copy that tests/mutants/rewrite.py has rewritten. Each call carries the number of a
-// mutant, and computes what the original computes unless that mutant is chosen. rewrite.py defines MJENV_MUTANTS.
+// mutant, and computes what the original computes unless that mutant is chosen. rewrite.py defines the macro
+// MJENV_MUTANTS as the number of mutants.
 //
-// MJENV_MUTANT=NUMBER chooses a mutant. MJENV_MUTANTS=FILE judges all of them that are open: where the program first
-// comes to a place at which a mutant computes other bits, it forks, and the copy goes on with the mutant. If the copy
-// fails, the test kills the mutant. The file has a byte for each mutant, see Verdict.
+// The environment variable MJENV_MUTANT=NUMBER chooses a mutant. The environment variable MJENV_MUTANTS=FILE lets the
+// program judge all mutants whose verdict is open: where it first comes to a place at which a mutant computes other
+// bits, it forks, and the copy goes on with the mutant. If the copy fails, the test kills the mutant. The file has a
+// byte for each mutant, its Verdict. MJENV_MUTANTS_SECONDS says how many seconds of the CPU a copy has.
 #pragma once
 
 #include <fcntl.h>
@@ -50,7 +52,8 @@ inline itimerval timer_of(double time) {
   return timer;
 }
 
-// Whether a mutant's other bits matter often depends on the model that the test steps. So it is judged again later.
+// Has mutants judged again whose copy ran out of time. A timer calls this, because by then the test may step another
+// model, in which the mutant's other bits make the copy fail in time.
 inline void watch_unfinished(int /*signal*/) {
   for (int id = 0; id < kCount; ++id)
     if (verdicts[id] == kUnfinished) states[id] = kWatched;

@@ -2,8 +2,9 @@
 """Judges whether the tests of core/ watch every line of the lane code: whether some test fails if a line is changed.
 
 Builds all mutants (see rewrite.py) as one program, which judges them while it runs a test (see mutants.hpp). The tests
-that take least time come first; each judges the mutants that none before it has killed. What is known is kept in
-FOLDER/verdicts, so a run that was stopped goes on where it ended.
+that take least time come first; each judges the mutants of the lines that no test before it watches, or with --all the
+mutants that no test before it has killed. What is known is kept in FOLDER/verdicts, so a run that was stopped goes on
+where it ended.
 """
 
 from __future__ import annotations

@@ -703,7 +703,8 @@ void comVel(Lanes& d) {
   }
 }
 
-// mj_rne with flg_acc = 0: without accelerations. That of the world is 0 from the beginning, but for gravity.
+// mj_rne with flg_acc = 0: without qacc. Of the world's numbers in cacc, only those of gravity are written; the others
+// are 0 from the beginning.
 void rne(Lanes& d) {
   const mjModel& m = *d.model;
   V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);

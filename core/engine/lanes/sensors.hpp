@@ -51,7 +51,7 @@ class Forces {
       add_contacts();
       add_equalities();
     }
-    // The world's other accelerations are never written, so they are 0.
+    // Of the world's numbers in cacc, only those of gravity are written; the others are 0 from the beginning.
     if (!(m_.opt.disableflags & mjDSBL_GRAVITY))
       for (int k = 0; k < 3; ++k) cacc[k + 3] = vectors(d_.gravity)[k] * -1.0;
     zero(cfrc_int, 6);
