@@ -14,10 +14,11 @@ class Places {
   Places(const Contacts& contacts, const Constraints& c) : contacts_(contacts), c_(c) {}
 
   // Goes to the next limit, contact or equality, which makes `size` constraints (rows of the Jacobian) in the lanes
-  // `rows`.
+  // `rows`, but not in those that are left to MuJoCo: these may have more constraints than there are places.
   void next(unsigned rows, int size) {
+    const unsigned counted = rows & contacts_.rows;
     for (int lane = 0; lane < kWidth; ++lane) {
-      if (!(rows >> lane & 1) && !c_.is_aligned) continue;
+      if (!(counted >> lane & 1) && !c_.is_aligned) continue;
       for (int i = 0; i < size; ++i) {
         const int number = numbers_[lane]++, beyond = c_.is_aligned ? -1 : number - c_.at_first[lane];
         places_[i][lane] = beyond < 0 ? number : c_.size - Constraints::kRest + beyond;

@@ -113,9 +113,9 @@ class MakeConstraint {
   // mj_addConstraint. columns, count: the dofs at which the constraint's sparse Jacobian has numbers, ascending.
   void begin(unsigned rows, const ConstraintNumbers* const* numbers, int size, const int* columns, int count,
              bool couples = false) {
-    rows_ = rows;
+    rows_ = rows & contacts_.rows;
     numbers_ = numbers;
-    places_.next(rows, size);
+    places_.next(rows_, size);
     if (c_.is_aligned) c_.dims[places_.at(0, 0)] = static_cast<unsigned char>(size);
     if (!c_.is_sparse) return;
     for (int i = 0; i < size; ++i) {
