@@ -1723,16 +1723,12 @@ void test_numbers_within_steps(void** /*state*/) {
   }
 }
 
-// Rows that are left to MuJoCo have more friction of their own than lanes have room for, which must not be written.
-void test_friction_of_left_rows(void** /*state*/) {
-  constexpr int dofs = 200;
-  std::string bodies;
-  for (int i = 0; i < dofs; ++i)
-    bodies += "<body><joint type='slide' frictionloss='0.1'/><geom size='0.1' contype='0'/></body>";
-  const auto model = Model::parse(
-      "friction", "<mujoco><option solver='PGS' jacobian='dense'/><worldbody>" + bodies + "</worldbody></mujoco>");
+// Steps rows with values of their own of an array, which are `number` in odd rows, and in the others at one place or at
+// none. Odd rows are left to MuJoCo.
+void step_beside_left_rows(const std::shared_ptr<const Model>& model, const std::string& array, double number,
+                           bool are_others_without) {
   OwnArrays own(*model);
-  own.add("dof_frictionloss");
+  own.add(array);
   const int width = lanes::widths().back();
   const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
   const auto states = states_with(*model, 1, 2e10);
@@ -1743,8 +1739,8 @@ void test_friction_of_left_rows(void** /*state*/) {
     work.load(states[row].data());
   };
   for (std::size_t row = 0; row < states.size(); ++row) {
-    std::vector<double> values(dofs, row % 2 == 1 ? 0.1 : 0.0);
-    values[row] = 0.1;
+    std::vector<double> values(own.list().front().original.count(), row % 2 == 1 ? number : 0.0);
+    if (!are_others_without) values[row] = number;
     blocks.emplace_back(own.block_bytes() / sizeof(double) + 1);
     own.list().front().write(values.data(), reinterpret_cast<std::byte*>(blocks.back().data()));
     begin(*group.works[row], row);
@@ -1759,6 +1755,23 @@ void test_friction_of_left_rows(void** /*state*/) {
     plain.step(1, last.data());
     assert_string_equal(difference(*group.works[row], plain).c_str(), "");
   }
+}
+
+// Rows that are left to MuJoCo have more friction and equalities of their own than lanes have room for. These are
+// neither written nor read.
+void test_constraints_of_left_rows(void** /*state*/) {
+  std::string bodies, connects;
+  for (int i = 0; i < 200; ++i)
+    bodies += "<body><joint type='slide' frictionloss='0.1'/><geom size='0.1' contype='0'/></body>";
+  step_beside_left_rows(Model::parse("friction", "<mujoco><option solver='PGS' jacobian='dense'/><worldbody>" + bodies +
+                                                     "</worldbody></mujoco>"),
+                        "dof_frictionloss", 0.1, false);
+  for (int i = 0; i < 1000; ++i) connects += "<connect body1='b' anchor='0 0 0' active='false'/>";
+  step_beside_left_rows(
+      Model::parse("equalities", R"(<mujoco><size njmax='50'/><option cone='elliptic'/><worldbody>
+    <body name='b'><joint type='slide'/><geom size='0.1'/><site name='s'/></body></worldbody><equality>)" +
+                                     connects + "</equality><sensor><force site='s'/></sensor></mujoco>"),
+      "eq_active", 1, true);
 }
 
 // After a step with contacts, a step without any. MuJoCo's functions make the constraints of both.
@@ -2486,7 +2499,7 @@ int run(bool few) {
                               cmocka_unit_test(test_states_at_limit),
                               cmocka_unit_test(test_bad_states),
                               cmocka_unit_test(test_numbers_within_steps),
-                              cmocka_unit_test(test_friction_of_left_rows),
+                              cmocka_unit_test(test_constraints_of_left_rows),
                               cmocka_unit_test(test_step_without_constraints),
                               cmocka_unit_test(test_many_places),
                               cmocka_unit_test(test_controls_of_substeps),

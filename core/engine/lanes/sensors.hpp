@@ -155,7 +155,8 @@ class Forces {
       const Equality& equality = *contacts_.equals[i].equality;
       const unsigned rows = contacts_.equals[i].rows & contacts_.rows;
       places.next(contacts_.equals[i].rows, equality.size);
-      if (equality.type != mjEQ_CONNECT && equality.type != mjEQ_WELD) continue;
+      // If no row has the equality, there may be no room for it, and its places have no numbers.
+      if (rows == 0 || (equality.type != mjEQ_CONNECT && equality.type != mjEQ_WELD)) continue;
       V cfrc[6]{};
       for (int k = 0; k < 3; ++k) {
         cfrc[3 + k] = at(c_.force, places.of(k));
