@@ -131,7 +131,14 @@ void Episodes::step(Team& team) const {
     moving |= 1u << i;
   });
   advance(team, moving);
-  for_turns(team, moving, [&](std::size_t i) { end_step_and_reset(team[i], turns[i]); });
+  for_turns(team, moving, [&](std::size_t i) {
+    try {
+      end_step_and_reset(team[i], turns[i]);
+    } catch (...) {
+      turns[i].place.put_result(0, false, false);
+      throw;
+    }
+  });
   team.gather_failures();
 }
 

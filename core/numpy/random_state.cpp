@@ -53,7 +53,7 @@ void RandomState::save(std::uint64_t* words) const {
 
 bool RandomState::load(const std::uint64_t* words) {
   const std::uint64_t position = words[kWords], flags = words[kWords + 1];
-  if (position > kWords || flags > 3) return false;
+  if (position > kWords || flags > 3 || (position > 0 && !is_state(words))) return false;
   if (std::any_of(words, words + kWords, [](std::uint64_t word) { return word > 0xffffffffU; })) return false;
   for (std::size_t i = 0; i < kWords; ++i) words_[i] = static_cast<std::uint32_t>(words[i]);
   position_ = static_cast<std::int32_t>(position);

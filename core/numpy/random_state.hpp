@@ -1,6 +1,7 @@
 // NumPy's RandomState, bit for bit: the Mersenne Twister and the methods that NumPy no longer changes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +28,8 @@ class RandomState {
   bool is_new() const { return is_new_ != 0; }
   // Whether an object that was copied from untrusted bytes is a valid stream, seeded or not.
   bool is_valid() const {
-    return position_ >= 0 && position_ <= static_cast<std::int32_t>(kWords) && has_gauss_ <= 1 && is_new_ <= 1;
+    return position_ >= 0 && position_ <= static_cast<std::int32_t>(kWords) && has_gauss_ <= 1 && is_new_ <= 1 &&
+           (!is_seeded() || is_state(words_.data()));
   }
 
   // rand(), uniform(low, high), randn()
@@ -46,6 +48,14 @@ class RandomState {
 
  private:
   static constexpr std::size_t kWords = 624;
+
+  // Whether words are a state of MT19937, which does not have the lower 31 bits of the first word. A state of zeros would
+  // draw zeros for ever, and randn would never find a number.
+  template <typename Word>
+  static bool is_state(const Word* words) {
+    return (words[0] & 0x80000000U) != 0 || std::any_of(words + 1, words + kWords, [](Word word) { return word != 0; });
+  }
+
   std::array<std::uint32_t, kWords> words_{};
   std::int32_t position_ = 0;  // of the next word. It is never 0 in a seeded stream, so 0 means: not seeded
   std::uint16_t has_gauss_ = 0, is_new_ = 0;

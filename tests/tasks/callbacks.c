@@ -365,7 +365,10 @@ static void failing_row(const char* mode, const char* word, const char* callback
   for (int i = 0; i < 2; ++i) assert_refused(MJENV_E_TASK, step_all(env, p), "row 3", "Probe-v0", callback, word);
   for (int row = 0; row < ROWS; ++row) {
     assert_int_equal(p->status[row], row == BAD ? MJENV_E_TASK : MJENV_OK);
-    if (row == BAD) continue;
+    if (row == BAD) {
+      assert_true(p->reward[row] == 0);
+      continue;
+    }
     assert_true(p->obs[row][STEPS] == 3);
     assert_ok(mjenv_read(env, row, "time", &time, 1, &count));
     assert_true(fabs(time - 3 * 0.02) < 1e-9);

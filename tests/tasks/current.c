@@ -349,7 +349,7 @@ static void test_refused_draws(void** state) {
   mjenv_destroy(env);
 }
 
-// A damaged stream could make RandomState read behind its words.
+// A damaged stream could make RandomState read behind its words, or draw zeros for ever, so that randn would not end.
 static void test_damaged_stream(void** state) {
   (void)state;
   mjenv_env* env = env_of_id(falling.id, 1);
@@ -360,11 +360,17 @@ static void test_damaged_stream(void** state) {
   unsigned char* image = image_of(env, MJENV_ALL_ROWS, &size);
   size_t bytes = 0;
   unsigned char* stream = image_part(image, "random_state", &bytes);
-  const int32_t position = 625;
-  memcpy(stream + 624 * sizeof(uint32_t), &position, sizeof position);
-  image_seal(image, (size_t)size);
-  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, MJENV_ALL_ROWS, image, size), "damaged");
+  for (int32_t position = 625; position >= 624; --position) {
+    if (position == 624) memset(stream, 0, 624 * sizeof(uint32_t));
+    memcpy(stream + 624 * sizeof(uint32_t), &position, sizeof position);
+    image_seal(image, (size_t)size);
+    assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(env, MJENV_ALL_ROWS, image, size), "damaged");
+  }
   free(image);
+  uint64_t words[627] = {[0] = 0x7fffffff, [624] = 624};
+  assert_refused(MJENV_E_VALUE, mjenv_set_stream(env, 0, words, 627), "state");
+  words[623] = 1;
+  assert_ok(mjenv_set_stream(env, 0, words, 627));
   mjenv_destroy(env);
 }
 

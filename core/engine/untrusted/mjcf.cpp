@@ -345,8 +345,9 @@ class Check {
     constexpr std::string_view kUnits = "KMGTPE";
     const std::int64_t number = element.integer("memory");
     const std::size_t last = text.find_last_not_of(" \t\n\v\f\r");
-    const std::size_t unit =
-        last == std::string::npos ? std::string::npos : kUnits.find(static_cast<char>(std::toupper(text[last])));
+    const std::size_t unit = last == std::string::npos
+                                 ? std::string::npos
+                                 : kUnits.find(static_cast<char>(std::toupper(static_cast<unsigned char>(text[last]))));
     const double bytes =
         std::ldexp(static_cast<double>(number), unit == std::string::npos ? 0 : 10 * (static_cast<int>(unit) + 1));
     if (bytes > static_cast<double>(limits_.of(kArenaBytes)))
@@ -548,7 +549,7 @@ class Check {
   }
 
   void add_pixels(std::int64_t count, const XMLElement* element = nullptr) {
-    check_limit("pixels and heights", pixels_ += count, kAllPixels, element);
+    check_limit("pixels and heights", pixels_ += std::max(count, std::int64_t{0}), kAllPixels, element);
   }
 
   // Counts each point of a flex as an element, two bodies and dofs_each joints. dofs_each is 0 if the points have no
