@@ -85,8 +85,9 @@ unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
 class LineSearch {
  public:
   void begin(double gtol) {
-    *this = LineSearch{};
     gtol_ = gtol;
+    evaluations_ = 0;
+    has_p2_ = false;
     evaluate_at(0, Stage::start);
   }
   void end(double alpha) {
