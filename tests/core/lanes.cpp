@@ -21,8 +21,10 @@
 #include <vector>
 // Sanitizers have allocators of their own, whose memory mallinfo2 does not count.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if __GLIBC_PREREQ(2, 33)
 #define COUNTS_MEMORY
 #include <malloc.h>
+#endif
 #endif
 
 // After the headers that it needs; it does not say itself that it is C.
