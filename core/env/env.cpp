@@ -542,7 +542,8 @@ void Env::snapshot(std::int64_t row, void* image) const {
 
 void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   check_settled();
-  // Work spaces point to the rows' own values, which move if the image brings new arrays.
+  // Work spaces and workers point to the rows' own values and arrays. These move if the image brings new arrays, even
+  // if memory then runs out.
   if (!rows_.arrays().empty()) workers_.release();
   workers_.for_each([](Worker& worker) { worker.forget_layout(); });
   read_image(rows_, task_, randomization_, perturbation_, frames_, identity(), options_.id(), row, image, size);

@@ -135,7 +135,7 @@ void Episodes::step(Team& team) const {
     try {
       end_step_and_reset(team[i], turns[i]);
     } catch (...) {
-      turns[i].place.put_result(0, false, false);
+      turns[i].place.forget();
       throw;
     }
   });

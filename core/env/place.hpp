@@ -31,8 +31,8 @@ struct Place {
     put<std::uint8_t>(out.terminated, terminated);
     put<std::uint8_t>(out.truncated, truncated);
   }
-  // Call this before a step. If the step fails, the reward and flags are then 0 instead of those of an earlier step.
-  // The other outputs except the status are undefined.
+  // Call this before a step, and if the step fails after it has written its result. The reward and flags of a row that
+  // fails are then 0. Its other outputs except the status are undefined.
   void forget() const {
     put_result(0, false, false);
     put<std::uint8_t>(out.was_reset, 0);

@@ -85,7 +85,7 @@ inline const Start start;
 // Each instruction set compiles these functions with its own flags, so they must not be merged.
 namespace {
 
-// Forks. Returns true in the copy, which has so many seconds of the CPU, and of the clock ten times as many.
+// Forks. Returns true in the copy, which is ended after `seconds` of the CPU's time, or of a clock if it only waits.
 inline bool is_copy(int* status) {
   const pid_t copy = fork();
   if (copy < 0) std::abort();
@@ -106,7 +106,8 @@ inline bool is_unfinished(int status) {
 
 // Judges a mutant that computes other bits here. Returns true in the copy that goes on with the mutant.
 inline bool judge(int id) {
-  // A copy has no threads but the one that forks. A process that the test has forked does not know what the test expects.
+  // A copy has only the thread that forks, so it cannot go on without the others. A process that the test has forked
+  // does not know what the test expects. The folder of a process with one thread has three links.
   struct stat tasks;
   if (getpid() != judge_id || stat("/proc/self/task", &tasks) != 0 || tasks.st_nlink != 3) {
     verdicts[id] = kSame;

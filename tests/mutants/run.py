@@ -159,7 +159,7 @@ class Judge:
             self.add(test, partial.read_bytes(), is_whole=False)
 
     def judge(self, test: str, is_last: bool) -> None:
-        """Runs a test, which judges the mutants that are not settled. is_last: all the time it needs."""
+        """Runs a test, which judges the mutants that are not settled. is_last: each has the time it needs."""
         known, open_verdict = self.verdicts[test], Verdict.UNFINISHED if is_last else Verdict.SKIPPED
         asked = bytearray([Verdict.SKIPPED] * len(known))
         for number, verdict in enumerate(known):
