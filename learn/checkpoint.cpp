@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 #include "error.hpp"
 #include "file.hpp"
@@ -66,35 +67,60 @@ void append(std::vector<std::byte>& to, const T* from, std::size_t count) {
   to.insert(to.end(), begin, begin + count * sizeof(T));
 }
 
+struct Content {
+  std::string description, note;
+  std::vector<std::byte> state;
+};
+
+// Throws unless the file is a whole checkpoint.
+Content read_content(const std::string& path) {
+  std::vector<std::byte> bytes = read_file(path);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::size_t end = text.find("\n\n");
+  if (text.substr(0, kHead.size()) != kHead || end == std::string_view::npos) refuse(path, "is no checkpoint");
+  Content content;
+  content.description = text.substr(kHead.size(), end + 2 - kHead.size());
+  std::uint64_t sum = 0, size = 0;
+  const std::size_t summed = end + 2 + sizeof sum, note = summed + sizeof size;
+  if (bytes.size() < note) refuse(path, "is damaged: it ends too early");
+  std::memcpy(&sum, bytes.data() + end + 2, sizeof sum);
+  std::memcpy(&size, bytes.data() + summed, sizeof size);
+  if (sum != checksum(bytes.data() + summed, bytes.size() - summed)) refuse(path, "is damaged: its checksum is wrong");
+  if (size > bytes.size() - note) refuse(path, "is damaged: its sizes do not fit");
+  content.note = text.substr(note, size);
+  bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(note + size));
+  content.state = std::move(bytes);
+  return content;
+}
+
 }  // namespace
 
-// A checkpoint consists of the head, the description, an empty line, the checksum of the state, and the state.
-void write_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces,
+// A checkpoint consists of the head, the description, an empty line, the checksum of what follows, the size of the note,
+// the note, and the state.
+void write_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces, const std::string& note,
                       const std::vector<std::byte>& state) {
   const std::string text = std::string(kHead) + description(settings, spaces);
-  const std::uint64_t sum = checksum(state.data(), state.size());
+  const std::uint64_t size = note.size();
+  std::uint64_t sum = 0;
   std::vector<std::byte> content;
-  content.reserve(text.size() + sizeof sum + state.size());
+  content.reserve(text.size() + sizeof sum + sizeof size + note.size() + state.size());
   append(content, text.data(), text.size());
   append(content, &sum, 1);
+  append(content, &size, 1);
+  append(content, note.data(), note.size());
   append(content, state.data(), state.size());
+  const std::size_t summed = text.size() + sizeof sum;
+  sum = checksum(content.data() + summed, content.size() - summed);
+  std::memcpy(content.data() + text.size(), &sum, sizeof sum);
   replace_file(path, content.data(), content.size());
 }
 
 std::vector<std::byte> read_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces) {
-  std::vector<std::byte> content = read_file(path);
-  const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
-  const std::size_t end = text.find("\n\n");
-  if (text.substr(0, kHead.size()) != kHead || end == std::string_view::npos) refuse(path, "is no checkpoint");
-  const std::string ours = description(settings, spaces);
-  check_description(path, text.substr(kHead.size(), end + 2 - kHead.size()), ours);
-  std::uint64_t sum = 0;
-  const std::size_t at = end + 2, state = at + sizeof sum;
-  if (content.size() < state) refuse(path, "is damaged: it ends too early");
-  std::memcpy(&sum, content.data() + at, sizeof sum);
-  content.erase(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(state));
-  if (sum != checksum(content.data(), content.size())) refuse(path, "is damaged: its checksum is wrong");
-  return content;
+  Content content = read_content(path);
+  check_description(path, content.description, description(settings, spaces));
+  return std::move(content.state);
 }
+
+std::string read_note(const std::string& path) { return read_content(path).note; }
 
 }  // namespace mjenv::learn

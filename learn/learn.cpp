@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "checkpoint.hpp"
 #include "file.hpp"
 #include "handles.hpp"
 #include "learner.hpp"
@@ -209,8 +210,12 @@ mjenv_status mjenv_learner_report_at(const mjenv_learner* learner, std::int64_t 
   return read(learner, [&](const Learner& held) { write_struct(report, "report", held.report_at(update)); });
 }
 
-mjenv_status mjenv_learner_save(const mjenv_learner* learner, const char* path) {
-  return read(learner, [&](const Learner& held) { held.save(&need(path, "path")); });
+mjenv_status mjenv_learner_save(const mjenv_learner* learner, const char* path, const char* note) {
+  return read(learner, [&](const Learner& held) { held.save(&need(path, "path"), note ? note : ""); });
+}
+
+mjenv_status mjenv_checkpoint_note(const char* path, char* text, std::int64_t capacity, std::int64_t* size) {
+  return guard([&] { deliver(read_note(&need(path, "path")), text, capacity, size); });
 }
 
 mjenv_status mjenv_learner_load(mjenv_learner* learner, const char* path) {

@@ -459,7 +459,9 @@ void Learner::restore_state(bool with_env) {
   env_is_stale_ = false;
 }
 
-void Learner::save(const std::string& path) const { write_checkpoint(path, settings_, spaces_, saved_); }
+void Learner::save(const std::string& path, const std::string& note) const {
+  write_checkpoint(path, settings_, spaces_, note, saved_);
+}
 
 void Learner::load(const std::string& path) {
   std::vector<std::byte> state = read_checkpoint(path, settings_, spaces_);

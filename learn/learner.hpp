@@ -44,7 +44,7 @@ class Learner {
 
   mjenv_learn_report report() const;
   mjenv_learn_report report_at(std::int64_t update) const;
-  void save(const std::string& path) const;
+  void save(const std::string& path, const std::string& note) const;
   void load(const std::string& path);
   std::string policy(mjenv_learned which) const;
 

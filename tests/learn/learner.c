@@ -303,7 +303,7 @@ static void test_resume(void** state) {
   mjenv_env* env = env_of("Hopper-v5", settings.rows, 1, "same_step");
   mjenv_learner* learner = learner_of(env, &settings);
   ok(mjenv_learner_train(learner, 1000));
-  ok(mjenv_learner_save(learner, path_of("checkpoint")));
+  ok(mjenv_learner_save(learner, path_of("checkpoint"), NULL));
   ok(mjenv_learner_train(learner, 1500));
   char* wanted = policy_of(learner);
   const mjenv_learn_report report = report_of(learner);
@@ -344,17 +344,26 @@ static void test_bad_checkpoints(void** state) {
   mjenv_learner* learner = learner_of(env, &settings);
   ok(mjenv_learner_train(learner, 500));
   char* wanted = policy_of(learner);
-  ok(mjenv_learner_save(learner, path_of("good")));
+  ok(mjenv_learner_save(learner, path_of("good"), "speed=2"));
   size_t size = 0;
   char* content = read_file(path_of("good"), &size);
   refused(MJENV_E_FILE, mjenv_learner_load(learner, path_of("missing")), "No such file");
   refused(MJENV_E_FILE, mjenv_learner_load(learner, path_of("")), "");
+  int64_t needed = 0;
+  char note[8];
+  ok(mjenv_checkpoint_note(path_of("good"), note, sizeof note, &needed));
+  assert_string_equal(note, "speed=2");
+  assert_int_equal(needed, sizeof note);
+  refused(MJENV_E_SIZE, mjenv_checkpoint_note(path_of("good"), note, 7, &needed), "8");
+  refused(MJENV_E_FILE, mjenv_checkpoint_note(path_of("missing"), note, 8, &needed), "No such file");
+  refused(MJENV_E_ARGUMENT, mjenv_checkpoint_note(NULL, note, 8, &needed), "path is NULL");
   for (int place = 1; place <= 4; ++place) {  // bits turn somewhere
     const size_t at = size * (size_t)place / 5;
     content[at] ^= 16;
     write_file(path_of("bad"), content, size);
     content[at] ^= 16;
     refused(MJENV_E_SNAPSHOT, mjenv_learner_load(learner, path_of("bad")), "checksum");
+    refused(MJENV_E_SNAPSHOT, mjenv_checkpoint_note(path_of("bad"), NULL, 0, &needed), "checksum");
   }
   for (size_t cut = 0; cut < size; cut += size / 7) {
     write_file(path_of("bad"), content, cut);
@@ -402,7 +411,7 @@ static void test_full_disk(void** state) {
   const mjenv_learn_settings settings = short_settings();
   mjenv_env* env = env_of("Hopper-v5", settings.rows, 1, "same_step");
   mjenv_learner* learner = learner_of(env, &settings);
-  ok(mjenv_learner_save(learner, path_of("kept")));
+  ok(mjenv_learner_save(learner, path_of("kept"), NULL));
   ok(mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, path_of("kept.txt")));
   ok(mjenv_learner_train(learner, 500));
   struct rlimit before, small;
@@ -411,7 +420,7 @@ static void test_full_disk(void** state) {
   small.rlim_cur = 1000;
   void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
   assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const mjenv_status saved = mjenv_learner_save(learner, path_of("kept"));
+  const mjenv_status saved = mjenv_learner_save(learner, path_of("kept"), NULL);
   char reason[1000];
   snprintf(reason, sizeof reason, "%s", mjenv_learn_last_error());
   const mjenv_status policy = mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, path_of("kept.txt"));
@@ -424,7 +433,7 @@ static void test_full_disk(void** state) {
   assert_int_equal(access(path_of("kept.txt.partial"), F_OK), -1);
   ok(mjenv_learner_load(learner, path_of("kept")));
   assert_int_equal(report_of(learner).updates, 0);
-  refused(MJENV_E_FILE, mjenv_learner_save(learner, "/no such folder/file"), "No such file or directory");
+  refused(MJENV_E_FILE, mjenv_learner_save(learner, "/no such folder/file", NULL), "No such file or directory");
   mjenv_learner_destroy(learner);
   mjenv_destroy(env);
 }
@@ -449,7 +458,7 @@ static void test_infinite_rewards(void** state) {
     refused(MJENV_E_VALUE, mjenv_learner_train(learner, 500), "of the training: the reward is -inf");
     assert_non_null(strstr(mjenv_learn_last_error(), "row "));
     assert_same_policy("after infinite rewards", learner, before);
-    ok(mjenv_learner_save(learner, path_of("after")));
+    ok(mjenv_learner_save(learner, path_of("after"), NULL));
   }
   ok(mjenv_learner_set_env(learner, env));
   ok(mjenv_learner_train(learner, 500));
@@ -719,7 +728,7 @@ static void test_handles(void** state) {
   refused(MJENV_E_VALUE, mjenv_learner_policy(learner, 3, NULL, 0, &size), "which is 3");
   char little[4];
   refused(MJENV_E_SIZE, mjenv_learner_policy(learner, MJENV_LEARNED_LAST, little, 4, &size), "capacity is 4");
-  refused(MJENV_E_ARGUMENT, mjenv_learner_save(learner, NULL), "path is NULL");
+  refused(MJENV_E_ARGUMENT, mjenv_learner_save(learner, NULL, NULL), "path is NULL");
   mjenv_learner_destroy(learner);
   mjenv_learner_destroy(learner);
   mjenv_learner_destroy(NULL);

@@ -36,7 +36,7 @@ static mjenv_status create(void) {
 }
 
 static mjenv_status train(void) { return mjenv_learner_train(s.learner, 1); }
-static mjenv_status save(void) { return mjenv_learner_save(s.learner, path); }
+static mjenv_status save(void) { return mjenv_learner_save(s.learner, path, "a note"); }
 static mjenv_status load(void) { return mjenv_learner_load(s.learner, path); }
 static mjenv_status set_env(void) { return mjenv_learner_set_env(s.learner, s.env); }
 static mjenv_status set(void) { return mjenv_learner_set(s.learner, &s.settings); }

@@ -55,7 +55,8 @@ const char* train() {
   mjenv::Env env = env_of(settings, "same_step");
   mjenv::Learner learner(env, settings);
   learner.train(20'000);
-  learner.save(checkpoint);
+  learner.save(checkpoint, "speed=2");
+  EXPECT(mjenv::checkpoint_note(checkpoint) == "speed=2");
   learner.train(40'000);
   EXPECT(learner.report().mean_return == 1000);
   const auto curve = learner.curve();
@@ -91,6 +92,7 @@ const char* refuse() {
   EXPECT(refused(MJENV_E_VALUE, "steps is -1", [&] { learner.train(-1); }));
   EXPECT(refused(MJENV_E_FILE, "No such file", [&] { learner.load("/nowhere/missing"); }));
   EXPECT(refused(MJENV_E_ARGUMENT, "NUL", [&] { learner.save(std::string("a\0b", 3)); }));
+  EXPECT(refused(MJENV_E_ARGUMENT, "NUL", [&] { learner.save("/nowhere/missing", std::string("a\0b", 3)); }));
   EXPECT(refused(MJENV_E_VALUE, "line 1", [] { mjenv::Policy::parse("no policy"); }));
   settings.hidden = {32};
   EXPECT(refused(MJENV_E_VALUE, "hidden", [&] { learner.set(settings); }));

@@ -252,12 +252,22 @@ function curve(learner::Learner)
 end
 
 """
-    MJEnv.save(learner, path)
+    MJEnv.save(learner, path; note = "")
 
-Saves a checkpoint: networks, optimizer, normalisation, random streams, curve, and the state of all rows.
+Saves a checkpoint: networks, optimizer, normalisation, random streams, curve, and the state of all rows. `note`: a text
+that [`MJEnv.checkpoint_note`](@ref) reads, for example the options of the environment.
 """
-save(learner::Learner, path::AbstractString) =
-    learning(handle -> mjenv_learner_save(handle, text(path)), learner)
+save(learner::Learner, path::AbstractString; note::AbstractString = "") =
+    learning(handle -> mjenv_learner_save(handle, text(path), text(note)), learner)
+
+"""
+    MJEnv.checkpoint_note(path)
+
+Returns the note in a checkpoint, which may come from a stranger.
+"""
+checkpoint_note(path::AbstractString) = delivered() do bytes, capacity, size
+    learn_check(mjenv_checkpoint_note(text(path), bytes, capacity, size))
+end
 
 """
     MJEnv.load!(learner, path)
@@ -277,10 +287,17 @@ update after which the mean return of the last episodes was greatest.
 """
 function policy_text(learner::Learner; best::Bool = false)
     which = best ? MJENV_LEARNED_BEST : MJENV_LEARNED_LAST
+    return delivered() do bytes, capacity, size
+        learning(handle -> mjenv_learner_policy(handle, which, bytes, capacity, size), learner)
+    end
+end
+
+# The text that a function of the library delivers, without the NUL at its end.
+function delivered(get)
     size = Ref{Int64}()
-    learning(handle -> mjenv_learner_policy(handle, which, C_NULL, 0, size), learner)
+    get(C_NULL, 0, size)
     bytes = Vector{UInt8}(undef, size[])
-    learning(handle -> mjenv_learner_policy(handle, which, bytes, length(bytes), size), learner)
+    get(bytes, length(bytes), size)
     return String(bytes[1:(end - 1)])
 end
 

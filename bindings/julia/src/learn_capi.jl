@@ -120,6 +120,7 @@ const LEARN_FUNCTIONS = (
     :mjenv_learner_report,
     :mjenv_learner_report_at,
     :mjenv_learner_save,
+    :mjenv_checkpoint_note,
     :mjenv_learner_load,
     :mjenv_learner_policy,
     :mjenv_learner_save_policy,
@@ -254,16 +255,27 @@ mjenv_learner_report_at(learner, update, report) = ccall(
     report,
 )
 
-mjenv_learner_save(learner, path) = ccall(
+mjenv_learner_save(learner, path, note) = ccall(
     learn_address(16),
     mjenv_status,
-    (Ptr{mjenv_learner}, Cstring),
+    (Ptr{mjenv_learner}, Cstring, Cstring),
     learner,
     path,
+    note,
+)
+
+mjenv_checkpoint_note(path, text, capacity, size) = ccall(
+    learn_address(17),
+    mjenv_status,
+    (Cstring, Ptr{Cchar}, Int64, Ptr{Int64}),
+    path,
+    text,
+    capacity,
+    size,
 )
 
 mjenv_learner_load(learner, path) = ccall(
-    learn_address(17),
+    learn_address(18),
     mjenv_status,
     (Ptr{mjenv_learner}, Cstring),
     learner,
@@ -271,7 +283,7 @@ mjenv_learner_load(learner, path) = ccall(
 )
 
 mjenv_learner_policy(learner, which, text, capacity, size) = ccall(
-    learn_address(18),
+    learn_address(19),
     mjenv_status,
     (Ptr{mjenv_learner}, mjenv_learned, Ptr{Cchar}, Int64, Ptr{Int64}),
     learner,
@@ -282,7 +294,7 @@ mjenv_learner_policy(learner, which, text, capacity, size) = ccall(
 )
 
 mjenv_learner_save_policy(learner, which, path) = ccall(
-    learn_address(19),
+    learn_address(20),
     mjenv_status,
     (Ptr{mjenv_learner}, mjenv_learned, Cstring),
     learner,
@@ -291,7 +303,7 @@ mjenv_learner_save_policy(learner, which, path) = ccall(
 )
 
 mjenv_policy_parse(text, size, policy) = ccall(
-    learn_address(20),
+    learn_address(21),
     mjenv_status,
     (Cstring, Int64, Ptr{Ptr{mjenv_policy}}),
     text,
@@ -300,7 +312,7 @@ mjenv_policy_parse(text, size, policy) = ccall(
 )
 
 mjenv_policy_load(path, policy) = ccall(
-    learn_address(21),
+    learn_address(22),
     mjenv_status,
     (Cstring, Ptr{Ptr{mjenv_policy}}),
     path,
@@ -308,21 +320,21 @@ mjenv_policy_load(path, policy) = ccall(
 )
 
 mjenv_policy_destroy(policy) = ccall(
-    learn_address(22),
+    learn_address(23),
     Cvoid,
     (Ptr{mjenv_policy},),
     policy,
 )
 
 mjenv_policy_id(policy) = ccall(
-    learn_address(23),
+    learn_address(24),
     Cstring,
     (Ptr{mjenv_policy},),
     policy,
 )
 
 mjenv_policy_sizes(policy, observations, actuators) = ccall(
-    learn_address(24),
+    learn_address(25),
     mjenv_status,
     (Ptr{mjenv_policy}, Ptr{Int64}, Ptr{Int64}),
     policy,
@@ -331,7 +343,7 @@ mjenv_policy_sizes(policy, observations, actuators) = ccall(
 )
 
 mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) = ccall(
-    learn_address(25),
+    learn_address(26),
     mjenv_status,
     (Ptr{mjenv_policy}, mjenv_precision, Int64, Ptr{Float64}, Int64, Ptr{Float32}, Int64),
     policy,
@@ -344,7 +356,7 @@ mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) 
 )
 
 mjenv_evaluate(calls, env, policy, precision, seed, episodes, returns, lengths) = ccall(
-    learn_address(26),
+    learn_address(27),
     mjenv_status,
     (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Ptr{mjenv_policy}, mjenv_precision, UInt64, Int64, Ptr{Float64}, Ptr{Int64}),
     calls,

@@ -4,7 +4,8 @@
     mktempdir() do folder
         checkpoint, file = joinpath(folder, "checkpoint"), joinpath(folder, "policy.txt")
         learner = MJEnv.train("InvertedPendulum-v5"; steps = 20_000, settings = (decay_steps = 100_000,))
-        MJEnv.save(learner, checkpoint)
+        MJEnv.save(learner, checkpoint; note = "speed=2, für später")
+        @test MJEnv.checkpoint_note(checkpoint) == "speed=2, für später"
         MJEnv.train!(learner, 40_000)
         @test MJEnv.report(learner).mean_return == 1000
         curve = MJEnv.curve(learner)

@@ -241,8 +241,15 @@ MJENV_LEARN_API mjenv_status mjenv_learner_report_at(const mjenv_learner *learne
                                                      mjenv_learn_report *report);
 
 /* Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the
- * image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete. Errors: FILE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, const char *path);
+ * image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete.
+ *   note      a text of the caller's own in the file, such as the options of the environment; may be NULL
+ * Errors: FILE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, const char *path, const char *note);
+
+/* Reads the note in a file of mjenv_learner_save into text[capacity], with a NUL. It may come from a stranger.
+ *   size      receives how many bytes the whole text needs, also with text NULL and capacity 0
+ * Errors: FILE, SNAPSHOT (damaged), SIZE (capacity). */
+MJENV_LEARN_API mjenv_status mjenv_checkpoint_note(const char *path, char *text, int64_t capacity, int64_t *size);
 
 /* Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations
  * and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;

@@ -156,9 +156,12 @@ class Learner {
     return found;
   }
 
-  /* Saves a checkpoint. */
-  void save(const std::string &path) const {
-    learn_with_text(path, [&](const char *name) { return mjenv_learner_save(handle(), name); });
+  /* Saves a checkpoint, with a text that checkpoint_note reads. */
+  void save(const std::string &path, const std::string &note = "") const {
+    learn_with_text(note, [&](const char *text) {
+      learn_with_text(path, [&](const char *name) { return mjenv_learner_save(handle(), name, text); });
+      return MJENV_OK;
+    });
   }
   /* Continues from a checkpoint, bit for bit. */
   void load(const std::string &path) {
@@ -182,6 +185,18 @@ class Learner {
  private:
   std::unique_ptr<mjenv_learner, Destroy<mjenv_learner_destroy>> handle_;
 };
+
+/* The note in a checkpoint, which may come from a stranger. */
+inline std::string checkpoint_note(const std::string &path) {
+  std::vector<char> note;
+  learn_with_text(path, [&](const char *name) {
+    note = fetch<char>([&](char *to, std::int64_t capacity, std::int64_t *size) {
+      check_learn(mjenv_checkpoint_note(name, to, capacity, size));
+    });
+    return MJENV_OK;
+  });
+  return note.data();
+}
 
 }  // namespace mjenv
 

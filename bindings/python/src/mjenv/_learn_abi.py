@@ -170,8 +170,10 @@ class Library(CDLL):
         self.mjenv_learner_report.restype = c_int32
         self.mjenv_learner_report_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_learn_report))
         self.mjenv_learner_report_at.restype = c_int32
-        self.mjenv_learner_save.argtypes = (c_void_p, c_char_p)
+        self.mjenv_learner_save.argtypes = (c_void_p, c_char_p, c_char_p)
         self.mjenv_learner_save.restype = c_int32
+        self.mjenv_checkpoint_note.argtypes = (c_char_p, c_char_p, c_int64, POINTER(c_int64))
+        self.mjenv_checkpoint_note.restype = c_int32
         self.mjenv_learner_load.argtypes = (c_void_p, c_char_p)
         self.mjenv_learner_load.restype = c_int32
         self.mjenv_learner_policy.argtypes = (c_void_p, c_int32, c_char_p, c_int64, POINTER(c_int64))

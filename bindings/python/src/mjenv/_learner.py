@@ -172,8 +172,9 @@ class Learner:
             self._library.check(self._library.mjenv_learner_report_at(self._pointer, update, byref(report)))
         return report
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        self._library.check(self._library.mjenv_learner_save(self._pointer, os.fsencode(path)))
+    def save(self, path: str | os.PathLike[str], note: str = "") -> None:
+        """note: a text that note_of reads."""
+        self._library.check(self._library.mjenv_learner_save(self._pointer, os.fsencode(path), note.encode()))
 
     def load(self, path: str | os.PathLike[str]) -> None:
         if self.itself:
@@ -187,11 +188,21 @@ class Learner:
 
     def policy(self, which: Learned) -> str:
         """The text of a policy."""
-        size = c_int64()
-        self._library.check(self._library.mjenv_learner_policy(self._pointer, which, None, 0, byref(size)))
-        text = ctypes.create_string_buffer(size.value)
-        self._library.check(self._library.mjenv_learner_policy(self._pointer, which, text, size.value, byref(size)))
-        return text.value.decode()
+        return _text_of(self._library.mjenv_learner_policy, self._pointer, which).decode()
+
+
+def note_of(path: str | os.PathLike[str]) -> bytes:
+    """The note in a checkpoint."""
+    return _text_of(library().mjenv_checkpoint_note, os.fsencode(path))
+
+
+def _text_of(function: Any, *arguments: Any) -> bytes:
+    """The text that a function of the library delivers."""
+    size = c_int64()
+    library().check(function(*arguments, None, 0, byref(size)))
+    text = ctypes.create_string_buffer(size.value)
+    library().check(function(*arguments, text, size.value, byref(size)))
+    return text.value
 
 
 def space_of(rows: Rows, role: Role) -> Any:

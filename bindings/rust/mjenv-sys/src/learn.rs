@@ -338,10 +338,24 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the"]
-    #[doc = " image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete. Errors: FILE."]
+    #[doc = " image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete."]
+    #[doc = "   note      a text of the caller's own in the file, such as the options of the environment; may be NULL"]
+    #[doc = " Errors: FILE."]
     pub fn mjenv_learner_save(
         learner: *const mjenv_learner,
         path: *const ::std::os::raw::c_char,
+        note: *const ::std::os::raw::c_char,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Reads the note in a file of mjenv_learner_save into text[capacity], with a NUL. It may come from a stranger."]
+    #[doc = "   size      receives how many bytes the whole text needs, also with text NULL and capacity 0"]
+    #[doc = " Errors: FILE, SNAPSHOT (damaged), SIZE (capacity)."]
+    pub fn mjenv_checkpoint_note(
+        path: *const ::std::os::raw::c_char,
+        text: *mut ::std::os::raw::c_char,
+        capacity: i64,
+        size: *mut i64,
     ) -> mjenv_status;
 }
 extern "C" {

@@ -23,6 +23,7 @@
 
 use std::ffi::CString;
 use std::fmt;
+use std::os::raw::c_char;
 use std::path::Path;
 use std::ptr::{self, NonNull};
 
@@ -393,9 +394,17 @@ impl Learner {
     /// # Errors
     /// [`ErrorKind::File`], [`ErrorKind::Argument`] (the path).
     pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
-        let path = c_path(path.as_ref())?;
-        // SAFETY: both pointers are valid for the call.
-        check(unsafe { sys::mjenv_learner_save(self.raw(), path.as_ptr()) })
+        self.save_with_note(path, "")
+    }
+
+    /// Saves a checkpoint with a text that [`checkpoint_note`] reads, for example the options of the environment.
+    ///
+    /// # Errors
+    /// Those of [`Learner::save`]; [`ErrorKind::Argument`] (a NUL in the note).
+    pub fn save_with_note(&self, path: impl AsRef<Path>, note: &str) -> Result<()> {
+        let (path, note) = (c_path(path.as_ref())?, c_string(format_args!("the note"), note)?);
+        // SAFETY: all pointers are valid for the call.
+        check(unsafe { sys::mjenv_learner_save(self.raw(), path.as_ptr(), note.as_ptr()) })
     }
 
     /// Continues from a checkpoint, bit for bit. The learner must have been made for the same id, sizes and spaces.
@@ -413,13 +422,11 @@ impl Learner {
     /// # Errors
     /// [`ErrorKind::Memory`].
     pub fn policy_text(&self, which: Which) -> Result<String> {
-        let (which, mut bytes) = (raw_which(which), 0);
-        // SAFETY: all pointers are valid for the call, which writes the size alone.
-        check(unsafe { sys::mjenv_learner_policy(self.raw(), which, ptr::null_mut(), 0, &mut bytes) })?;
-        let mut text = vec![0u8; size(bytes)];
-        // SAFETY: all pointers are valid for the call, and `text` has the given room.
-        check(unsafe { sys::mjenv_learner_policy(self.raw(), which, text.as_mut_ptr().cast(), bytes, &mut bytes) })?;
-        text.pop(); // the NUL
+        let which = raw_which(which);
+        // SAFETY: the learner is valid for the call, and `delivered` passes pointers that are.
+        let text = delivered(|text, capacity, bytes| unsafe {
+            sys::mjenv_learner_policy(self.raw(), which, text, capacity, bytes)
+        })?;
         Ok(String::from_utf8(text).expect("texts of libmjenv-learn are UTF-8"))
     }
 
@@ -440,6 +447,18 @@ impl Learner {
         // SAFETY: both pointers are valid for the call.
         check(unsafe { sys::mjenv_learner_save_policy(self.raw(), raw_which(which), path.as_ptr()) })
     }
+}
+
+/// Reads the note in a checkpoint, which may come from a stranger.
+///
+/// # Errors
+/// [`ErrorKind::File`], [`ErrorKind::Snapshot`] (damaged), [`ErrorKind::Argument`] (the path).
+pub fn checkpoint_note(path: impl AsRef<Path>) -> Result<String> {
+    let path = c_path(path.as_ref())?;
+    // SAFETY: the path is valid for the call, and `delivered` passes pointers that are.
+    let note =
+        delivered(|text, capacity, bytes| unsafe { sys::mjenv_checkpoint_note(path.as_ptr(), text, capacity, bytes) })?;
+    Ok(String::from_utf8_lossy(&note).into_owned())
 }
 
 impl Drop for Learner {
@@ -601,6 +620,16 @@ fn check_abi() -> Result<()> {
     // SAFETY: the function takes nothing.
     let found = unsafe { sys::mjenv_learn_abi_version() };
     crate::error::check_abi_of("libmjenv-learn", found, sys::MJENV_LEARN_ABI_VERSION)
+}
+
+/// Reads a text that a function of the library delivers. It has no more bytes than `capacity`, and a NUL at its end.
+fn delivered(get: impl Fn(*mut c_char, i64, &mut i64) -> sys::mjenv_status) -> Result<Vec<u8>> {
+    let mut bytes = 0;
+    check(get(ptr::null_mut(), 0, &mut bytes))?;
+    let mut text = vec![0u8; size(bytes)];
+    check(get(text.as_mut_ptr().cast(), bytes, &mut bytes))?;
+    text.pop(); // the NUL
+    Ok(text)
 }
 
 fn c_path(path: &Path) -> Result<CString> {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use mjenv::learn::{evaluate, Activation, Learner, Policy, Precision, Settings, Which};
+use mjenv::learn::{checkpoint_note, evaluate, Activation, Learner, Policy, Precision, Settings, Which};
 use mjenv::{Env, Error, ErrorKind, Options};
 
 fn env(settings: &Settings, autoreset_mode: &str) -> Env {
@@ -24,7 +24,8 @@ fn a_training_its_checkpoint_and_its_policy() {
     let mut first = learner(&settings);
     assert!(first.report().unwrap().mean_return.is_nan());
     first.train(20_000).unwrap();
-    first.save(&checkpoint).unwrap();
+    first.save_with_note(&checkpoint, "speed=2").unwrap();
+    assert_eq!(checkpoint_note(&checkpoint).unwrap(), "speed=2");
     first.train(40_000).unwrap();
     let curve = first.curve().unwrap();
     assert_eq!((curve.len(), curve[0].steps, curve[29].mean_return), (30, 2048, 1000.0));
