@@ -1,7 +1,6 @@
-# Makes mjenv.wasm, the library as one WebAssembly module without threads, and mjenv-suite.wasm, which also has dm_control's
-# suite, in a file of its own because most programs need not load it. bindings/javascript/build makes the package of them.
-# mjenv-play.wasm, for the page of tools/site/play, has the suite and the quadruped of examples/tasks; the page's build
-# makes it. MJENV_TASK_SOURCES are in all of them.
+# Makes mjenv.wasm, the library as one WebAssembly module without threads. A plug-in of extras/ is in a module of its own, which
+# also has the library, because most programs need not load it. bindings/javascript/build makes the package of them.
+# MJENV_TASK_SOURCES are in all of them.
 set(MJENV_TASK_SOURCES "" CACHE STRING "C sources (mjenv/task.h) or C++ sources (mjenv/task.hpp) of tasks that are compiled in")
 
 # All functions of the header but those that draw.
@@ -20,13 +19,16 @@ function(mjenv_compile_tasks target)
   add_library(${target} OBJECT ${ARGN})
   mjenv_tune(${target})
   mjenv_use_math(${target})
-  target_include_directories(${target} PRIVATE capi/include)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/capi/include)
   target_link_libraries(${target} PRIVATE Eigen3::Eigen)
 endfunction()
 
-# mjenv_add_module(TARGET NAME [TASKS]...): NAME.wasm, with the tasks of these libraries
+# mjenv_add_module(TARGET NAME [TASKS]...): NAME.wasm, with the tasks of these libraries and of MJENV_TASK_SOURCES
 function(mjenv_add_module target name)
   add_executable(${target} $<TARGET_OBJECTS:mjenv> $<TARGET_OBJECTS:mjenv_core>)
+  if(TARGET mjenv_wasm_own)
+    list(APPEND ARGN mjenv_wasm_own)
+  endif()
   if(ARGN)
     foreach(tasks IN LISTS ARGN ITEMS mjenv_wasm_register)
       target_sources(${target} PRIVATE $<TARGET_OBJECTS:${tasks}>)
@@ -45,30 +47,10 @@ function(mjenv_add_module target name)
 endfunction()
 
 mjenv_compile_tasks(mjenv_wasm_register cmake/emscripten/tasks.cpp)
-set(own "")
 if(MJENV_TASK_SOURCES)
   mjenv_compile_tasks(mjenv_wasm_own ${MJENV_TASK_SOURCES})
-  set(own mjenv_wasm_own)
 endif()
-mjenv_compile_tasks(mjenv_wasm_suite_tasks ${mjenv_suite_sources})
-target_include_directories(mjenv_wasm_suite_tasks PRIVATE suite)
-mjenv_add_module(mjenv_wasm mjenv ${own})
-mjenv_add_module(mjenv_wasm_suite mjenv-suite mjenv_wasm_suite_tasks ${own})
-
-set(page_tasks examples/tasks/quadruped/quadruped.cpp)
-mjenv_compile_tasks(mjenv_wasm_page_tasks ${page_tasks})
-mjenv_add_module(mjenv_wasm_play mjenv-play mjenv_wasm_suite_tasks mjenv_wasm_page_tasks ${own})
-set_target_properties(mjenv_wasm_page_tasks mjenv_wasm_play PROPERTIES EXCLUDE_FROM_ALL ON)
-# The folders of these tasks, in which the page's build finds their models and policies
-set(folders "")
-foreach(source IN LISTS page_tasks MJENV_TASK_SOURCES)
-  get_filename_component(folder ${source} ABSOLUTE)
-  get_filename_component(folder ${folder} DIRECTORY)
-  list(APPEND folders ${folder})
-endforeach()
-list(REMOVE_DUPLICATES folders)
-list(JOIN folders "\n" folders)
-file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/play-folders.txt @ONLY CONTENT "@folders@\n")
+mjenv_add_module(mjenv_wasm mjenv)
 
 if(MJENV_BUILD_TESTS)
   mjenv_compile_tasks(mjenv_wasm_tasks_tasks examples/tasks/cartpole/cartpole.cpp tests/tasks/groups.cpp)

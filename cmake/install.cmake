@@ -1,23 +1,17 @@
 # Says what `cmake --install` copies. The libraries on MuJoCo 2.2.2 and on MuJoCo 4.0 can be installed into one prefix.
-# Their files have different names, except for those that are the same in both: libmjenv-learn, libmjenv-suite, the
-# headers, LICENSE and the CMake package.
+# Their files have different names, except for those that are the same in both: what extras/ adds, the headers, LICENSE and
+# the CMake package.
 include(CMakePackageConfigHelpers)
 set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/mjenv)
 install(TARGETS mjenv EXPORT ${MJENV_LIBRARY_NAME}-targets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)  # on Windows, what programs are linked to
-install(TARGETS mjenv_suite LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime)
-install(TARGETS mjenv_learn EXPORT mjenv-learn-targets
-        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
-        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-install(DIRECTORY capi/include/mjenv learn/include/mjenv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(DIRECTORY capi/include/mjenv DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 if(MJENV_ENGINE_VERSION MATCHES "^4")
   set_property(TARGET mjenv PROPERTY EXPORT_NAME mujoco4)
 endif()
 install(EXPORT ${MJENV_LIBRARY_NAME}-targets NAMESPACE mjenv:: DESTINATION ${cmake_folder} COMPONENT development)
-install(EXPORT mjenv-learn-targets NAMESPACE mjenv:: DESTINATION ${cmake_folder} COMPONENT development)
 configure_package_config_file(cmake/mjenv-config.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/mjenv-config.cmake
                               INSTALL_DESTINATION ${cmake_folder} PATH_VARS CMAKE_INSTALL_LIBDIR CMAKE_INSTALL_INCLUDEDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/mjenv-config-version.cmake COMPATIBILITY SameMinorVersion)

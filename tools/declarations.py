@@ -262,7 +262,7 @@ def julia_module(_: header.Header) -> str:
 def julia_learn_module(api: header.Header) -> str:
     """The text of learn_capi.jl."""
     both, own = learn_parts(api)
-    lines = ["# Written by tools/declarations.py from learn.h in learn/include/mjenv: do not edit.", ""]
+    lines = ["# Written by tools/declarations.py from learn.h in extras/learn/include/mjenv: do not edit.", ""]
     lines.extend(f"const {name} = {value}" for name, value in own.constants)
     lines.append("")
     lines.extend(f"struct {name} end" for name in own.opaques)

@@ -20,7 +20,7 @@ from pathlib import Path
 
 PATH = Path(__file__).resolve().parent.parent / "capi" / "include" / "mjenv" / "mjenv.h"
 TASK = PATH.with_name("task.h")
-LEARN = PATH.parents[3] / "learn" / "include" / "mjenv" / "learn.h"
+LEARN = PATH.parents[3] / "extras" / "learn" / "include" / "mjenv" / "learn.h"
 
 SCALARS = ("void", "char", "uint8_t", "int32_t", "uint32_t", "int64_t", "uint64_t", "float", "double")
 

@@ -45,7 +45,7 @@ LEARNED: dict[str, tuple[str, ...]] = {
 }
 
 # The policies that scripts of their own train, with curves of their own.
-ELSEWHERE = {"HumanoidStandup-v5": "examples/tasks/standup/train_standup.py"}
+ELSEWHERE = {"HumanoidStandup-v5": "extras/curricula/standup/train_standup.py"}
 
 sys.path.append(str(EXAMPLES))
 from deploy import play  # noqa: E402

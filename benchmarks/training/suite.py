@@ -6,7 +6,7 @@
 Writes examples/policies/dm_control/TASK-v0.txt. Prints what docs/training.md has in its table: the steps and the CPU
 time of the training with the start of Python; and over 20 episodes from seed 100, the mean and the standard deviation
 of the returns of the deterministic policy. Episodes have 1,000 steps, so a return is at most 1,000. Needs mjenv with
-libmjenv-learn.so and libmjenv-suite.so beside its library.
+libmjenv-learn.so and libmjenv-dm_control.so beside its library.
 """
 
 from __future__ import annotations

@@ -66,11 +66,6 @@ constexpr Pointers first_ids = pointers_to_built_in();
 constexpr List first_list{first_ids.ids, first_ids.count, nullptr};
 std::atomic<const List*> latest{&first_list};
 
-// The ids of dm_control's suite begin with this prefix. The suite is a plug-in in the folder of this library, and is
-// loaded when a program first asks for one of its ids, so that other programs do not load it.
-constexpr std::string_view kSuite = "dm_control/";
-constexpr const char* kSuiteFile = "libmjenv-suite";
-
 bool is_before(const Id* a, const std::string& name) { return a->name < name; }
 
 const Id* find(const List& list, const std::string& name) {
@@ -79,10 +74,14 @@ const Id* find(const List& list, const std::string& name) {
   return found != end && (*found)->name == name ? *found : nullptr;
 }
 
-// Loads the suite's plug-in; returns why that failed, or "".
-std::string load_suite() {
+// An id such as "lab/reach-v0" belongs to the plug-in libmjenv-lab in the folder of this library. The plug-in is loaded when
+// a program first asks for one of its ids, so that other programs do not load it. Returns why that failed; "" if it did not
+// fail, or if the id has no such prefix.
+std::string load_plugin_of(const std::string& id) {
+  const std::string prefix = id.substr(0, id.find('/'));
+  if (prefix.empty() || prefix.size() == id.size() || prefix.find_first_of("\\.:") != std::string::npos) return "";
   try {
-    load_tasks(folder_of(&built_in) + kSuiteFile + platform::plugin_suffix);
+    load_tasks(folder_of(&built_in) + "libmjenv-" + prefix + platform::plugin_suffix);
     return "";
   } catch (const Error& error) {
     return error.what();
@@ -106,11 +105,9 @@ const Id& id_at(std::int64_t index) {
 const Id& id_of(const std::string& name) {
   load_tasks_of_environment();
   if (const Id* found = find(*latest.load(), name)) return *found;
-  if (name.compare(0, kSuite.size(), kSuite) == 0) {
-    if (const std::string why = load_suite(); !why.empty())
-      fail(MJENV_E_NAME, "no environment " + quoted(name) + ", because dm_control's suite cannot be loaded: " + why);
-    if (const Id* found = find(*latest.load(), name)) return *found;
-  }
+  if (const std::string why = load_plugin_of(name); !why.empty())
+    fail(MJENV_E_NAME, "no environment " + quoted(name) + ", because its plug-in cannot be loaded: " + why);
+  if (const Id* found = find(*latest.load(), name)) return *found;
   const List& list = *latest.load();
   if (name == unlisted.name) return unlisted;
   if (name == kOfMujoco2)

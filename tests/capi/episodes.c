@@ -1,11 +1,10 @@
-// The episodes of the examples, against what Gymnasium gave: episodes.txt, which says what is summed. Short episodes of
-// dm_control's suite, against what dm_control gave: dm_control.txt.
+// The episodes of the examples, against what Gymnasium gave: episodes.txt, which says what is summed.
 #include "golden.h"
 
-enum { EPISODES = 3, SEED = 42, SUITE_STEPS = 50 };
+enum { EPISODES = 3, SEED = 42 };
 
 struct expected {
-  bool is_of_suite;
+  int64_t steps;  // at most in an episode; 0: as many as the task has
   char id[64], norm[8], checksum[17];
   int64_t length;
   double total;
@@ -21,16 +20,23 @@ static void add_numbers(uint64_t* checksum, const double* values, int64_t count)
   }
 }
 
+// Motors without limits have the bounds -1e10 and 1e10.
+static bool has_limits(const mjenv_env* env) {
+  mjenv_space space = MJENV_SPACE_INIT;
+  assert_ok(mjenv_space_of(env, MJENV_ROLE_ACTION, &space));
+  return space.low[0] > -1e10;
+}
+
 static void test_episodes(void** state) {
   const struct expected* want = *state;
   mjenv_options* options = options_of_id(want->id);
   assert_ok(mjenv_options_set_string(options, "norm", want->norm));
-  if (want->is_of_suite) assert_ok(mjenv_options_set_integer(options, "max_episode_steps", SUITE_STEPS));
+  if (want->steps) assert_ok(mjenv_options_set_integer(options, "max_episode_steps", want->steps));
   mjenv_env* env = env_of_options(options, 1);
   struct outputs* out = outputs_of(env);
   const size_t nu = (size_t)action_count(env);
   float action[64] = {0};
-  const bool is_sampled = strncmp(want->id, "dm_control/lqr", 14) != 0;  // its motors have no bounds
+  const bool is_sampled = has_limits(env);  // else the actions are 0
   uint64_t checksum = 0xcbf29ce484222325u;
   int64_t length = 0;
   double total = 0;
@@ -61,12 +67,15 @@ static void test_episodes(void** state) {
   mjenv_destroy(env);
 }
 
-// episodes [ID...]: these ids, or all. episodes dm_control: those of the suite.
+// episodes [--goldens FOLDER --steps N] [ID...]: these ids, or all. A plug-in's recordings are in a folder of its own, and are
+// of episodes of N steps.
 int main(int argc, char** argv) {
-  const bool is_of_suite = argc == 2 && strcmp(argv[1], "dm_control") == 0;
-  if (is_of_suite) --argc;
+  const bool is_of_plugin = argc > 4 && strcmp(argv[1], "--goldens") == 0 && strcmp(argv[3], "--steps") == 0;
+  const char* folder = is_of_plugin ? argv[2] : GOLDENS;
+  const int64_t steps = is_of_plugin ? atoi(argv[4]) : 0;
+  if (is_of_plugin) argc -= 4, argv += 4;
   char path[512];
-  char* text = read_file(golden_path(is_of_suite ? "dm_control.txt" : "episodes.txt", path), NULL);
+  char* text = read_file(golden_in(folder, "episodes.txt", path), NULL);
   struct expected expected[64];
   struct CMUnitTest tests[64];
   size_t count = 0, listed = 0;
@@ -76,13 +85,13 @@ int main(int argc, char** argv) {
     if (line[0] == '#') continue;
     if (sscanf(line, "%63s %7s %" SCNd64 " %39s %16s", e->id, e->norm, &e->length, total, e->checksum) != 5) return 1;
     e->total = strtod(total, NULL);
-    e->is_of_suite = is_of_suite;
+    e->steps = steps;
     ++listed;
     bool is_wanted = argc == 1;
     for (int i = 1; i < argc; ++i) is_wanted = is_wanted || strcmp(argv[i], e->id) == 0;
     if (is_wanted) tests[count++] = (struct CMUnitTest){e->id, test_episodes, NULL, NULL, e};
   }
   free(text);
-  if ((!is_of_suite && (int)listed != (int)mjenv_id_count()) || (argc > 1 && (int)count != argc - 1)) return 1;
+  if ((!is_of_plugin && (int)listed != (int)mjenv_id_count()) || (argc > 1 && (int)count != argc - 1)) return 1;
   return _cmocka_run_group_tests("episodes", tests, count, NULL, NULL);
 }

@@ -67,10 +67,12 @@ static const char* libm_here(void) {
   return NULL;
 }
 
-const char* golden_path(const char* name, char path[512]) {
-  snprintf(path, 512, GOLDENS "/%s/%s", libm_here(), name);
+const char* golden_in(const char* folder, const char* name, char path[512]) {
+  snprintf(path, 512, "%s/%s/%s", folder, libm_here(), name);
   return path;
 }
+
+const char* golden_path(const char* name, char path[512]) { return golden_in(GOLDENS, name, path); }
 
 struct golden* golden_read(const char* path) {
   struct golden* g = allocate(sizeof *g);

@@ -41,6 +41,8 @@ struct golden {
 // The recordings depend on which variants of sin, cos, exp, log1p and pow the C library chooses for the CPU; there is a
 // folder for each class. Writes the path of `name` in the folder of this CPU's class into path, and returns it.
 const char* golden_path(const char* name, char path[512]);
+// The same for a folder of recordings elsewhere.
+const char* golden_in(const char* folder, const char* name, char path[512]);
 // A path that is not absolute is one in that folder. Fails the test when the file is not as described, or was recorded
 // with other variants than this CPU's.
 struct golden* golden_read(const char* path);

@@ -1,4 +1,4 @@
-"""The page where the robots run in the browser: tools/site/play/build makes it."""
+"""The page where the robots run in the browser: extras/page/build makes it."""
 
 from __future__ import annotations
 

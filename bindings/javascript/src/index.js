@@ -119,13 +119,10 @@ export class Mjenv {
  * Loads the library. Each call makes an instance with a memory of its own.
  *
  * @param {object} [settings]
- * @param {boolean} [settings.suite] the library also has the ids of dm_control's suite: its module is mjenv-suite.wasm
- * @param {Wasm} [settings.wasm] the module, or where it is; if left out, it is beside this file
+ * @param {Wasm} [settings.wasm] the module, or where it is; if left out, it is mjenv.wasm beside this file
  */
-export async function load({ suite = false, wasm } = {}) {
-  // Two whole expressions, by which bundlers find the files.
-  const beside = suite ? new URL("./mjenv-suite.wasm", import.meta.url) : new URL("./mjenv.wasm", import.meta.url);
-  return new Mjenv(await Library.of(await compile(wasm ?? beside)));
+export async function load({ wasm = new URL("./mjenv.wasm", import.meta.url) } = {}) {
+  return new Mjenv(await Library.of(await compile(wasm)));
 }
 
 /**

@@ -20,12 +20,9 @@ export function withEnv(id, settings, use) {
   }
 }
 
-/**
- * The recordings of a file: episodes.txt has what Gymnasium gives for the examples' episodes, and dm_control.txt what
- * dm_control gives, on a CPU with FMA, which portable math gives everywhere.
- */
-export function expectedEpisodes(file = "episodes.txt") {
-  const text = readFileSync(new URL(`tests/golden/fma/${file}`, root), "utf8");
+/** The recorded episodes of a folder, on a CPU with FMA, which portable math gives everywhere. */
+export function expectedEpisodes(folder = "tests/golden") {
+  const text = readFileSync(new URL(`${folder}/fma/episodes.txt`, root), "utf8");
   const lines = text.split("\n").filter((line) => line && !line.startsWith("#"));
   return lines.map((line) => {
     const [id, norm, steps, total, checksum] = line.split(" ");

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const SOURCES: [&str; 6] = ["CMakeLists.txt", "assets", "capi", "cmake", "core", "learn"];
+const SOURCES: [&str; 6] = ["CMakeLists.txt", "assets", "capi", "cmake", "core", "extras"];
 const NEEDS: &str =
     "building libmjenv needs CMake 3.22, make or ninja and a C++17 compiler, and in a checkout what tools/setup build \
     installs on Debian 12; or set MJENV_LIB_DIR to the folder of a library that is built";
