@@ -3,7 +3,6 @@
 
 from ctypes import (
     CDLL,
-    POINTER,
     Structure,
     c_char_p,
     c_double,
@@ -16,6 +15,8 @@ from ctypes import (
     c_void_p,
 )
 from enum import IntEnum
+
+from mjenv._pointers import POINTER
 
 ABI_VERSION = 1
 ALL_ROWS = -1

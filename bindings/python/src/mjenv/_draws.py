@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
-from ctypes import POINTER, c_double, c_int64
+from ctypes import c_double, c_int64
 from dataclasses import fields
 from typing import Any, Protocol, TypeVar
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjenv import _abi
 from mjenv._abi import Distribution, Effect, Role, Status
+from mjenv._pointers import POINTER
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError, UnknownNameError
 from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value

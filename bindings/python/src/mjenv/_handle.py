@@ -10,7 +10,7 @@ import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
-from ctypes import POINTER, byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from mjenv._engine import ENGINES, Engine
 from mjenv._keywords import RANDOMIZING, Rendering
 from mjenv._lazy import lazy
 from mjenv._owned import Owned
+from mjenv._pointers import POINTER
 from mjenv._schema import Field, Option
 from mjenv._turns import Turn, Turns
 

@@ -3,7 +3,6 @@
 
 from ctypes import (
     CDLL,
-    POINTER,
     Structure,
     c_char_p,
     c_double,
@@ -18,6 +17,7 @@ from ctypes import (
 from enum import IntEnum
 
 from mjenv._abi import mjenv_batch, mjenv_space
+from mjenv._pointers import POINTER
 
 ABI_VERSION = 1
 

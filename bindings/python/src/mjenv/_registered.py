@@ -9,7 +9,7 @@ import os
 import threading
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import POINTER, byref, c_double, c_int32, c_size_t, c_void_p
+from ctypes import byref, c_double, c_int32, c_size_t, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from mjenv._abi import Dtype, Kind, Role, Status
 from mjenv._dtypes import Float64Array
 from mjenv._engine import Engine
 from mjenv._handle import Rows, encoded, pointer_to
+from mjenv._pointers import POINTER
 from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameError
 from mjenv.task import Field, Model, Random, Setting, Sim, Start, Task
 
@@ -171,7 +172,7 @@ class Registered:
         if kind.reward_threshold is not None:
             task.has_reward_threshold, task.reward_threshold = 1, kind.reward_threshold
         if kind.camera is not None:
-            task.camera = ctypes.pointer(_camera(kind.camera))
+            task.camera = POINTER(_task_abi.mjenv_task_camera)(_camera(kind.camera))
         settings = [self._setting(name, setting) for name, setting in self.settings.items()]
         task.options, task.option_count = (_task_abi.mjenv_task_option * len(settings))(*settings), len(settings)
         self._build = _task_abi.BUILD(self._build_environment)

@@ -3,7 +3,6 @@
 
 from ctypes import (
     CFUNCTYPE,
-    POINTER,
     Structure,
     c_char_p,
     c_double,
@@ -14,6 +13,7 @@ from ctypes import (
 )
 
 from mjenv._abi import mjenv_field
+from mjenv._pointers import POINTER
 
 
 class mjenv_task_option(Structure):

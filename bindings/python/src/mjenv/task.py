@@ -18,6 +18,7 @@ from mjenv import _task_abi
 from mjenv._abi import Dtype, Role, Status, mjenv_field
 from mjenv._dtypes import DTYPES, Float64Array
 from mjenv._handle import encoded, pointer_to
+from mjenv._pointers import POINTER
 from mjenv.errors import InvalidValueError
 
 # ---- What a task declares ----
@@ -267,8 +268,8 @@ class Start:
     def __init__(self, raw: Any, own: Mapping[str, tuple[int, ...]]) -> None:
         self._struct = struct = raw.contents
         self._raw = raw
-        self._api = ctypes.cast(struct.api, ctypes.POINTER(_task_abi.mjenv_task_api)).contents
-        arrays = ctypes.cast(struct.own, ctypes.POINTER(ctypes.c_void_p))
+        self._api = ctypes.cast(struct.api, POINTER(_task_abi.mjenv_task_api)).contents
+        arrays = ctypes.cast(struct.own, POINTER(ctypes.c_void_p))
         memory = {name: _memory(arrays[i], shape) for i, (name, shape) in enumerate(own.items())}
         self.own = MappingProxyType({name: view.copy() for name, view in memory.items()})
         # The library's arrays, and copies of them, because the caller may keep arrays after the reset.
@@ -341,7 +342,7 @@ class _RowSim:
     def __getattr__(self, name: str) -> Float64Array:
         if name not in _ROW_SHAPES:
             raise AttributeError(f"sim has no {name!r}: in reset_row it has {', '.join(_ROW_SHAPES)}")
-        raw = ctypes.cast(self._start.opened()._struct.sim, ctypes.POINTER(_task_abi.mjenv_sim)).contents
+        raw = ctypes.cast(self._start.opened()._struct.sim, POINTER(_task_abi.mjenv_sim)).contents
         shape = tuple(int(getattr(raw, size)) if isinstance(size, str) else size for size in _ROW_SHAPES[name])
         address = getattr(raw, name)
         if not address and 0 not in shape:
