@@ -13,20 +13,13 @@ namespace {
 
 // The index of the chosen camera; MJENV_CAMERA_FREE is the free camera.
 int camera_of(const Model& model, const mjenv_render_settings& settings) {
-  const int count = model.count("camera");
   if (settings.camera_name) {
-    if (settings.camera != MJENV_CAMERA_DEFAULT)
-      fail(MJENV_E_VALUE,
-           "camera and camera_name are both set: to use camera_name, leave camera at MJENV_CAMERA_DEFAULT");
+    if (settings.camera != MJENV_CAMERA_FREE)
+      fail(MJENV_E_VALUE, "camera and camera_name are both set: to use camera_name, leave camera at MJENV_CAMERA_FREE");
     return model.index("camera", settings.camera_name);
   }
-  if (settings.camera != MJENV_CAMERA_DEFAULT) {
-    check_range("camera", settings.camera, MJENV_CAMERA_FREE, count - 1);
-    return settings.camera;
-  }
-  for (int i = 0; i < count; ++i)
-    if (model.name("camera", i) == std::string("track")) return i;
-  return MJENV_CAMERA_FREE;
+  check_range("camera", settings.camera, MJENV_CAMERA_FREE, model.count("camera") - 1);
+  return settings.camera;
 }
 
 // numpy.median

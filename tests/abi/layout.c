@@ -34,7 +34,6 @@ int main(void) {
   printf("MJENV_ABI_VERSION %d\n", MJENV_ABI_VERSION);
   printf("MJENV_ALL_ROWS %d\n", MJENV_ALL_ROWS);
   printf("MJENV_CAMERA_FREE %d\n", MJENV_CAMERA_FREE);
-  printf("MJENV_CAMERA_DEFAULT %d\n", MJENV_CAMERA_DEFAULT);
   printf("MJENV_BODY_UNSET %d\n", MJENV_BODY_UNSET);
 
   ENUM(mjenv_status);

@@ -19,7 +19,7 @@ import numpy as np
 import kernels
 
 HERE = Path(__file__).resolve().parent
-WANTED = {"gymnasium": "1.3.0", "numpy": "2.2.6"}
+WANTED = {"gymnasium": "1.4.0", "numpy": "2.2.6"}
 # Where the recordings of each version of MuJoCo are.
 FOLDERS = {"2.2.2": HERE, "4.0.0": HERE / "mujoco4"}
 # The C library computes sin, cos, exp, log1p and pow in one way on CPUs with FMA and AVX2, and in another way on all

@@ -1,6 +1,6 @@
 """Records what Gymnasium and NumPy do, for the tests of all languages; their expected values come from here alone.
 
-Needs gymnasium==1.3.0, mujoco==2.2.2 or 4.0.0, and numpy==2.2.6, and qemu-x86_64 for what belongs to other CPUs.
+Needs gymnasium==1.4.0, mujoco==2.2.2 or 4.0.0, and numpy==2.2.6, and qemu-x86_64 for what belongs to other CPUs.
 With MuJoCo 4.0.0 the files are in mujoco4/, without vector/, episodes.txt, powers.txt and random.txt.
 
     record.py           writes the files named below; needs a CPU with AVX-512

@@ -1,6 +1,6 @@
 """mjenv against the installed Gymnasium, side by side, every bit.
 
-Needs gymnasium 1.3.0, numpy 2, and mujoco 2.2.2, or 4.0.0 for the library of MuJoCo 4.0. A failure names the id, the
+Needs gymnasium 1.4.0, numpy 2, and mujoco 2.2.2, or 4.0.0 for the library of MuJoCo 4.0. A failure names the id, the
 options, the seed, the step, the output and both values. The drawing is seeded: --draw N gives other options, --long
 more of everything.
 """
@@ -56,7 +56,7 @@ def both(id: str, **options: Any) -> tuple[mjenv.MujocoEnv, Any]:
 
 def test_versions() -> None:
     """The installed versions are those whose bits mjenv reproduces."""
-    assert gymnasium.__version__ == "1.3.0"
+    assert gymnasium.__version__ == "1.4.0"
     assert mujoco.__version__ in ("2.2.2", "4.0.0")
     assert f"(MuJoCo {mujoco.__version__})" in mjenv.version()
     assert np.__version__.startswith("2.")
@@ -119,7 +119,7 @@ def test_verify_for_users() -> None:
     command = [sys.executable, "-m", "mjenv", "verify", "Hopper-v5", "Ant-v4", "--option-sets", "2", "--steps", "20"]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     first, *ids = run.stdout.splitlines()
-    assert f"gymnasium 1.3.0, mujoco {mujoco.__version__}" in first
+    assert f"gymnasium 1.4.0, mujoco {mujoco.__version__}" in first
     assert [line.split(":")[0] for line in ids] == ["Hopper-v5", "Ant-v4"]
     assert all("4 runs of 20 steps" in line and line.endswith("every bit equal") for line in ids)
 
@@ -357,7 +357,7 @@ def test_no_pusher_v4() -> None:
         ("Ant-v5", {"xml_file": "nothing.xml"}),
         ("Ant-v5", {"xml_file": "./nothing.xml"}),
         ("Ant-v5", {"width": None}),
-        ("Ant-v5", {"height": 1.5}),
+        ("Ant-v5", {"height": "480"}),
         ("Ant-v5", {"camera_name": 3}),
         ("Ant-v5", {"camera_id": 0, "camera_name": "track"}),
         ("Ant-v7", {}),

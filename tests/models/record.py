@@ -1,6 +1,6 @@
 """Records the compiled models of the installed Gymnasium, for test_models.py.
 
-Needs Python 3.10 with gymnasium==1.3.0, mujoco==2.2.2 and numpy==2.2.6. Usage: python record.py
+Needs Python 3.10 with gymnasium==1.4.0, mujoco==2.2.2 and numpy==2.2.6. Usage: python record.py
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from compiled_model import GOLDEN, MODELS, differences, fields, read, write
 
-WANTED = {"python": "3.10", "gymnasium": "1.3.0", "mujoco": "2.2.2", "numpy": "2.2.6"}
+WANTED = {"python": "3.10", "gymnasium": "1.4.0", "mujoco": "2.2.2", "numpy": "2.2.6"}
 
 
 def main() -> None:

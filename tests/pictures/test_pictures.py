@@ -37,9 +37,9 @@ def assert_equal(picture: Picture, expected: Picture, what: str) -> None:
 
 
 def cameras(id: str, long: bool) -> list[int | None]:
-    """None: the one that is chosen by default, which is number 0 where there is any."""
+    """None: the one that is chosen by default, which is the free one."""
     with closing(gymnasium.make(id)) as env:
-        return [None, FREE, *range(0 if long else 1, env.unwrapped.model.ncam)]
+        return [None, *([FREE] if long else []), *range(env.unwrapped.model.ncam)]
 
 
 @contextmanager
@@ -153,9 +153,9 @@ def test_set_state() -> None:
 
 def test_rows() -> None:
     """A row's picture does not depend on the rows that its thread has stepped since."""
-    rows, ours = 5, Env("HalfCheetah-v5", 5)
+    rows, ours = 5, Env("Hopper-v5", 5)  # whose free camera does not look at what the renderer sees first
     ours.reset(20)
-    theirs = [reference("HalfCheetah-v5") for _ in range(rows)]
+    theirs = [reference("Hopper-v5") for _ in range(rows)]
     for row, env in enumerate(theirs):
         env.reset(seed=20 + row)
         env.action_space.seed(row)

@@ -1,6 +1,6 @@
 """
 Gymnasium's MuJoCo environments (v4 and v5 of eleven robots) in native code. For the same seed and actions every output
-equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, or on MuJoCo 4.0 with `Env(...; engine = "4.0")`, bit for bit.
+equals that of Gymnasium 1.4.0 on MuJoCo 2.2.2, or on MuJoCo 4.0 with `Env(...; engine = "4.0")`, bit for bit.
 
 ```julia
 using MJEnv

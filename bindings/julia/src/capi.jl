@@ -3,7 +3,6 @@
 const MJENV_ABI_VERSION = 1
 const MJENV_ALL_ROWS = -1
 const MJENV_CAMERA_FREE = -1
-const MJENV_CAMERA_DEFAULT = -2
 const MJENV_BODY_UNSET = -2
 
 struct mjenv_options end

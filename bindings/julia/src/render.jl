@@ -20,12 +20,10 @@ function render_settings(env; kwargs...)
     camera_name = nothing
     for (name, value) in pairs(kwargs)
         if name === :camera
-            if value isa Union{AbstractString,Symbol} && value !== :track && value !== :free
+            if value isa Union{AbstractString,Symbol} && value !== :free
                 camera_name = text(value)
             else
-                fields[:camera] =
-                    value === :track ? MJENV_CAMERA_DEFAULT :
-                    value === :free ? MJENV_CAMERA_FREE : value >= 1 ? value - 1 : typemin(Int32)
+                fields[:camera] = value === :free ? MJENV_CAMERA_FREE : value >= 1 ? value - 1 : typemin(Int32)
             end
         elseif name === :gl
             value in (:auto, :egl, :osmesa, :glfw) || throw(ArgumentError("gl is :auto, :egl, :osmesa or :glfw"))
@@ -85,8 +83,7 @@ machine. If OpenGL is missing, the error names what to install.
 The settings are Gymnasium's, with Gymnasium's defaults:
 
 - `width` and `height`: pixels, 480 each
-- `camera`: the number of a camera of the model, from 1; its name; `:free`; or `:track`, the default, which takes the
-  model's camera "track" if there is one and the free camera otherwise
+- `camera`: the number of a camera of the model, from 1; its name; or `:free`, the default
 - `lookat` (m), `distance` (m), `azimuth` and `elevation` (degrees): the place of the free camera
 - `visual_options`: pairs of a number of MuJoCo's mjtVisFlag and a `Bool`
 - `geomgroup`, `sitegroup`, `jointgroup`, `tendongroup`, `actuatorgroup`, `skingroup`: which groups are drawn, as pairs of

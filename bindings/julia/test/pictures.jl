@@ -49,15 +49,15 @@ end
     seed!(env, 1)
     reset!(env)
     picture(; settings...) = render(Renderer(env; width = 33, height = 21, settings...))
-    track = picture()
-    @test track == picture(camera = 1) == picture(camera = "track") == picture(camera = :track)
-    @test track != picture(camera = :free)
-    @test picture(camera = :free, lookat = (0, 0, 1.15), distance = 4, elevation = -20) == picture(camera = :free)
-    @test track != picture(fast = true)
-    @test track != picture(visual_options = (2 => true,))
+    free = picture()
+    @test free == picture(camera = :free)
+    @test picture(camera = 1) == picture(camera = "track") != free
+    @test free == picture(lookat = (0, 0, 1.15), distance = 4, elevation = -20)
+    @test free != picture(fast = true)
+    @test free != picture(visual_options = (2 => true,))
     # All geoms of the model are in group 0.
-    @test track != picture(geomgroup = (0 => false,))
-    @test track == picture(geomgroup = (0 => true, 3 => true), sitegroup = (0 => false,))
+    @test free != picture(geomgroup = (0 => false,))
+    @test free == picture(geomgroup = (0 => true, 3 => true), sitegroup = (0 => false,))
     @test_throws ArgumentError picture(geomgroup = (6 => true,))
     @test_throws ArgumentError picture(colour = 1)
     @test_throws ArgumentError picture(gl = :vulkan)
@@ -76,7 +76,7 @@ end
         end
     end
     renderer = Renderer(env; width = 33, height = 21)
-    @test render(renderer; row = 2) != track
+    @test render(renderer; row = 2) != free
     @test_throws MJEnvError render(renderer; row = 3)
     close(env)
     @test_throws MJEnvError render(renderer)

@@ -21,7 +21,7 @@
  *     mjenv_destroy(env);
  *     mjenv_options_destroy(options);
  *
- * For a given seed and list of actions, every output equals Gymnasium 1.3.0's on the same MuJoCo, bit for bit. There
+ * For a given seed and list of actions, every output equals Gymnasium 1.4.0's on the same MuJoCo, bit for bit. There
  * is a build for MuJoCo 2.2.2 and one for 4.0 (mjenv_version); "(4.0: ...)" marks what differs in the latter. docs/c.md
  * describes the functions in detail. docs/abi.md has the rules for threads, forks, ownership and later versions.
  *
@@ -83,9 +83,9 @@ extern "C" {
 /* In mjenv_snapshot and mjenv_restore: all rows, in place of a row's number. */
 #define MJENV_ALL_ROWS (-1)
 
-/* Values of mjenv_render_settings.camera besides the index of a camera. */
-#define MJENV_CAMERA_FREE (-1)    /* the camera that lookat, distance, azimuth and elevation describe */
-#define MJENV_CAMERA_DEFAULT (-2) /* the model's camera "track" if it has one, else the free camera */
+/* The value of mjenv_render_settings.camera for the free camera, which does not follow the robot: lookat, distance,
+ * azimuth and elevation describe it. */
+#define MJENV_CAMERA_FREE (-1)
 
 /* A value of camera_trackbodyid: Gymnasium sets no body for the camera to follow, so MuJoCo's default applies. */
 #define MJENV_BODY_UNSET (-2)
@@ -413,13 +413,13 @@ typedef struct mjenv_render_settings {
   mjenv_gl gl;
   int32_t width;           /* pixels; default 480 */
   int32_t height;          /* pixels; default 480 */
-  int32_t camera;          /* the index of a camera of the model, MJENV_CAMERA_FREE or MJENV_CAMERA_DEFAULT (default) */
+  int32_t camera;          /* the index of a camera of the model; default: MJENV_CAMERA_FREE */
   int32_t max_geom;        /* how many geoms are drawn at most; default 1000 */
   int32_t samples;         /* multisampling: samples per pixel, 0 to 64; default: the model's offsamples (4) */
   int32_t shadows;         /* 0 or 1; default 1. Drawing is fastest with samples 0 and shadows 0 */
   int32_t reflections;     /* 0 or 1; default 1 */
   int32_t reserved;        /* 0 */
-  const char *camera_name; /* a camera of the model; camera must then be MJENV_CAMERA_DEFAULT. NULL: camera is used */
+  const char *camera_name; /* a camera of the model; camera must then be MJENV_CAMERA_FREE. NULL: camera is used */
   /* The free camera, which does not move. Default: Gymnasium's default_camera_config; NaN where that has no value. */
   double lookat[3];   /* m; NaN: the median of the geoms' positions in the first state drawn; in a window: 0 */
   double distance;    /* m; NaN: the model's extent; in a window: 2 */
@@ -461,7 +461,7 @@ typedef struct mjenv_render_settings {
   {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}, 0, 0, 0, 0}
 #define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0, 0, 0, 0, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
-  {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_DEFAULT, 1000, 4, 1, 1, 0, NULL, \
+  {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_FREE, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
    {0, 1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}, \
    {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, {1, 1, 1, 0, 0, 0}, \

@@ -21,7 +21,6 @@ from mjenv._pointers import POINTER
 ABI_VERSION = 1
 ALL_ROWS = -1
 CAMERA_FREE = -1
-CAMERA_DEFAULT = -2
 BODY_UNSET = -2
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from ctypes import byref, c_float, c_int32, c_uint8, c_void_p
 from typing import Any, get_args
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +30,9 @@ MAX_GEOM = 1000  # Gymnasium's default
 KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
 # The keywords, and arrays of mjvOption, that choose the groups of objects that are drawn.
 GROUPS = ("geomgroup", "sitegroup", "jointgroup", "tendongroup", "actuatorgroup", "skingroup")
-_FREE, _NO_CAMERA = -1, -2
+_FREE = _abi.CAMERA_FREE
+# The camera that draws if no camera is named: the free one, and in Gymnasium before 1.4 the model's camera "track".
+_UNNAMED = "track" if tuple(map(int, gymnasium.__version__.split(".")[:2])) < (1, 4) else None
 # The library's flag for each value of mjtVisFlag, for engines whose values differ from the library's. MuJoCo 4.0 has
 # inserted islands (15).
 _FLAGS: dict[str, tuple[_abi.Visual | None, ...]] = {
@@ -154,15 +157,18 @@ class Pictures:
         """The index of the camera. As in Gymnasium, a name that the model lacks means the free camera."""
         if self.camera_id is not None:
             return self.camera_id
+        name = _UNNAMED if self.camera_name is None else self.camera_name
+        if name is None:
+            return _FREE
         try:
-            return self._rows.object_index("camera", "track" if self.camera_name is None else self.camera_name)
+            return self._rows.object_index("camera", name)
         except UnknownNameError:
             return _FREE
 
     def _settings(self, env: int, camera: int) -> Any:
         settings = _struct(_abi.mjenv_render_settings)
         self._rows.check(self._rows.engine.mjenv_render_defaults(env, byref(settings)))
-        if camera <= _NO_CAMERA:
+        if camera < _FREE:
             raise InvalidValueError(f"camera_id is {camera}; -1 is the free camera", Status.E_VALUE)
         settings.width, settings.height, settings.max_geom = self.width, self.height, self.max_geom
         settings.camera = camera

@@ -3,7 +3,6 @@
 pub const MJENV_ABI_VERSION: u32 = 1;
 pub const MJENV_ALL_ROWS: i32 = -1;
 pub const MJENV_CAMERA_FREE: i32 = -1;
-pub const MJENV_CAMERA_DEFAULT: i32 = -2;
 pub const MJENV_BODY_UNSET: i32 = -2;
 #[repr(C)]
 #[derive(Debug, Copy, Clone)]
@@ -520,7 +519,7 @@ pub struct mjenv_render_settings {
     pub width: i32,
     #[doc = " pixels; default 480"]
     pub height: i32,
-    #[doc = " the index of a camera of the model, MJENV_CAMERA_FREE or MJENV_CAMERA_DEFAULT (default)"]
+    #[doc = " the index of a camera of the model; default: MJENV_CAMERA_FREE"]
     pub camera: i32,
     #[doc = " how many geoms are drawn at most; default 1000"]
     pub max_geom: i32,
@@ -532,7 +531,7 @@ pub struct mjenv_render_settings {
     pub reflections: i32,
     #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " a camera of the model; camera must then be MJENV_CAMERA_DEFAULT. NULL: camera is used"]
+    #[doc = " a camera of the model; camera must then be MJENV_CAMERA_FREE. NULL: camera is used"]
     pub camera_name: *const ::std::os::raw::c_char,
     #[doc = " m; NaN: the median of the geoms' positions in the first state drawn; in a window: 0"]
     pub lookat: [f64; 3usize],

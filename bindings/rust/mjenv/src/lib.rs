@@ -1,6 +1,6 @@
 //! Gymnasium's MuJoCo environments (v4 and v5 of eleven robots) in native code, without a Python process.
-//! For the same seed and actions, every output equals that of Gymnasium 1.3.0 on MuJoCo 2.2.2, bit for bit; with the
-//! feature `mujoco4`, that of Gymnasium 1.3.0 on MuJoCo 4.0.
+//! For the same seed and actions, every output equals that of Gymnasium 1.4.0 on MuJoCo 2.2.2, bit for bit; with the
+//! feature `mujoco4`, that of Gymnasium 1.4.0 on MuJoCo 4.0.
 //!
 //! ```
 //! use mjenv::{Env, Options};

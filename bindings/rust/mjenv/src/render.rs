@@ -42,10 +42,8 @@ impl Gl {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Camera {
-    /// The model's camera "track" if it has one; otherwise the free camera.
-    #[default]
-    Track,
     /// The free camera, which stands where the settings place it.
+    #[default]
     Free,
     /// A camera of the model by its index.
     Index(i32),
@@ -195,7 +193,7 @@ impl RenderSettings {
             gl: Gl::Auto,
             width: raw.width as usize,
             height: raw.height as usize,
-            camera: Camera::Track,
+            camera: Camera::Free,
             max_geom: raw.max_geom,
             samples: raw.samples,
             shadows: raw.shadows != 0,
@@ -252,15 +250,14 @@ impl RenderSettings {
         raw.haze = self.haze.into();
         raw.cull_face = self.cull_face.into();
         raw.camera = match &self.camera {
-            Camera::Track => sys::MJENV_CAMERA_DEFAULT,
             Camera::Free => sys::MJENV_CAMERA_FREE,
-            // The library gives some negative numbers a meaning, which this enum has names for.
+            // The library gives -1 a meaning, which this enum has a name for.
             Camera::Index(index) if *index < 0 => i32::MIN,
             Camera::Index(index) => *index,
             Camera::Name(text) => {
                 name = c_string(format_args!("camera {text:?}"), text)?;
                 raw.camera_name = name.as_ptr();
-                sys::MJENV_CAMERA_DEFAULT
+                sys::MJENV_CAMERA_FREE
             }
         };
         body(&raw)

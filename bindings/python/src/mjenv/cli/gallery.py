@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import mjenv
 from mjenv.cli import terminal
 from mjenv.cli.arguments import Commands, add_groups, groups_of, known_id, not_negative, positive, seconds
-from mjenv.cli.play import Colours, needed, side_by_side
+from mjenv.cli.play import FOLLOWING, Colours, needed, side_by_side
 from mjenv.cli.policies import policy_of
 from mjenv.policy import Policy
 
@@ -84,9 +84,7 @@ def camera_of(id: str) -> dict[str, Any]:
     """The arguments of make that choose an id's camera."""
     if id.startswith("dm_control/"):
         return {"camera_id": 2 if "quadruped" in id else 0}
-    if not id.endswith("-v5"):  # v4 ids and users' tasks have no default_camera_config
-        return {}
-    return {"default_camera_config": VIEWS[id][1] if id in VIEWS else None}
+    return {"default_camera_config": VIEWS[id][1]} if id in VIEWS else {"camera_name": FOLLOWING}
 
 
 # ---- A sheet ----

@@ -34,6 +34,7 @@ Colours = NDArray[np.uint8]
 
 SHEET = 12  # pictures of an episode on a sheet
 GAP = 6  # pixels between the pictures of a sheet
+FOLLOWING = "track"  # the camera that moves with the robot, in most of Gymnasium's models
 
 
 def add(commands: Commands) -> None:
@@ -73,7 +74,11 @@ def add(commands: Commands) -> None:
     )
     command.add_argument("--width", type=positive, default=480, help="width in pixels (default: 480)")
     command.add_argument("--height", type=positive, default=480, help="height in pixels (default: 480)")
-    command.add_argument("--camera", metavar="NAME|NUMBER", help="a camera of the model; -1 is the free camera")
+    command.add_argument(
+        "--camera",
+        metavar="NAME|NUMBER",
+        help=f'a camera of the model; -1 is the free camera (default: "{FOLLOWING}" if the model has it, else -1)',
+    )
     add_groups(command)
     command.add_argument("--fast", action="store_true", help="draw without multisampling and shadows")
     command.add_argument(
@@ -110,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
         **groups_of(arguments),
         **keywords,
     ) as env:
-        if env.camera_name is not None:
+        if arguments.camera and env.camera_name is not None:
             # Raises if the model has no such camera, because make, like Gymnasium, would take the free camera.
             env.model.camera(env.camera_name)
         if hint := hidden_robot(env, groups_of(arguments)):
@@ -168,7 +173,7 @@ def recorded(path: Path, env: mjenv.MujocoEnv, limit: int) -> tuple[Action, int]
 
 def camera_of(text: str | None) -> dict[str, Any]:
     if text is None:
-        return {}
+        return {"camera_name": FOLLOWING}
     return {"camera_id": int(text)} if text.removeprefix("-").isdigit() else {"camera_name": text}
 
 

@@ -12,7 +12,7 @@ import mjenv
 from mjenv.cli import terminal
 from mjenv.cli.arguments import Commands, add_json, known_id, not_negative, positive, print_json
 
-PROMISE = "Equal bits are promised for gymnasium 1.3.0, mujoco 2.2.2 or 4.0.0, numpy 2."
+PROMISE = "Equal bits are promised for gymnasium 1.4.0, mujoco 2.2.2 or 4.0.0, numpy 2."
 INSTALL = 'To compare with Gymnasium: pip install "gymnasium[mujoco]"'
 
 
