@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
+import json
+import math
 import os
+import re
+import shlex
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +31,10 @@ from systems import not_on_windows
 ID = "InvertedPendulum-v5"
 SHORT: dict[str, Any] = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "epochs": 2, "hidden": (16,)}
 BATCH = 8 * 32
+SLIDE = (
+    "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' damping='20'/><geom size='0.1'/></body>"
+    "</worldbody><actuator><motor joint='x' ctrlrange='-1 1' ctrllimited='true' gear='50'/></actuator></mujoco>"
+)
 
 
 def trained(steps: int = 4 * BATCH, **keywords: Any) -> Training:
@@ -81,6 +91,173 @@ def test_resumed_equals_uninterrupted(tmp_path: Path) -> None:
         mjenv.train("Ant-v5", out=tmp_path, resume=True)
     with pytest.raises(mjenv.OptionError, match="resume needs"):
         mjenv.train("Ant-v5", resume=True)
+
+
+def stop_after(updates: int) -> Callable[[Training], None]:
+    return lambda training: training.stop() if training.curve[-1].updates == updates else None
+
+
+def test_resume_needs_the_checkpoint_alone(tmp_path: Path) -> None:
+    """The other files of a folder may be older, as after a kill, damaged or missing. The checkpoint has the options."""
+    options: dict[str, Any] = {
+        "frame_skip": 3,
+        "randomize": {"body_mass": mjenv.Scale(np.float64(0.9), 1.1, elements=np.array([1, 2]))},
+        "delay": mjenv.Delay(action=(0, 2)),
+        "healthy_z_range": np.array([0.6, np.inf]),
+    }
+    stages = [Stage(2 * BATCH, {"ctrl_cost_weight": 0.1}), Stage(2 * BATCH, {"ctrl_cost_weight": 0.2})]
+    whole = trained(stages=stages, **options)
+    for updates in (1, 2, 3):
+        folder = tmp_path / str(updates)
+        trained(stages=stages, out=folder, callback=stop_after(updates), **options)
+        (folder / "curve.csv").write_text("steps\nmany")
+        (folder / "training.json").write_text("{")
+        (folder / "policy.txt").unlink()
+        resumed = mjenv.train("Hopper-v5", out=folder, resume=True)
+        assert resumed.policy() == whole.policy()
+        assert resumed.curve == whole.curve
+        assert len((folder / "curve.csv").read_text().splitlines()) == 5
+
+
+def test_resume_keeps_what_callbacks_and_stages_changed(tmp_path: Path) -> None:
+    def shorten(training: Training) -> None:
+        training.set_options(max_episode_steps=3)
+        training.set(gamma=0.5)
+        training.stop()
+
+    trained(out=tmp_path / "changed", callback=shorten)
+    resumed = mjenv.train("Hopper-v5", out=tmp_path / "changed", resume=True)
+    assert (resumed.curve[-1].mean_length, resumed.settings.gamma) == (3, 0.5)
+
+    class Interrupted(Training):
+        """Ctrl-C after the environments of the second stage were made, and before their first update."""
+
+        def update(self) -> Any:
+            if self.stage == 1:
+                raise KeyboardInterrupt
+            return super().update()
+
+    stages = [Stage(BATCH), Stage(BATCH, {"frame_skip": 2})]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mjenv.training, "Training", Interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            trained(stages=stages, out=tmp_path / "stages")
+    resumed = mjenv.train("Hopper-v5", out=tmp_path / "stages", resume=True)
+    assert resumed.policy() == trained(stages=stages).policy()
+
+
+def test_a_training_is_not_lost(tmp_path: Path) -> None:
+    """A folder with a training is refused, as is one in which a training runs."""
+    refused: list[str] = []
+
+    def again(training: Training) -> None:
+        for resume in (False, True):
+            with pytest.raises(mjenv.BusyError, match="another training runs in") as error:
+                trained(out=tmp_path, resume=resume)
+            refused.append(str(error.value))
+
+    first = trained(steps=1, out=tmp_path, callback=again)
+    assert len(refused) == 2
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert "lock" not in before
+    with pytest.raises(mjenv.InvalidValueError, match="holds a training: resume it, overwrite it"):
+        trained(out=tmp_path)
+    with pytest.raises(mjenv.InvalidValueError, match="a training with the seed 3, not 77"):
+        mjenv.train("Hopper-v5", out=tmp_path, seed=77, resume=True)
+    with pytest.raises(mjenv.OptionError, match="either resumed or overwritten"):
+        trained(out=tmp_path, resume=True, overwrite=True)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    (tmp_path / "lock").touch()  # of a training that was killed
+    other = mjenv.train("Hopper-v5", steps=1, settings=SHORT, seed=4, out=tmp_path, overwrite=True)
+    assert Policy.load(tmp_path / "policy.txt") == other.policy() != first.policy()
+    assert json.loads((tmp_path / "training.json").read_text())["seed"] == 4
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (None, "JSONDecodeError"),
+        ([], "TypeError"),
+        ({"seed": "1"}, "'1' is no int"),
+        ({"stages": [{}]}, "KeyError"),
+        ({"stages": 3}, "TypeError"),
+        ({"options": 3}, "3 is no dict"),
+        ({"stage": -5, "seed": 2**64}, "a seed is"),
+        ({"settings": {"gama": 1}}, "no setting 'gama'"),
+        ({"settings": {"hidden": ["8"]}}, "hidden is a tuple of numbers"),
+        ({"settings": {"actor_obs": 3}}, "actor_obs is a tuple of numbers"),
+        ({"settings": {"rows": 2.5}}, "num_envs is an int"),
+        ({"settings": {"gamma": [1]}}, "gamma is a float"),
+        ({"options": {"engine": "9.9"}}, "no engine '9.9'"),
+        ({"options": {"frame_skip": []}}, "frame_skip"),
+        ({"options": {"randomize": 3}}, "randomize is a dict"),
+    ],
+)
+def test_a_strangers_checkpoint(tmp_path: Path, changed: Any, message: str) -> None:
+    """What a checkpoint says of its training may be anything."""
+    training = trained(steps=1, out=tmp_path)
+    text = training.description().text()
+    note = "" if changed is None else json.dumps({**json.loads(text), **changed} if changed else changed)
+    training._learner.save(tmp_path / "checkpoint", note)
+    with pytest.raises(mjenv.Error, match=message):
+        mjenv.train("Hopper-v5", out=tmp_path, resume=True)
+
+
+def test_a_strangers_checkpoint_opens_no_file(tmp_path: Path) -> None:
+    """A model that only the checkpoint names is confined to its folder, whatever the checkpoint says of trust."""
+    text = mjenv.model_xml("Hopper-v5")
+    (tmp_path / "outside.xml").write_text("<mujoco><visual/></mujoco>")
+    (tmp_path / "in").mkdir()
+    model = tmp_path / "in" / "hopper.xml"
+    model.write_text(text.replace("<worldbody>", "<include file='../outside.xml'/><worldbody>", 1))
+    for options in ({}, {"trust_xml": "yes"}):
+        out = tmp_path / f"trained{len(options)}"
+        trained(steps=1, out=out, xml_file=str(model), **options)
+        with pytest.raises(mjenv.ModelError, match="outside"):
+            mjenv.train("Hopper-v5", steps=2 * BATCH, out=out, resume=True)
+        again = mjenv.train("Hopper-v5", steps=2 * BATCH, out=out, resume=True, xml_file=str(model))
+        assert len(again.curve) == 2
+
+
+def test_the_printed_commands_name_tasks_and_models(tmp_path: Path) -> None:
+    """They work as they are printed, in a process that knows the task only by --tasks."""
+    task = tmp_path / "own tasks.py"
+    task.write_text(
+        "import mjenv, numpy as np\n"
+        "class Slide(mjenv.Task):\n"
+        f"    model = {SLIDE!r}\n"
+        "    frame_skip, options = 5, {'pull': 0.5}\n"
+        "    def reset(self, rng, rows): return rng.uniform(-1, 1, (rows, 1)), np.zeros((rows, 1))\n"
+        "    def observe(self, sim): return np.concatenate([sim.qpos, sim.qvel], 1)\n"
+        "    def step(self, sim, action): return -np.abs(sim.qpos[:, 0]), np.zeros(len(action), bool), {}\n"
+        "mjenv.register('Slide-v0', Slide)\n"
+    )
+
+    def run(*words: str, status: int = 0) -> str:
+        done = subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, timeout=120, cwd=tmp_path)
+        assert done.returncode == status, done.stderr
+        return done.stdout if status == 0 else done.stderr
+
+    small = ["--rows", "8", "--rollout-steps", "32", "--minibatch-size", "64", "--steps", "256", "--out", "out"]
+    printed = run("mjenv", "train", "Slide-v0", "--tasks", str(task), "--option", "pull=0.25", *small)
+    view = printed.partition("watch it: ")[2].strip()
+    policy = str(Path("out", "policy.txt"))
+    expected = ["mjenv", "view", "Slide-v0", "--policy", policy, "--tasks", str(task), "--option", "pull=0.25"]
+    assert shlex.split(view) == expected
+    refused = run("mjenv", "train", "Slide-v0", "--out", "out", "--resume", status=2)
+    resume = refused.partition("it continues by ")[2].strip()
+    assert "Slide-v0: 256 steps" in run(*shlex.split(resume))
+
+
+def test_the_curve_of_returns_that_cannot_be_drawn(tmp_path: Path) -> None:
+    training = trained(steps=3 * BATCH)
+    heights = [math.inf, -1.7e308, 5e-324, 0.0, 1.7e308, -math.inf, math.nan]
+    for picked in (heights, heights[:1], heights[2:4]):
+        training.curve[:] = [dataclasses.replace(training.curve[-1], mean_return=height) for height in picked]
+        training.write(tmp_path)
+        picture = (tmp_path / "curve.svg").read_text()
+        assert picture.endswith("</svg>\n")
+        assert not re.search("inf|nan", picture)
 
 
 def test_stages_and_callbacks(tmp_path: Path) -> None:
@@ -145,8 +322,18 @@ def test_refusals(tmp_path: Path) -> None:
         mjenv.train("Hopper-v5", settings={"gamma": 3})
     with pytest.raises(mjenv.OptionError, match="no setting 'gama'"):
         mjenv.train("Hopper-v5", settings={"gama": 0.9})
-    with pytest.raises(mjenv.OptionError, match="is a number"):
+    with pytest.raises(mjenv.OptionError, match="gamma is a float, not 'much'"):
         mjenv.train("Hopper-v5", settings={"gamma": "much"})
+    with pytest.raises(mjenv.OptionError, match="hidden is a tuple of numbers, not 64"):
+        mjenv.train("Hopper-v5", settings={"hidden": 64})
+    for large in ({"steps": 2**70}, {"settings": {"window": 2**64}}, {"settings": {"hidden": (2**64 + 8,)}}):
+        with pytest.raises(mjenv.InvalidValueError, match="out of range"):
+            mjenv.train("Hopper-v5", **large)
+    for seed in (-1, 2**64):
+        with pytest.raises(mjenv.InvalidValueError, match=rf"a seed is at least 0 .* not {seed}"):
+            mjenv.train("Hopper-v5", seed=seed)
+    with pytest.raises(mjenv.OptionError, match=r"a seed is an int, not 1\.5"):
+        mjenv.train("Hopper-v5", seed=1.5)  # type: ignore[arg-type]
     with pytest.raises(mjenv.InvalidValueError, match="activation is 'sine'"):
         mjenv.train("Hopper-v5", settings={"activation": "sine"})
     with pytest.raises(mjenv.UnknownIdError):
@@ -172,6 +359,8 @@ def test_refusals(tmp_path: Path) -> None:
         mjenv.evaluate(policy, 1, precision="half")
     with pytest.raises(mjenv.InvalidValueError, match="episodes is 0"):
         mjenv.evaluate(policy, 0)
+    with pytest.raises(mjenv.InvalidValueError, match=r"a seed is at least 0 .* not -1"):
+        mjenv.evaluate(policy, 1, seed=-1)
 
 
 def test_a_wrong_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -203,11 +392,19 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     resume = ["train", "Hopper-v5", "--steps", "1024", "--out", str(tmp_path), "--resume"]
     assert main([*resume, "--option", "frame_skip=2"]) == 0
     assert "Hopper-v5: 1,024 steps" in capsys.readouterr().out
-    assert main(resume) == 2  # without the option, the rows are others
+    assert main([*resume, "--option", "frame_skip=3"]) == 2  # the rows are others
+    assert "other options" in capsys.readouterr().err
+    assert main(resume) == 0
+    output = capsys.readouterr().out
+    assert output.endswith(f"mjenv view Hopper-v5 --policy {tmp_path / 'policy.txt'} --option frame_skip=2\n")
     assert main(["train", "Hopper-v5", "--gamma", "3", "--out", str(tmp_path)]) == 2
     assert "settings.gamma is 3" in capsys.readouterr().err
     assert main(["train", "Hopper-v5", "--stage", "many", "--out", str(tmp_path)]) == 2
-    assert main(["train", "Hopper-v5", *words, "--stage", "256", "frame_skip=3", "--seconds", "9"]) == 0
+    stages = ["--stage", "256", "frame_skip=3", "healthy_z_range=0.5,inf", "--seconds", "9"]
+    assert main(["train", "Hopper-v5", *words, *stages]) == 2
+    assert "holds a training" in capsys.readouterr().err
+    assert main(["train", "Hopper-v5", *words, *stages, "--overwrite"]) == 0
+    assert capsys.readouterr().out.endswith("--option frame_skip=3 --option healthy_z_range=0.5,inf\n")
 
 
 def test_the_command_starts_without_numpy(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def _panel(panel: Panel) -> Iterator[str]:
     xs, ys = ([point[axis] for line in panel.lines for point in line.points] for axis in (0, 1))
     x_ticks, y_ticks = _ticks(0.0, max(xs)), _ticks(min(ys), max(ys))
     x_end, low, high = max(xs) or 1.0, min(y_ticks[0], min(ys)), max(y_ticks[-1], max(ys))
-    if high == low:  # a line without ups and downs
+    if high - low < 1e-300:  # a line without ups and downs
         high = low + 1.0
 
     def place(x: float, y: float) -> tuple[float, float]:
@@ -82,7 +82,7 @@ def _panel(panel: Panel) -> Iterator[str]:
 
 def _ticks(low: float, high: float) -> list[float]:
     """Round numbers from at or below low to at or below high."""
-    raw = (high - low or 1.0) / TICKS
+    raw = (high - low if high - low > 1e-300 else 1.0) / TICKS
     power = 10 ** math.floor(math.log10(raw))
     step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= raw)
     return [index * step for index in range(math.floor(low / step), math.floor(high / step) + 1)]

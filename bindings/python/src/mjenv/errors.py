@@ -76,7 +76,7 @@ class ForkedError(Error, RuntimeError):
 
 
 class BusyError(Error, RuntimeError):
-    """Another thread is inside this environment."""
+    """Another thread is inside this environment, or another training runs in this folder."""
 
 
 class ModelError(Error, ValueError):

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 else:
     errors = lazy("mjenv.errors")
 
+_TASKS: dict[str, None] = {}  # the files that loaded has been told of, in their order
+
 # Where make_vec has another default than the library.
 VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
 
@@ -114,6 +116,18 @@ def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
         file = _handle.encoded(os.path.abspath(os.fspath(path)), "the path of a plug-in")
     ENGINES.register(lambda engine: engine.check(engine.mjenv_load_tasks(file)))
     _gymnasium.register_ids()
+    if path is not None:
+        loaded(path)
+
+
+def loaded(path: str | os.PathLike[str]) -> None:
+    """Remembers that this process has the tasks of a file."""
+    _TASKS[os.path.abspath(os.fspath(path))] = None
+
+
+def loaded_tasks() -> list[str]:
+    """The files of tasks that this process has loaded, without those in MJENV_TASKS."""
+    return [*_TASKS]
 
 
 def own_id(id: Any) -> str:

@@ -4,29 +4,34 @@ from __future__ import annotations
 
 import csv
 import ctypes
-import json
 import math
 import os
 import time
-from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from ctypes import c_int64, c_uint8
-from dataclasses import asdict, dataclass, field, fields, replace
-from itertools import accumulate
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mjenv import _folder
 from mjenv._abi import Role, Status
-from mjenv._counts import count_of, time_limit_of
+from mjenv._counts import count_of, seed_of, time_limit_of
 from mjenv._engine import ENGINES
+from mjenv._folder import CHECKPOINT as CHECKPOINT
+from mjenv._folder import CURVE, DESCRIPTION
+from mjenv._folder import MODEL_OPTIONS as MODEL_OPTIONS
+from mjenv._folder import PICTURE as PICTURE
+from mjenv._folder import POLICY as POLICY
+from mjenv._folder import Description as Description
+from mjenv._folder import Stage as Stage
 from mjenv._handle import Options, Rows, encoded, open_rows
 from mjenv._keywords import RANDOMIZING
 from mjenv._lazy import lazy
 from mjenv._learn_abi import Activation, Learned, Precision
 from mjenv._learner import Learner, PolicyHandle, defaults_of, space_of
 from mjenv._schema import Field
-from mjenv.registration import own_id
+from mjenv.registration import loaded_tasks, own_id
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +47,6 @@ else:
     _make_vec, _svg = map(lazy, ("mjenv._make_vec", "mjenv._svg"))
     policies, vector = map(lazy, ("mjenv.policy", "mjenv.vector"))
 
-CHECKPOINT, CURVE, PICTURE, POLICY, DESCRIPTION = "checkpoint", "curve.csv", "curve.svg", "policy.txt", "training.json"
 SAVE_SECONDS = 10.0  # how often a training with a folder saves
 
 _ACTIVATIONS = {"tanh": Activation.TANH, "relu": Activation.RELU, "elu": Activation.ELU}
@@ -107,28 +111,25 @@ class Settings:
         kept: list[Any] = [encoded(id, "the id")]
         struct.id = kept[0]
         for name in (*_NUMBERS, *_FLAGS):
-            value = getattr(self, name)
-            try:
-                setattr(struct, name, value)
-            except TypeError:
-                raise errors.OptionError(f"the setting {name} is a number, not {value!r}", Status.E_TYPE) from None
+            _set_number(struct, name, getattr(self, name))
+        _set_number(struct, "seed", seed)
+        _set_number(struct, "threads", threads)
         if self.activation not in _ACTIVATIONS:
             raise errors.InvalidValueError(f"activation is {self.activation!r}, not one of {', '.join(_ACTIVATIONS)}")
         struct.activation = _ACTIVATIONS[self.activation]
-        hidden = (c_int64 * len(self.hidden))(*self.hidden)
-        struct.hidden, struct.hidden_count = hidden, len(self.hidden)
+        hidden = _array("hidden", c_int64, self.hidden)
+        struct.hidden, struct.hidden_count = hidden, len(hidden)
         kept.append(hidden)
         for name in ("actor_obs", "critic_obs"):
             mask = getattr(self, name)
             if mask is None:
                 continue
-            array = (c_uint8 * len(mask))(*map(bool, mask))
+            array = _array(name, c_uint8, mask)
             kept.append(array)
             setattr(struct, name, ctypes.cast(array, type(getattr(struct, name))))
-            if struct.obs_count not in (0, len(mask)):
+            if struct.obs_count not in (0, len(array)):
                 raise errors.InvalidValueError("actor_obs and critic_obs have different lengths", Status.E_SIZE)
-            struct.obs_count = len(mask)
-        struct.seed, struct.threads = seed, threads
+            struct.obs_count = len(array)
         return struct, kept
 
 
@@ -136,6 +137,30 @@ _FLAGS = ("normalize_obs", "normalize_reward", "normalize_advantage", "scale_act
 _NUMBERS = tuple(
     one.name for one in fields(Settings) if one.name not in (*_FLAGS, "hidden", "activation", "actor_obs", "critic_obs")
 )
+
+
+def _set_number(struct: Any, name: str, value: Any) -> None:
+    kind = type(getattr(struct, name))
+    try:
+        setattr(struct, name, value)
+    except (OverflowError, TypeError):
+        article = "an" if kind is int else "a"
+        raise errors.OptionError(
+            f"the setting {name} is {article} {kind.__name__}, not {value!r}", Status.E_TYPE
+        ) from None
+    if kind is int and getattr(struct, name) != value:  # ctypes cuts off what does not fit
+        raise errors.InvalidValueError(f"settings.{name} is {value}, which is out of range", Status.E_VALUE)
+
+
+def _array(name: str, kind: type[Any], numbers: Any) -> Any:
+    """The numbers as an array for C."""
+    try:
+        array = (kind * len(numbers))(*numbers)
+    except TypeError:
+        raise errors.OptionError(f"the setting {name} is a tuple of numbers, not {numbers!r}", Status.E_TYPE) from None
+    if [*array] != [*numbers]:
+        raise errors.InvalidValueError(f"settings.{name} has a number that is out of range", Status.E_VALUE)
+    return array
 
 
 @dataclass(frozen=True)
@@ -157,14 +182,6 @@ class Point:
     explained_variance: float
     std: float
     epochs: int
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A part of a training: a number of steps, and the options of the environments in it."""
-
-    steps: int
-    options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -200,7 +217,12 @@ class Training:
     ) -> None:
         """stepped_here: the environments are stepped by Python, as for mjenv.view, with the same bits."""
         self._envs = envs
-        self.settings, self.seed, self.threads = settings, seed, threads
+        self.settings, self.seed, self.threads = settings, seed_of(seed), threads
+        # The options of make_vec in all stages, the present stage, and the options that set_options has changed in it.
+        self.options: dict[str, Any] = {}
+        self.stages: Sequence[Stage] = ()
+        self.stage = 0
+        self.changed: dict[str, Any] = {}
         self.stopped = False
         self.interrupted = False  # whether an error or Ctrl-C has ended the training
         rows = _rows_of(envs)
@@ -252,6 +274,7 @@ class Training:
         assert spec is not None
         given = {name: value for name, value in spec.kwargs.items() if name not in ("vectorization_mode", "num_envs")}
         self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
+        self.changed.update(options)
 
     def set_envs(self, envs: VectorEnv | Rows) -> None:
         """Continues in other environments with the same spaces and number of rows."""
@@ -272,7 +295,7 @@ class Training:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Saves a checkpoint. It contains the image of all rows, unless Python steps them."""
-        self._learner.save(path)
+        self._learner.save(path, self.description().text())
 
     def load(self, path: str | os.PathLike[str]) -> None:
         """Continues from a checkpoint. If Python steps the rows, new episodes begin."""
@@ -282,20 +305,29 @@ class Training:
         count = _point(self._learner.report()).updates
         self.curve[:] = [_point(self._learner.report(update)) for update in range(1, count + 1)]
 
+    def description(self) -> Description:
+        """What a checkpoint and training.json keep of the training."""
+        tasks, settings = loaded_tasks(), asdict(self.settings)
+        engine = {"engine": _rows_of(self._envs).engine.name}
+        options, stages = {**self.options, **engine}, [*self.stages]
+        return Description(self.id, self.seed, tasks, options, stages, self.stage, self.changed, settings)
+
     def write(self, folder: Path) -> None:
-        """Writes the checkpoint, the policy, and the curve as CSV and as a picture."""
+        """Writes the checkpoint, what it says of the training, the policy, and the curve as CSV and as a picture."""
         self.save(folder / CHECKPOINT)
-        _replace(folder / POLICY, self._learner.policy(Learned.BEST if self.interrupted else Learned.LAST))
+        _folder.replace(folder / DESCRIPTION, self.description().text())
+        _folder.replace(folder / POLICY, self._learner.policy(Learned.BEST if self.interrupted else Learned.LAST))
         names = [one.name for one in fields(Point)]
         with (folder / f"{CURVE}.partial").open("w", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(names)
             writer.writerows([getattr(point, name) for name in names] for point in self.curve)
         os.replace(folder / f"{CURVE}.partial", folder / CURVE)
-        _replace(folder / PICTURE, self._picture())
+        _folder.replace(folder / PICTURE, self._picture())
 
     def _picture(self) -> str:
-        played = [(point.steps / 1e6, point.mean_return) for point in self.curve if not math.isnan(point.mean_return)]
+        # Without nan, and what is too large to be drawn.
+        played = [(point.steps / 1e6, point.mean_return) for point in self.curve if abs(point.mean_return) < 1e300]
         line = _svg.Line(self.id, played or [(self.steps / 1e6 or 1.0, 0.0)])
         return _svg.drawing(
             [_svg.Panel(self.id, "steps, million", f"mean return of {self.settings.window} episodes", [line])]
@@ -324,12 +356,13 @@ def train(
     *,
     steps: int | None = None,
     seconds: float | None = None,
-    seed: int = 1,
+    seed: int | None = None,
     threads: int = 1,
     settings: Settings | Mapping[str, Any] | None = None,
     stages: Sequence[Stage] = (),
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
+    overwrite: bool = False,
     callback: Callable[[Training], None] | None = None,
     every: int = 1,
     view: bool = False,
@@ -338,42 +371,63 @@ def train(
     """Trains a policy by PPO in the library's own learner, and returns the Training, with its curve and policy.
 
     id: one of ids(), or a VectorEnv whose autoreset_mode is SAME_STEP. steps: of all rows together; the default depends
-    on the id. seconds: stop after so many seconds. threads: of the environments and the networks; they change no bit.
-    settings: a Settings, or some of its values. stages: parts of the training, whose options are added to `options`;
-    their steps replace `steps`. out: a folder. It receives policy.txt, curve.csv, curve.svg and a checkpoint from time
-    to time and at the end. If Ctrl-C or an error ends the training, policy.txt is the best policy so far. resume:
-    continue from the checkpoint in `out`, with its settings and seed; a NumPy task begins new episodes. callback:
-    called with the Training after each `every` updates; it may change its settings, options and environments, or stop
-    it. view: show the environments in a browser. options: those of make_vec.
+    on the id. seconds: stop after so many seconds. seed: by default 1. threads: of the environments and the networks;
+    they change no bit. settings: a Settings, or some of its values. stages: parts of the training, whose options are
+    added to `options`; their steps replace `steps`. out: a folder. It receives policy.txt, curve.csv, curve.svg and a
+    checkpoint from time to time and at the end. If Ctrl-C or an error ends the training, policy.txt is the best policy
+    so far. resume: continue from the checkpoint in `out`, with its seed and with the settings, stages and options that
+    are not given here; a model that only the checkpoint names is read with trust_xml="no", and a NumPy task begins new
+    episodes. overwrite: replace the training in `out`, which is otherwise refused. callback: called with the Training
+    after each `every` updates; it may change its settings, options and environments, or stop it. view: show the
+    environments in a browser. options: those of make_vec.
     """
     envs = None if isinstance(id, str) or not isinstance(id, vector.VectorEnv) else id
     if envs is not None and (options or stages):
         raise errors.OptionError("options and stages need an id, not environments", Status.E_TYPE)
     name = _rows_of(envs).id if envs is not None else own_id(id)
     folder = Path(out) if out is not None else None
-    chosen, seed = _settings_of(name, settings, seed, folder if resume else None)
     if resume and folder is None:
         raise errors.OptionError("resume needs the folder `out`", Status.E_TYPE)
-    if envs is not None:
-        size = min(chosen.minibatch_size, envs.num_envs * chosen.rollout_steps)
-        chosen = replace(chosen, rows=envs.num_envs, minibatch_size=size)
-    parts = [*stages] or [Stage(chosen.steps if steps is None else steps)]
-    if any(part.steps < 1 for part in parts):
-        raise errors.InvalidValueError("a training, and each of its stages, needs at least one step")
-    chosen = replace(chosen, steps=sum(part.steps for part in parts))
-
-    def make(part: Stage) -> VectorEnv | Rows:
+    if resume and overwrite:
+        raise errors.OptionError("a training is either resumed or overwritten", Status.E_TYPE)
+    with ExitStack() as held:
+        kept = None
+        if resume and folder is not None:
+            held.enter_context(_folder.locked(folder))
+            kept = _kept(folder, name, seed, options)
         if envs is not None:
-            return envs
-        return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options})
+            options = _given_to(envs)
+        elif kept is not None:
+            options = kept.options
+        chosen = _settings_of(name, settings, kept)
+        if envs is not None:
+            size = min(chosen.minibatch_size, envs.num_envs * chosen.rollout_steps)
+            chosen = replace(chosen, rows=envs.num_envs, minibatch_size=size)
+        parts = _parts_of(stages, steps, kept) or [Stage(chosen.steps)]
+        if any(part.steps < 1 for part in parts):
+            raise errors.InvalidValueError("a training, and each of its stages, needs at least one step")
+        chosen = replace(chosen, steps=sum(part.steps for part in parts))
 
-    first = _stage_at(_steps_done(folder), parts) if resume and folder is not None else 0
-    first_envs = make(parts[first])
-    chosen = _with_groups(chosen, _rows_of(first_envs))
-    training = Training(first_envs, chosen, seed=seed, threads=threads, stepped_here=view)
-    if folder is not None:
-        _prepare(folder, training, resume)
-    _Run(training, parts, first, make, seconds, callback, every, folder, view).run()
+        def make(part: Stage, changed: Mapping[str, Any]) -> VectorEnv | Rows:
+            if envs is not None:
+                return envs
+            return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options, **changed})
+
+        first, changed = (min(kept.stage, len(parts) - 1), kept.changed) if kept is not None else (0, {})
+        first_envs = make(parts[first], changed)
+        chosen = _with_groups(chosen, _rows_of(first_envs))
+        number = kept.seed if kept is not None else 1 if seed is None else seed
+        training = Training(first_envs, chosen, seed=number, threads=threads, stepped_here=view)
+        training.options, training.stages, training.stage, training.changed = options, parts, first, changed
+        if folder is not None and resume:
+            training.load(folder / CHECKPOINT)
+        elif folder is not None:
+            description = training.description().text()
+            folder.mkdir(parents=True, exist_ok=True)
+            held.enter_context(_folder.locked(folder))
+            _folder.clear(folder, overwrite)
+            _folder.replace(folder / DESCRIPTION, description)
+        _Run(training, parts, first, make, seconds, callback, every, folder, view).run()
     return training
 
 
@@ -385,7 +439,7 @@ class _Run:
         training: Training,
         parts: Sequence[Stage],
         first: int,
-        make: Callable[[Stage], VectorEnv | Rows],
+        make: Callable[[Stage, Mapping[str, Any]], VectorEnv | Rows],
         seconds: float | None,
         callback: Callable[[Training], None] | None,
         every: int,
@@ -410,11 +464,14 @@ class _Run:
     def _stages(self) -> None:
         for index in range(self._first, len(self._parts)):
             if index > self._first:
-                self.training.set_envs(self._make(self._parts[index]))
+                self.training.set_envs(self._make(self._parts[index], {}))
+                self.training.stage, self.training.changed = index, {}
             end = sum(part.steps for part in self._parts[: index + 1])
             with self._shown():
                 while self.training.steps < end and not self._is_over():
                     self._update()
+            if self._is_over():  # resumed in this stage
+                return
 
     def _shown(self) -> Any:
         """A context in which a browser shows the environments, if it is to."""
@@ -459,6 +516,7 @@ def evaluate(
         raise errors.InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
     if episodes < 1:
         raise errors.InvalidValueError(f"episodes is {episodes}, less than 1")
+    seed = seed_of(seed)
     handle = PolicyHandle(chosen.text())
     envs = vector.VectorEnv(
         own_id(id or chosen.id),
@@ -556,52 +614,50 @@ def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
     return open_rows(engine, id, given, count_of(count))
 
 
-def _replace(path: Path, text: str) -> None:
-    """Replaces a file in one operation, so that no reader finds a part of it."""
-    partial = path.with_name(f"{path.name}.partial")
-    partial.write_text(text)
-    os.replace(partial, path)
+def _given_to(envs: VectorEnv) -> dict[str, Any]:
+    """The options with which environments were made."""
+    kwargs = envs.spec.kwargs if envs.spec is not None else {}
+    return {name: value for name, value in kwargs.items() if name not in ("vectorization_mode", "num_envs")}
 
 
-def _settings_of(
-    id: str, given: Settings | Mapping[str, Any] | None, seed: int, resumed: Path | None
-) -> tuple[Settings, int]:
-    """The settings and the seed of a training. resumed: the folder of the training that continues, which has both."""
+def _kept(folder: Path, id: str, seed: int | None, options: Mapping[str, Any]) -> Description:
+    """What the checkpoint in a folder says of its training. Raises InvalidValueError if this is another one."""
+    kept = Description.read(folder)
+    if kept.id != id:
+        raise errors.InvalidValueError(f"{folder} holds a training of {kept.id}, not of {id}")
+    if seed is not None and seed != kept.seed:
+        raise errors.InvalidValueError(f"{folder} holds a training with the seed {kept.seed}, not {seed}")
+    names_model = any(name in options for name in MODEL_OPTIONS)
+
+    def merged(theirs: Mapping[str, Any]) -> dict[str, Any]:
+        safe = theirs if names_model else _folder.without_trust(theirs)
+        return {name: options.get(name, value) for name, value in safe.items()}
+
+    return replace(
+        kept,
+        options={**merged(kept.options), **options},
+        stages=[Stage(stage.steps, merged(stage.options)) for stage in kept.stages],
+        changed=merged(kept.changed),
+    )
+
+
+def _settings_of(id: str, given: Settings | Mapping[str, Any] | None, kept: Description | None) -> Settings:
+    """The settings of a training. kept: of the training that continues; settings that are not given are its."""
     if isinstance(given, Settings):
-        return given, seed
-    if resumed is None:
-        return Settings.of(id).with_values(given or {}), seed
-    try:
-        description = json.loads((resumed / DESCRIPTION).read_text())
-        lists = {name: tuple(value) for name, value in description["settings"].items() if isinstance(value, list)}
-        settings, seed, trained = (
-            Settings(**{**description["settings"], **lists}),
-            description["seed"],
-            description["id"],
-        )
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise errors.InvalidValueError(f"{resumed / DESCRIPTION} describes no training: {error}") from None
-    if trained != id:
-        raise errors.InvalidValueError(f"{resumed} holds a training of {trained}, not of {id}")
-    return settings.with_values(given or {}), seed
+        return given
+    if kept is None:
+        return Settings.of(id).with_values(given or {})
+    tuples = {name: tuple(value) for name, value in kept.settings.items() if isinstance(value, list)}
+    return Settings.of(id).with_values({**kept.settings, **tuples}).with_values(given or {})
 
 
-def _steps_done(folder: Path) -> int:
-    """How many steps the training in a folder has done."""
-    lines = (folder / CURVE).read_text().splitlines()
-    return int(lines[-1].split(",")[lines[0].split(",").index("steps")]) if len(lines) > 1 else 0
-
-
-def _stage_at(done: int, parts: Sequence[Stage]) -> int:
-    """The stage in which a training is after so many steps."""
-    ends = [*accumulate(part.steps for part in parts)]
-    return min(bisect_left(ends, done), len(parts) - 1)
-
-
-def _prepare(folder: Path, training: Training, resume: bool) -> None:
-    """Makes the folder of a training, which continues from the checkpoint there if it is to."""
-    if resume:
-        training.load(folder / CHECKPOINT)
-    folder.mkdir(parents=True, exist_ok=True)
-    description = {"id": training.id, "seed": training.seed, "settings": asdict(training.settings)}
-    _replace(folder / DESCRIPTION, json.dumps(description, indent=2) + "\n")
+def _parts_of(stages: Sequence[Stage], steps: int | None, kept: Description | None) -> list[Stage]:
+    """The stages of a training, of which `steps` sets the end if they are not given; [] for the settings' steps."""
+    parts = [*stages] or (kept.stages if kept is not None else [])
+    if stages or steps is None:
+        return parts
+    before, last = parts[:-1], parts[-1].options if parts else {}
+    left = steps - sum(part.steps for part in before)
+    if left < 1 and before:
+        raise errors.InvalidValueError(f"steps is {steps}, but the last stage begins after {steps - left} steps")
+    return [*before, Stage(left, last)]

@@ -13,7 +13,7 @@ from typing import Any
 
 import mjenv
 from mjenv import Kind
-from mjenv.registration import own_id
+from mjenv.registration import loaded, own_id
 
 GROUPS = tuple(f"{kind}group" for kind in ("geom", "site", "joint", "tendon", "actuator", "skin"))
 GROUP_COUNT = 6  # mjNGROUP
@@ -72,6 +72,7 @@ def load(file: Path) -> None:
         spec.loader.exec_module(module)
     except Exception as error:  # a stranger's module can raise anything
         raise mjenv.TaskError(f"{file} cannot be imported: {type(error).__name__}: {error}") from error
+    loaded(file)
 
 
 def positive(text: str) -> int:

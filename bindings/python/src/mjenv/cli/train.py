@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import shutil
 import sys
 import time
@@ -13,7 +14,16 @@ from typing import Any
 
 import mjenv
 from mjenv.cli.arguments import Commands, add_options, known_engine, load, not_negative, options_of, positive, seconds
-from mjenv.training import CHECKPOINT, PICTURE, POLICY, Settings, Stage, Training
+from mjenv.training import (
+    CHECKPOINT,
+    MODEL_OPTIONS,
+    PICTURE,
+    POLICY,
+    Description,
+    Settings,
+    Stage,
+    Training,
+)
 
 BAR_WIDTH = 24
 
@@ -39,7 +49,7 @@ def add(commands: Commands) -> None:
     )
     command.add_argument("--engine", type=known_engine, default=argparse.SUPPRESS, metavar="NAME", help="2.2.2 or 4.0")
     command.add_argument("--seconds", type=seconds, help="end after so many seconds")
-    command.add_argument("--seed", type=not_negative, default=1, help="default: 1")
+    command.add_argument("--seed", type=not_negative, help="default: 1")
     command.add_argument(
         "--threads", type=positive, default=1, help="threads; the results do not depend on them (default: 1)"
     )
@@ -53,8 +63,12 @@ def add(commands: Commands) -> None:
     )
     command.add_argument("--out", type=Path, help="the folder that is written (default: trained/ID)")
     command.add_argument(
-        "--resume", action="store_true", help="continue from the checkpoint in the folder, with its settings"
+        "--resume",
+        action="store_true",
+        help="continue from the checkpoint in the folder, with its seed, and with its settings, stages and options "
+        "where the command names no others",
     )
+    command.add_argument("--overwrite", action="store_true", help="replace the training in the folder")
     command.add_argument(
         "--view", action="store_true", help='show the training in a browser (pip install "mjenv[view]")'
     )
@@ -91,13 +105,18 @@ def _flag(text: str) -> bool:
 def run(arguments: argparse.Namespace) -> int:
     for file in arguments.own_tasks:
         load(file)
-    options = options_of(arguments.id, arguments.option, arguments.engine)
+    folder = arguments.out or Path("trained") / arguments.id.replace("/", "-")
+    try:
+        options = options_of(arguments.id, arguments.option, arguments.engine)
+    except mjenv.UnknownIdError as error:
+        if not arguments.resume:
+            raise
+        raise mjenv.UnknownIdError(f"{error}; {resuming(folder)}") from None
     if arguments.engine is not None:
         options["engine"] = arguments.engine
     stages = [stage_of(arguments.id, words, arguments.engine) for words in arguments.stage]
     names = (one.name for one in fields(Settings) if getattr(arguments, one.name, None) is not None)
     settings = {name: getattr(arguments, name) for name in names if name != "steps"}
-    folder = arguments.out or Path("trained") / arguments.id.replace("/", "-")
     display = Display(arguments.seconds)
     try:
         training = mjenv.train(
@@ -110,15 +129,15 @@ def run(arguments: argparse.Namespace) -> int:
             stages=stages,
             out=folder,
             resume=arguments.resume,
+            overwrite=arguments.overwrite,
             callback=display.show,
             view=arguments.view,
             **options,
         )
     except KeyboardInterrupt:
         display.clear()
-        print(
-            f"stopped: {folder / POLICY} is the best policy so far, and --resume continues from {folder / CHECKPOINT}"
-        )
+        if (folder / CHECKPOINT).exists():
+            print(f"stopped: {folder / POLICY} is the best policy so far; {resuming(folder)}")
         return 130
     except BaseException:
         display.clear()
@@ -131,8 +150,41 @@ def run(arguments: argparse.Namespace) -> int:
             f"mean return {last.mean_return:,.6g} and length {last.mean_length:,.6g} of the exploring policy "
             f"in its last {training.settings.window} episodes"
         )
-    print(f"{folder / POLICY}, {folder / PICTURE}; watch it: mjenv view {training.id} --policy {folder / POLICY}")
+    print(f"{folder / POLICY}, {folder / PICTURE}; watch it: {watching(folder, training.description())}")
     return 0
+
+
+def watching(folder: Path, training: Description) -> str:
+    """The command that shows the policy in the environment of the training."""
+    present = training.present_options()
+    known = mjenv.options(training.id, present["engine"]).keys() - {"autoreset_mode"}
+    options = {name: value for name, value in present.items() if name in known or name == "engine"}
+    return shlex.join(["mjenv", "view", training.id, "--policy", str(folder / POLICY), *words_of(training, options)])
+
+
+def resuming(folder: Path) -> str:
+    """How a training continues. The checkpoint's options need not be repeated, but files of tasks and models do: they
+    are only read, and trusted, if the command names them."""
+    training = Description.read(folder)
+    options = {name: value for name, value in training.present_options().items() if name in MODEL_OPTIONS}
+    words = ["mjenv", "train", training.id, "--out", str(folder), "--resume", *words_of(training, options)]
+    return f"it continues by {shlex.join(words)}"
+
+
+def words_of(training: Description, options: dict[str, Any]) -> list[str]:
+    """The files of tasks, the engine and the options of a training as arguments of a command."""
+    words = [word for file in training.tasks for word in ("--tasks", file)]
+    engine = options.pop("engine", None)
+    if engine not in (None, mjenv.engine().name):
+        words += ["--engine", engine]
+    return words + [word for name in options for word in ("--option", f"{name}={text_of(options[name])}")]
+
+
+def text_of(value: Any) -> str:
+    """The value of an option as options_of reads it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return ",".join(map(text_of, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
 def stage_of(id: str, words: list[str], engine: str | None) -> Stage:
