@@ -1,6 +1,7 @@
 """What acts in `mjenv play`: policies and normalizers. tests/pictures/test_play.py has the videos, and
 tests/long/check_sb3.py Stable-Baselines3, which a stand-in replaces here."""
 
+import os
 import pickle
 import sys
 import types
@@ -100,16 +101,26 @@ def test_stable_baselines3(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == printed(lambda obs: np.tanh(LINEAR @ obs))
 
 
-@pytest.mark.parametrize(
-    ("file", "options"),
-    [("normalizer.pkl", []), ("other.pkl", ["--normalizer", "other.pkl"])],
-    ids=["beside the policy", "named"],
-)
-def test_normalizers(file: str, options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    Path("normalizer.pkl").write_bytes(pickle.dumps(Normalizer(-7.0)))
-    Path(file).write_bytes(pickle.dumps(Normalizer(0.25)))
-    assert run("--policy", "model.zip", *options) == 0
+def test_normalizers(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("other.pkl").write_bytes(pickle.dumps(Normalizer(0.25)))
+    assert run("--policy", "model.zip", "--normalizer", "other.pkl") == 0
     assert capsys.readouterr().out == printed(lambda obs: np.tanh(LINEAR @ (obs - 0.25)))
+
+
+def test_a_normalizer_that_nobody_named_runs_no_code(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("normalizer.pkl").write_bytes(pickle.dumps(Code()))
+    assert run("--policy", "model.zip") == 0
+    out, errors = capsys.readouterr()
+    assert out == printed(lambda obs: np.tanh(LINEAR @ obs))
+    assert "normalizer.pkl is not used" in errors
+    assert not Path("ran").exists()
+
+
+class Code:
+    """An object that makes a folder when it is loaded."""
+
+    def __reduce__(self) -> Any:
+        return os.mkdir, ("ran",)
 
 
 def test_a_policy_as_text(capsys: pytest.CaptureFixture[str]) -> None:

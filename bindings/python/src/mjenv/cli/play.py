@@ -27,7 +27,7 @@ from mjenv.cli.arguments import (
     options_of,
     positive,
 )
-from mjenv.cli.policies import NORMALIZER, Action, policy_of
+from mjenv.cli.policies import Action, policy_of
 from mjenv.videos import Gif, Mp4
 
 Colours = NDArray[np.uint8]
@@ -70,7 +70,8 @@ def add(commands: Commands) -> None:
         "--normalizer",
         type=Path,
         metavar="FILE",
-        help=f"the VecNormalize that was saved with FILE.zip (default: {NORMALIZER} beside it, if there is one)",
+        help="the VecNormalize that was saved with FILE.zip. Like FILE.zip, it can run any code: take both only from "
+        "people whom you trust",
     )
     command.add_argument("--width", type=positive, default=480, help="width in pixels (default: 480)")
     command.add_argument("--height", type=positive, default=480, help="height in pixels (default: 480)")

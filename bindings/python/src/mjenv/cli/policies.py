@@ -1,9 +1,10 @@
-"""The policies that mjenv play takes: Stable-Baselines3's .zip files, and mjenv.policy's text files."""
+"""The policies that mjenv play and mjenv view take: Stable-Baselines3's .zip files, and mjenv.policy's text files."""
 
 from __future__ import annotations
 
 import importlib
 import pickle
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -18,14 +19,14 @@ from mjenv.policy import Policy
 
 Action = Callable[[Any], Any]  # of an observation
 
-NORMALIZER = "normalizer.pkl"  # as docs/training.md saves it
+_NORMALIZER = "normalizer.pkl"  # as examples/python/train_sb3.py saves it
 
 
 def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path | None) -> Action:
     """The deterministic actions of a saved policy.
 
-    normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy; None for the file
-    normalizer.pkl beside the policy, if there is one.
+    normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy. It can run code, as the
+    policy's .zip can, so it is not looked for.
     """
     act = _zipped(path, algorithm, normalizer) if zipfile.is_zipfile(path) else _text(path, env, normalizer)
     try:
@@ -66,10 +67,11 @@ def _zipped(path: Path, algorithm: str, normalizer: Path | None) -> Action:
         model = kind.load(path, device="cpu")
     except (AssertionError, KeyError, RuntimeError, TypeError, ValueError) as error:
         raise mjenv.InvalidValueError(f"{path} is no policy of {algorithm}: {error}") from None
-    beside = path.with_name(NORMALIZER)
-    if normalizer is None and not beside.exists():
+    if normalizer is None:
+        if (beside := path.with_name(_NORMALIZER)).exists():
+            print(f"mjenv: {beside} is not used; if {path.name} was trained with it, add --normalizer", file=sys.stderr)
         return lambda obs: model.predict(obs, deterministic=True)[0]
-    normalize = _normalization(normalizer or beside)
+    normalize = _normalization(normalizer)
     return lambda obs: model.predict(normalize(obs), deterministic=True)[0]
 
 

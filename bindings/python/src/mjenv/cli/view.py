@@ -10,7 +10,7 @@ from typing import Any
 
 import mjenv
 from mjenv.cli.arguments import Commands, add_options, known_engine, load, not_negative, options_of, positive
-from mjenv.cli.policies import NORMALIZER, policy_of
+from mjenv.cli.policies import policy_of
 from mjenv.policy import Policy
 
 
@@ -46,7 +46,8 @@ def add(commands: Commands) -> None:
         "--normalizer",
         type=Path,
         metavar="FILE",
-        help=f"the VecNormalize that was saved with FILE.zip (default: {NORMALIZER} beside it, if there is one)",
+        help="the VecNormalize that was saved with FILE.zip. Like FILE.zip, it can run any code: take both only from "
+        "people whom you trust",
     )
     command.add_argument("--xml", metavar="FILE", help="another model: the option xml_file")
     command.add_argument(
