@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 from typing import Any
+from urllib.parse import urlsplit
 
 from waiting import HANGS
 
@@ -34,7 +35,7 @@ class Command:
             raise
         if kind is None:
             assert (self._process.returncode, out, errors) == (0, "", "closed\n")
-            port = int(self.address.rpartition(":")[2])
+            port = urlsplit(self.address).port
             with socket.socket() as again:
                 again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
                 again.bind(("127.0.0.1", port))

@@ -27,7 +27,8 @@ def view(
     env: from make or make_vec, also inside of Gymnasium's wrappers, or from mjenv.sb3. rows: the first `rows` rows are
     drawn. port: of the page; None: the first free port from 8080 on. host: the address at which the page is served, by
     default that of this computer alone. share: the part of the program's time that drawing may take. quiet: do not
-    print the address, which the attribute `address` has.
+    print the page's address, which the attribute `address` has: it ends in a random token, without which the server
+    answers nothing.
 
     The viewer changes no bit of the results, unless the user pulls a body or writes a live parameter. Needs pip install
     "mjenv[view]". One thread steps the environment. Copies and pickles of it are not shown.

@@ -8,10 +8,13 @@ import io
 import os
 import socket
 import sys
+import time
 import webbrowser
+from collections.abc import Iterator
 from typing import Any
 
 from mjenv.errors import InvalidValueError, OptionError
+from mjenv.viewer.gate import Gate
 
 FIRST_PORT = 8080
 
@@ -31,16 +34,23 @@ class Server:
         """port: None for the first free one from 8080 on. Raises InvalidValueError if the port is in use."""
         viser = viser_module()
         _check(host, port or 0)
-        with _silent():
+        gate = Gate(host)
+        with _silent(), gate.guarding():
             self.viser: Any = viser.ViserServer(
                 host=host, port=FIRST_PORT if port is None else port, label=label, verbose=False
             )
+        if not gate.is_shut:
+            self.close()
+            raise OptionError('the viewer cannot guard a page of this version of viser: pip install "mjenv[view]"')
+        gate.inputs = self.viser.gui._gui_input_handle_from_uuid
+        self._reported: tuple[str, float] = "", 0.0
         found = self.viser.get_port()
         if port not in (None, 0, found):  # another program has taken it in the meantime
             self.close()
             raise InvalidValueError(f"port {port} of {host} is in use: choose another, or none")
         self.viser.gui.main_panel.dock_right()  # beside the picture, where the panel hides nothing
-        self.address = f"http://{'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{found}"
+        name = "localhost" if host in ("127.0.0.1", "0.0.0.0", "::") else f"[{host}]" if ":" in host else host
+        self.address = f"http://{name}:{found}/{gate.token}"
         self.port: int = found
 
     def close(self) -> None:
@@ -49,9 +59,21 @@ class Server:
             self.viser.stop()
 
     def report(self, text: str) -> None:
-        """Shows a message on every page."""
+        """Shows a message on every page, once a second at most if it stays the same."""
+        now = time.monotonic()
+        if self._reported[0] == text and now - self._reported[1] < 1:
+            return
+        self._reported = text, now
         for client in self.viser.get_clients().values():
             client.add_notification("mjenv", text, color="red", auto_close_seconds=20)
+
+    @contextlib.contextmanager
+    def reporting(self) -> Iterator[None]:
+        """Shows errors on every page instead of raising them."""
+        try:
+            yield
+        except Exception as error:
+            self.report(f"{type(error).__name__}: {error}")
 
     @property
     def is_watched(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import queue
 import threading
 import time
@@ -181,8 +180,9 @@ class Session:
                 due = now
             if picture <= now:
                 begun = time.monotonic()
-                self._draw(begun, interval)
-                self.on_tick()
+                with self.server.reporting():
+                    self._draw(begun, interval)
+                    self.on_tick()
                 now = time.monotonic()
                 least = 1 / PICTURES if self.server.is_watched else _UNWATCHED
                 picture = now + max(least - (now - begun), (now - begun) * (1 / _SHARE - 1))
@@ -196,16 +196,8 @@ class Session:
                 command = self._commands.get(timeout=left) if left > 0 else self._commands.get_nowait()
             except queue.Empty:
                 return
-            with self._reported():
+            with self.server.reporting():
                 command()
-
-    @contextlib.contextmanager
-    def _reported(self) -> Any:
-        """Shows errors on the page."""
-        try:
-            yield
-        except Exception as error:
-            self.server.report(f"{type(error).__name__}: {error}")
 
     def _draw(self, now: float, interval: float) -> None:
         """Draws the rows; if steps are long, at poses between those of the last two steps."""
@@ -237,7 +229,7 @@ class Session:
 
     def step(self) -> None:
         """Takes a step in every row. An error pauses the session, and the page shows it."""
-        with self._reported():
+        with self.server.reporting():
             try:
                 self._step()
             except Exception:

@@ -103,8 +103,9 @@ class Stage:
 
     def _let_drag(self, node: Any, batch: Batch) -> None:
         async def dragged(event: Any) -> None:  # viser awaits them one after the other
-            row, index = divmod(int(event.instance_index or 0), len(batch.objects))
-            self.grabbed(row, int(batch.bodies[index]), event)
+            row, index = divmod(event.instance_index or 0, len(batch.objects))
+            if row < self.rows:
+                self.grabbed(row, int(batch.bodies[index]), event)
 
         node.on_drag(dragged)
 

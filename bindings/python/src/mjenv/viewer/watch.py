@@ -128,7 +128,7 @@ class View:
         if self.real_time:
             time.sleep(max(0.0, min(self._stepped + self._dt - time.monotonic(), self._dt)))
         self._stepped = time.monotonic()
-        with contextlib.suppress(Error):
+        with self.server.reporting(), contextlib.suppress(Error):
             self.picture.pull.apply(self.picture.rows, self._dt)
 
     def after(self) -> None:
@@ -147,10 +147,8 @@ class View:
             self._run(command)
 
     def _run(self, command: Callable[[], None]) -> None:
-        try:
+        with self.server.reporting():
             command()
-        except Error as error:
-            self.server.report(f"{type(error).__name__}: {error}")
 
     def _draw(self, force: bool = False) -> None:
         now = time.monotonic()
@@ -160,9 +158,10 @@ class View:
             self._due = now + _LOOK
             return
         self._clock.start()
-        with contextlib.suppress(Error):  # of rows that are between send and recv, for example
-            self.picture.show(self.picture.read())
-        self.panel.refresh()
+        with self.server.reporting():
+            with contextlib.suppress(Error):  # of rows that are between send and recv, for example
+                self.picture.show(self.picture.read())
+            self.panel.refresh()
         spent = self._clock.stop()
         self._due = now + max(1 / PICTURES, 0.0 if force else spent / self._share)
 

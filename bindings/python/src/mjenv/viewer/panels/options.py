@@ -11,8 +11,14 @@ from mjenv.viewer.panels.common import on_click
 if TYPE_CHECKING:
     from mjenv.viewer.session import Session
 
-# Options that the viewer decides (how rows are computed), and options that are too long for a line.
-_HIDDEN = ("arrays", "autoreset_mode", "cpu_affinity", "lanes", "max_contacts", "norm", "num_threads", "xml_string")
+# Options that the viewer decides: how rows are computed.
+_HIDDEN = ("autoreset_mode", "cpu_affinity", "lanes", "max_contacts", "norm", "num_threads")
+
+
+def _is_shown(option: mjenv.Option) -> bool:
+    """Which files are read, and how much they are trusted, the command line decides alone, and no page."""
+    names_file = option.name == "trust_xml" or (option.kind == Kind.STRING and not option.choices)
+    return option.name not in _HIDDEN and not names_file
 
 
 class OptionsPanel:
@@ -21,7 +27,7 @@ class OptionsPanel:
         schema = mjenv.options(session.id, session.options.get("engine"))
         self._inputs: dict[str, tuple[mjenv.Option, Any]] = {}
         for name, option in schema.items():
-            if name not in _HIDDEN:
+            if _is_shown(option):
                 self._inputs[name] = option, _input(gui, option, session.options.get(name, option.default))
         apply = gui.add_button("Apply", hint="Build the environment with these options, and reset it")
         defaults = gui.add_button("Defaults", hint="Show the defaults, which Apply then takes")
