@@ -17,16 +17,19 @@ std::string number(double value) {
   return {text.data(), end};
 }
 
-std::optional<double> read_double(std::string_view text) {
+std::optional<double> read_double(std::string_view text, std::size_t* length) {
   double value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (length) *length = static_cast<std::size_t>(read.ptr - text.data());
   return read.ec == std::errc() ? std::optional<double>(value) : std::nullopt;
 }
 
 #else
 
 std::string number(double value) { return by_c_library::number(value); }
-std::optional<double> read_double(std::string_view text) { return by_c_library::read_double(text); }
+std::optional<double> read_double(std::string_view text, std::size_t* length) {
+  return by_c_library::read_double(text, length);
+}
 
 #endif
 
@@ -51,13 +54,14 @@ std::string number(double value) {
   return fixed.size() <= scientific.size() ? fixed : scientific;
 }
 
-std::optional<double> read_double(std::string_view text) {
+std::optional<double> read_double(std::string_view text, std::size_t* length) {
   // strtod also takes blanks, a plus sign and hexadecimal digits.
   const std::string copy(text.substr(0, text.find_first_of("xX")));
   if (copy.empty() || copy.find_first_of(" \t\n\v\f\r+") == 0) return std::nullopt;
   char* end = nullptr;
   errno = 0;
   const double value = std::strtod(copy.c_str(), &end);
+  if (length) *length = static_cast<std::size_t>(end - copy.c_str());
   const bool out_of_range = errno == ERANGE && (value == 0 || std::isinf(value));  // not for subnormal numbers
   return end == copy.c_str() || out_of_range ? std::nullopt : std::optional<double>(value);
 }

@@ -42,6 +42,9 @@ double scaled(const Settings& settings, const Spaces& spaces, std::size_t j, dou
   return settings->scale_actions != 0 ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
 }
 
+// A part of a text for a message, which is not to be long.
+std::string shown(std::string_view text) { return core::quoted(std::string(text.substr(0, 100))); }
+
 }  // namespace
 
 std::string policy_text(const Settings& settings, const Spaces& spaces, const Network& actor, const float* parameters,
@@ -85,6 +88,7 @@ class Policy::Parser {
     if (!next() || line_ != kHead) fail("is not " + core::quoted(std::string(kHead)));
     if (!next() || line_.substr(0, 3) != "id ") fail("is not \"id ID\"");
     policy_.id_ = line_.substr(3);
+    if (!is_id(policy_.id_)) fail("names no environment");
     while (next()) {
       if (line_.empty()) continue;
       const std::string_view name = word();
@@ -103,7 +107,8 @@ class Policy::Parser {
  private:
   std::string_view text_, line_;
   Policy& policy_;
-  int number_ = 0, rows_ = 0;  // the number of the line, and how many lines "weights" the present layer has so far
+  int number_ = 0;                         // of the line
+  std::vector<std::vector<double>> rows_;  // the lines "weights" of the present layer so far
   std::vector<double> clip_;
 
   [[noreturn]] void fail(const std::string& reason) const {
@@ -131,8 +136,9 @@ class Policy::Parser {
   }
 
   double number(std::string_view text) const {
-    const std::optional<double> value = core::read_double(text);
-    if (!value || !std::isfinite(*value)) fail("has " + core::quoted(std::string(text)) + ", not a finite number");
+    std::size_t length = 0;
+    const std::optional<double> value = core::read_double(text, &length);
+    if (!value || length != text.size() || !std::isfinite(*value)) fail("has " + shown(text) + ", not a finite number");
     return *value;
   }
 
@@ -150,7 +156,7 @@ class Policy::Parser {
     if (name == "low") return policy_.low_;
     if (name == "high") return policy_.high_;
     if (name == "clip") return clip_;
-    fail("begins with " + core::quoted(std::string(name)));
+    fail("begins with " + shown(name));
   }
 
   PolicyLayer& layer() {
@@ -164,7 +170,7 @@ class Policy::Parser {
     int value = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
     if (read.ec != std::errc() || read.ptr != text.data() + text.size() || value < 1 || value > kMost)
-      fail("has " + core::quoted(std::string(text)) + ", not a number of inputs or outputs");
+      fail("has " + shown(text) + ", not a number of inputs or outputs");
     return value;
   }
 
@@ -184,38 +190,40 @@ class Policy::Parser {
     else if (name == "identity")
       made.activation = Activation::kIdentity;
     else
-      fail("has the unknown activation " + core::quoted(std::string(name)));
+      fail("has the unknown activation " + shown(name));
     policy_.layers_.push_back(std::move(made));
-    rows_ = 0;
+    rows_.clear();
   }
 
+  // Memory grows with the text, whatever sizes the layer claims to have.
   void read_row() {
-    PolicyLayer& to = layer();
+    const PolicyLayer& to = layer();
     std::vector<double> row;
     read_numbers(row, static_cast<std::size_t>(to.inputs));
-    if (rows_ == to.outputs) fail("is one line \"weights\" too many");
-    if (rows_ == 0) to.weights.resize(row.size() * static_cast<std::size_t>(to.outputs));
-    for (std::size_t i = 0; i < row.size(); ++i)
-      to.weights[i * static_cast<std::size_t>(to.outputs) + static_cast<std::size_t>(rows_)] = row[i];
-    ++rows_;
+    if (rows_.size() == static_cast<std::size_t>(to.outputs)) fail("is one line \"weights\" too many");
+    rows_.push_back(std::move(row));
   }
 
   // why: what is wrong with the text if the layer is not complete.
   void finish_layer(bool is_last, const std::string& why) {
     PolicyLayer& done = layer();
-    if (rows_ != done.outputs || done.bias.empty())
-      fail_whole(why + ": layer " + std::to_string(policy_.layers_.size()) + " has " + std::to_string(rows_) + " of " +
-                 std::to_string(done.outputs) + " lines \"weights\"" + (done.bias.empty() ? " and no bias" : ""));
-    // Copies the weights to float32, padded and in the order that the kernels need.
+    if (rows_.size() != static_cast<std::size_t>(done.outputs) || done.bias.empty())
+      fail_whole(why + ": layer " + std::to_string(policy_.layers_.size()) + " has " + std::to_string(rows_.size()) +
+                 " of " + std::to_string(done.outputs) + " lines \"weights\"" +
+                 (done.bias.empty() ? " and no bias" : ""));
+    // Copies the weights, also to float32, there padded and in the order that the kernels need.
     const auto inputs = static_cast<std::size_t>(done.inputs), outputs = static_cast<std::size_t>(done.outputs);
     const auto stride = static_cast<std::size_t>(done.padded_outputs);
     const auto row = static_cast<std::size_t>(done.padded_inputs());
+    done.weights.resize(inputs * outputs);
     done.weights32.resize(is_last ? outputs * row : row * stride);
     done.bias32.resize(stride);
     for (std::size_t o = 0; o < outputs; ++o) {
       done.bias32[o] = static_cast<float>(done.bias[o]);
-      for (std::size_t i = 0; i < inputs; ++i)
-        done.weights32[is_last ? o * row + i : i * stride + o] = static_cast<float>(done.weights[i * outputs + o]);
+      for (std::size_t i = 0; i < inputs; ++i) {
+        done.weights[i * outputs + o] = rows_[o][i];
+        done.weights32[is_last ? o * row + i : i * stride + o] = static_cast<float>(rows_[o][i]);
+      }
     }
   }
 
@@ -235,6 +243,8 @@ class Policy::Parser {
     if (policy_.scale_.size() != policy_.mean_.size()) fail_whole("mean and scale have different lengths");
     if (policy_.low_.size() != policy_.high_.size() || static_cast<int>(policy_.low_.size()) != before)
       fail_whole("low or high has another length than the outputs of the last layer");
+    for (std::size_t j = 0; j < policy_.low_.size(); ++j)
+      if (!(policy_.low_[j] <= policy_.high_[j])) fail_whole("an element of low is greater than that of high");
     for (const double scale : policy_.scale_)
       if (!(scale > 0)) fail_whole("an element of scale is not greater than 0");
   }

@@ -1,5 +1,6 @@
 #include "settings.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -32,7 +33,8 @@ void check_number(const char* name, double value, double low, double high) {
 }
 
 void check_positive(const char* name, double value) {
-  if (!(value > 0 && std::isfinite(value))) refuse(name, core::number(value), "a finite number greater than 0");
+  if (!(value > 0 && value <= std::numeric_limits<float>::max()))
+    refuse(name, core::number(value), "a finite number greater than 0, in float32");
 }
 
 void check_values(const mjenv_learn_settings& s) {
@@ -148,11 +150,15 @@ const std::vector<Tuned>& tuned() {
 
 }  // namespace
 
+bool is_id(std::string_view text) {
+  const auto is_printed = [](char c) { return c >= ' ' && c <= '~'; };
+  return !text.empty() && text.size() <= 1000 && std::all_of(text.begin(), text.end(), is_printed);
+}
+
 Settings::Settings(const mjenv_learn_settings& given, std::int64_t observations)
     : id(given.id ? given.id : ""), values_(given) {
   check_values(given);
-  if (id.empty() || id.size() > 1000 || id.find_first_of("\r\n") != std::string::npos)
-    refuse("id", core::quoted(id.substr(0, 100)), "the name of an environment");
+  if (!is_id(id)) refuse("id", core::quoted(id.substr(0, 100)), "the name of an environment");
   if (given.hidden_count > 0 && !given.hidden) core::fail(MJENV_E_ARGUMENT, "settings.hidden is NULL");
   for (std::int64_t i = 0; i < given.hidden_count; ++i) {
     check_count(("hidden[" + std::to_string(i) + "]").c_str(), given.hidden[i], 1, kMaxWidth);

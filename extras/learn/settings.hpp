@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mjenv/learn.h"
@@ -37,6 +38,9 @@ class Settings {
  private:
   mjenv_learn_settings values_;
 };
+
+// Whether a text can be the id of an environment: printable ASCII, at most 1000 bytes.
+bool is_id(std::string_view text);
 
 // The settings for an id. The arrays are static, and `id` is null.
 mjenv_learn_settings defaults_of(const std::string& id);

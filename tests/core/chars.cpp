@@ -55,8 +55,9 @@ void test_random_numbers(void** state) {
 void test_what_is_read(void** state) {
   (void)state;
   for (const char* text : {"1.5abc", ".5", "-.5e3", "1e", "1e+", "0x10", "-0x3", "4.9e-324", "1e-310", "infinity"}) {
-    const auto ours = by_c_library::read_double(text), theirs = read_double(text);
-    assert_true(ours && theirs && *ours == *theirs);
+    std::size_t our_length = 0, their_length = 0;
+    const auto ours = by_c_library::read_double(text, &our_length), theirs = read_double(text, &their_length);
+    assert_true(ours && theirs && *ours == *theirs && our_length == their_length);
   }
   for (const char* text : {"", " 1", "\t1", "+1", "e5", "-", "x", "1e999", "1e-999"}) {
     assert_false(by_c_library::read_double(text).has_value());
