@@ -137,6 +137,15 @@ std::string real_path(const std::string& path);
 // path. Returns null if that fails.
 std::FILE* create_file(std::string& path, std::size_t ending);
 
+// Creates and opens a new file. Null if that fails, also if there is something at this path, such as a link; errno says
+// why.
+std::FILE* create_new(const std::string& path);
+// Writes what is buffered through to the disk. False if that fails; errno says why.
+bool write_through(std::FILE* file);
+// Renames a file, which replaces one that has the new name. False if that fails; errno says why.
+bool rename_over(const std::string& from, const std::string& to);
+void remove_file(const std::string& path);
+
 // The user's home folder, or "~" if it is unknown.
 std::string home_folder();
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "archive.hpp"
 #include "kernels/kernels.hpp"
 #include "system/pool.hpp"
 
@@ -46,11 +47,13 @@ class Adam {
 
   template <typename Archive>
   void archive(Archive& a) {
-    a(first_);
-    a(second_);
-    a(power1_);
-    a(power2_);
+    a(first_, kFinite);
+    a(second_, {0, __builtin_inf()});  // the square of a finite number can be infinite
+    a(power1_, {0, 1});
+    a(power2_, {0, 1});
   }
+  const std::vector<float>& first() const { return first_; }
+  const std::vector<float>& second() const { return second_; }
 
  private:
   static constexpr double kBeta1 = 0.9, kBeta2 = 0.999;

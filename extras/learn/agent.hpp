@@ -30,6 +30,15 @@ struct Agent {
   // How many floats a row of both networks' inputs takes.
   std::size_t stride() const { return static_cast<std::size_t>(actor.input_stride()); }
 
+  // Which elements are parameters: not padding, and not weights of inputs that a network does not see. The others are 0.
+  std::vector<bool> used() const {
+    std::vector<bool> is_used(size);
+    actor.mark_used(is_used, 0);
+    critic.mark_used(is_used, critic_at);
+    std::fill_n(is_used.begin() + static_cast<std::ptrdiff_t>(log_std_at), actuators, true);
+    return is_used;
+  }
+
   std::vector<float> initial_parameters(double std, Random& random) const {
     std::vector<float> parameters(size);
     actor.initialize(parameters.data(), 0.01, random);

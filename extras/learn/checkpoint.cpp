@@ -6,26 +6,14 @@
 #include <utility>
 
 #include "error.hpp"
-#include "file.hpp"
+#include "hash.hpp"
+#include "system/files.hpp"
+#include "system/memory.hpp"
 
 namespace mjenv::learn {
 namespace {
 
 constexpr std::string_view kHead = "mjenv-checkpoint 1\n";
-
-// FNV-1a over 64-bit words, with a shift after each, and over the bytes that are left.
-std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
-  constexpr std::uint64_t kPrime = 0x100000001b3;
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (; size >= 8; bytes += 8, size -= 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes, 8);
-    hash = (hash ^ word) * kPrime;
-    hash ^= hash >> 32;
-  }
-  for (; size > 0; ++bytes, --size) hash = (hash ^ static_cast<std::uint64_t>(*bytes)) * kPrime;
-  return hash;
-}
 
 std::string masked(const std::vector<std::uint8_t>& mask) {
   std::string text;
@@ -54,8 +42,8 @@ void check_description(const std::string& path, std::string_view theirs, std::st
   while (!ours.empty()) {
     const std::string_view own = ours.substr(0, ours.find('\n')), other = theirs.substr(0, theirs.find('\n'));
     if (own != other)
-      refuse(path, "is a checkpoint of another learner: it has " + core::quoted(std::string(other)) + ", this one " +
-                       core::quoted(std::string(own)));
+      refuse(path, "is a checkpoint of another learner: it has " + core::quoted(std::string(other.substr(0, 100))) +
+                       ", this one " + core::quoted(std::string(own)));
     ours.remove_prefix(own.size() + 1);
     theirs.remove_prefix(std::min(theirs.size(), other.size() + 1));
   }
@@ -74,8 +62,9 @@ struct Content {
 
 // Throws unless the file is a whole checkpoint.
 Content read_content(const std::string& path) {
-  std::vector<std::byte> bytes = read_file(path);
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto most = static_cast<std::int64_t>(core::free_memory() / 4);  // it is copied
+  const std::string bytes = core::read_file(path, most, "", MJENV_E_FILE, MJENV_E_MEMORY);
+  const std::string_view text = bytes;
   const std::size_t end = text.find("\n\n");
   if (text.substr(0, kHead.size()) != kHead || end == std::string_view::npos) refuse(path, "is no checkpoint");
   Content content;
@@ -85,11 +74,12 @@ Content read_content(const std::string& path) {
   if (bytes.size() < note) refuse(path, "is damaged: it ends too early");
   std::memcpy(&sum, bytes.data() + end + 2, sizeof sum);
   std::memcpy(&size, bytes.data() + summed, sizeof size);
-  if (sum != checksum(bytes.data() + summed, bytes.size() - summed)) refuse(path, "is damaged: its checksum is wrong");
+  if (sum != core::hash(bytes.data() + summed, bytes.size() - summed))
+    refuse(path, "is damaged: its checksum is wrong");
   if (size > bytes.size() - note) refuse(path, "is damaged: its sizes do not fit");
   content.note = text.substr(note, size);
-  bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(note + size));
-  content.state = std::move(bytes);
+  const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
+  content.state.assign(begin + note + size, begin + bytes.size());
   return content;
 }
 
@@ -110,9 +100,9 @@ void write_checkpoint(const std::string& path, const Settings& settings, const S
   append(content, note.data(), note.size());
   append(content, state.data(), state.size());
   const std::size_t summed = text.size() + sizeof sum;
-  sum = checksum(content.data() + summed, content.size() - summed);
+  sum = core::hash(content.data() + summed, content.size() - summed);
   std::memcpy(content.data() + text.size(), &sum, sizeof sum);
-  replace_file(path, content.data(), content.size());
+  core::replace_file(path, content.data(), content.size());
 }
 
 std::vector<std::byte> read_checkpoint(const std::string& path, const Settings& settings, const Spaces& spaces) {

@@ -1,6 +1,6 @@
 #include "environment.hpp"
 
-#include <cmath>
+#include <limits>
 #include <string>
 
 #include "chars.hpp"
@@ -16,10 +16,12 @@ Spaces::Spaces(const mjenv_space& observation, const mjenv_space& action)
   if (observations == 0 || actuators == 0)
     core::fail(MJENV_E_SIZE, "there are " + std::to_string(observations) + " observations and " +
                                  std::to_string(actuators) + " actuators; a policy needs at least one of each");
+  constexpr double kLargest = std::numeric_limits<float>::max();
   for (std::size_t i = 0; i < actuators; ++i)
-    if (!std::isfinite(low[i]) || !std::isfinite(high[i]) || low[i] > high[i])
+    if (!(-kLargest <= low[i] && low[i] <= high[i] && high[i] <= kLargest))
       core::fail(MJENV_E_VALUE, "the bounds of action " + std::to_string(i) + " are " + core::number(low[i]) + " and " +
-                                    core::number(high[i]) + "; a policy needs finite ones (ctrlrange in the model)");
+                                    core::number(high[i]) +
+                                    "; a policy needs finite ones, in float32 (ctrlrange in the model)");
 }
 
 Environment::Environment(const mjenv_learn_calls& calls, mjenv_env* env, const char* autoreset_mode)

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "archive.hpp"
+
 namespace mjenv::learn {
 
 // The returns and lengths of the last episodes.
@@ -37,11 +39,11 @@ class EpisodeStatistics {
 
   template <typename Archive>
   void archive(Archive& a) {
-    a(totals_);
-    a(steps_);
-    a(returns_);
-    a(lengths_);
-    a(episodes_);
+    a(totals_, kSum);
+    a(steps_, kCount);
+    a(returns_, kSum);
+    a(lengths_, kCount);
+    a(episodes_, kCount);
   }
 
  private:

@@ -11,13 +11,13 @@
 #include <string_view>
 
 #include "checkpoint.hpp"
-#include "file.hpp"
 #include "handles.hpp"
 #include "learner.hpp"
 #include "policy.hpp"
 #include "reasons.hpp"
 #include "settings.hpp"
 #include "structs.hpp"
+#include "system/files.hpp"
 #include "system/floats.hpp"
 
 struct mjenv_learner : mjenv::core::Slot<mjenv::learn::Learner> {
@@ -247,9 +247,10 @@ mjenv_status mjenv_policy_parse(const char* text, std::int64_t size, mjenv_polic
 mjenv_status mjenv_policy_load(const char* path, mjenv_policy** policy) {
   return guard([&] {
     need(policy, "policy");
-    const auto content = read_file(&need(path, "path"));
+    constexpr std::int64_t kMostBytes = 256 << 20;
+    const std::string content = read_file(&need(path, "path"), kMostBytes, "", MJENV_E_FILE, MJENV_E_VALUE);
     try {
-      *policy = add_policy({reinterpret_cast<const char*>(content.data()), content.size()});
+      *policy = add_policy(content);
     } catch (const Error& error) {
       fail(error.status(), std::string(path) + ": " + error.what());
     }

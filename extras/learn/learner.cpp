@@ -19,6 +19,11 @@ constexpr int kRowsOfPass = 16;  // rows that one thread evaluates together duri
 // The threads share an evaluation of at least so many multiplications. A smaller one takes less time than waking them.
 constexpr std::size_t kSharedWork = std::size_t{1} << 22;
 
+constexpr double kLeastScale = 1e-5;  // of observations; it is sqrt(1e-8) for those that never change
+
+bool is_usable(double value) { return std::abs(value) <= kLargest; }
+constexpr const char* kUsable = ", not a number from -1e100 to 1e100";
+
 mjenv_learn_report empty_report() {
   mjenv_learn_report report = MJENV_LEARN_REPORT_INIT;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -86,9 +91,9 @@ void Learner::begin(const double* obs) {
     obs = env_->outcome().obs;
   }
   for (std::size_t i = 0; i < rows() * spaces_.observations; ++i)
-    if (!std::isfinite(obs[i]))
+    if (!is_usable(obs[i]))
       core::fail(MJENV_E_VALUE, "the first observation of row " + std::to_string(i / spaces_.observations) + ": " +
-                                    core::element_is("obs", i % spaces_.observations, obs[i]));
+                                    core::element_is("obs", i % spaces_.observations, obs[i]) + kUsable);
   observations_.add(obs, rows());
   observations_.normalize(obs, rows(), now_.data());
   episodes_.forget_unfinished();
@@ -257,19 +262,19 @@ float Learner::bounded(std::size_t j, float action) const {
   return static_cast<float>(std::min(high, std::max(low, wanted)));
 }
 
-void Learner::check_finite(const Outcome& outcome) const {
+void Learner::check_usable(const Outcome& outcome) const {
   const auto where = [&](std::size_t row) {
     const std::int64_t step = updates() * settings_->rollout_steps + static_cast<std::int64_t>(step_) + 1;
     return "row " + std::to_string(row) + ", step " + std::to_string(step) + " of the training: ";
   };
   for (std::size_t i = 0; i < rows(); ++i)
-    if (!std::isfinite(outcome.reward[i]))
-      core::fail(MJENV_E_VALUE, where(i) + "the reward is " + core::number(outcome.reward[i]));
+    if (!is_usable(outcome.reward[i]))
+      core::fail(MJENV_E_VALUE, where(i) + "the reward is " + core::number(outcome.reward[i]) + kUsable);
   const std::size_t size = spaces_.observations;
   const auto check = [&](const double* obs, std::size_t row) {
     for (std::size_t j = 0; j < size; ++j)
-      if (!std::isfinite(obs[row * size + j]))
-        core::fail(MJENV_E_VALUE, where(row) + core::element_is("obs", j, obs[row * size + j]));
+      if (!is_usable(obs[row * size + j]))
+        core::fail(MJENV_E_VALUE, where(row) + core::element_is("obs", j, obs[row * size + j]) + kUsable);
   };
   for (std::size_t i = 0; i < rows(); ++i) {
     check(outcome.obs, i);
@@ -278,7 +283,7 @@ void Learner::check_finite(const Outcome& outcome) const {
 }
 
 void Learner::take(const Outcome& outcome) {
-  check_finite(outcome);
+  check_usable(outcome);
   const std::size_t n = rows(), stride = agent_.stride();
   for (std::size_t i = 0; i < n; ++i) {
     ended_[i] = outcome.terminated[i] != 0 || outcome.truncated[i] != 0;
@@ -419,18 +424,39 @@ std::string Learner::policy(mjenv_learned which) const {
 // Lists what the next rollouts depend on, besides the curve, the settings and the environment.
 template <typename Archive>
 void Learner::archive(Archive& a) {
-  a(random_);
-  a(parameters_);
+  random_.archive(a);
+  a(parameters_, kFinite);
   adam_.archive(a);
   observations_.archive(a);
   rewards_.archive(a);
   episodes_.archive(a);
-  a(now_);
-  a(order_);
-  a(best_.mean_return);
-  a(best_.actor);
-  a(best_.mean);
-  a(best_.scale);
+  a(now_, kFinite);
+  a(order_, {0, static_cast<double>(settings_.batch() - 1)});
+  a(best_.mean_return, {-__builtin_inf(), kSum.high});
+  a(best_.actor, kFinite);
+  a(best_.mean, kSum);
+  a(best_.scale, {kLeastScale, kSum.high});
+}
+
+// Throws unless a learner can have the state that archive() has read, beyond the range of each number.
+void Learner::check_state() const {
+  for (std::size_t i = 0; i < curve_.size(); ++i) {
+    const mjenv_learn_report& report = curve_[i];
+    const auto update = static_cast<std::int64_t>(i) + 1;
+    if (report.struct_size != sizeof report || report.reserved != 0 || report.updates != update ||
+        report.steps != update * settings_.batch() || report.episodes < 0 || report.epochs < 1)
+      Reader::fail("its curve is none");
+  }
+  std::vector<bool> is_in(order_.size());
+  for (const std::int32_t step : order_) is_in[static_cast<std::size_t>(step)] = true;
+  if (std::find(is_in.begin(), is_in.end(), false) != is_in.end()) Reader::fail("its order of steps repeats one");
+  const std::vector<bool> used = agent_.used();
+  for (const auto* numbers : {&parameters_, &adam_.first(), &adam_.second()})
+    for (std::size_t i = 0; i < used.size(); ++i)
+      if (!used[i] && (*numbers)[i] != 0) Reader::fail("it has weights where the networks have none");
+  for (std::size_t i = 0; i < now_.size(); ++i)
+    if (i % agent_.stride() >= spaces_.observations && now_[i] != 0)
+      Reader::fail("it has inputs where the networks have none");
 }
 
 void Learner::save_state() {
@@ -450,11 +476,10 @@ void Learner::restore_state(bool with_env) {
   stage_ = Stage::kAct;
   env_is_stale_ = with_env;
   Reader reader(saved_);
-  curve_.resize(reader.count_ahead());
-  reader(curve_);
+  reader.resize(curve_);
   archive(reader);
-  image_.resize(reader.count_ahead());
-  reader(image_);
+  reader.resize(image_);
+  reader.end();
   if (with_env) env_->restore(image_.data(), image_.size());
   env_is_stale_ = false;
 }
@@ -468,6 +493,7 @@ void Learner::load(const std::string& path) {
   std::swap(saved_, state);
   try {
     restore_state(steps_itself());
+    check_state();
   } catch (...) {
     std::swap(saved_, state);
     undo();

@@ -103,7 +103,7 @@ class Learner {
   void estimate_values(const float* inputs, int rows, float* values);
   template <typename Body>
   void for_row_blocks(int rows, const Network& network, const Body& body);
-  void check_finite(const Outcome& outcome) const;
+  void check_usable(const Outcome& outcome) const;
   void take(const Outcome& outcome);
   void bootstrap_truncated(const Outcome& outcome);
   void finish_rollout();
@@ -115,6 +115,7 @@ class Learner {
   void save_state();
   void undo();
   void restore_state(bool with_env);
+  void check_state() const;
   template <typename Archive>
   void archive(Archive& a);
 };

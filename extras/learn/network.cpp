@@ -75,6 +75,15 @@ void Network::clear_unseen(float* parameters) const {
       for (int o = 0; o < first.outputs; ++o) parameters[first.weight(i, o)] = 0;
 }
 
+void Network::mark_used(std::vector<bool>& is_used, std::size_t at) const {
+  for (const Layer& layer : layers_)
+    for (int o = 0; o < layer.outputs; ++o) {
+      is_used[at + layer.bias + static_cast<std::size_t>(o)] = true;
+      for (int i = 0; i < layer.inputs; ++i)
+        if (&layer != &layers_.front() || sees(i)) is_used[at + layer.weight(i, o)] = true;
+    }
+}
+
 std::size_t Network::transposed_size() const {
   std::size_t size = 0;
   for (std::size_t l = 1; l + 1 < layers_.size(); ++l)

@@ -39,6 +39,9 @@ class Network {
   // Sets orthogonal weights, with gain sqrt(2) in hidden layers and `gain` in the last one, and biases of 0.
   void initialize(float* parameters, double gain, Random& random) const;
 
+  // Sets the elements of is_used that are parameters, which begin at `at`, not padding or weights of unseen inputs.
+  void mark_used(std::vector<bool>& is_used, std::size_t at) const;
+
   // The memory that one evaluation of `rows` rows needs besides the parameters.
   class Pass {
    public:

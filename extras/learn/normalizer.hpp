@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "archive.hpp"
+
 namespace mjenv::learn {
 
 // The running mean and variance of each of `size` numbers, by the parallel algorithm of Chan, Golub and LeVeque.
@@ -40,14 +42,15 @@ class Moments {
 
   template <typename Archive>
   void archive(Archive& a) {
-    a(mean_);
-    a(variance_);
-    a(count_);
+    a(mean_, kSum);
+    a(variance_, kVariance);
+    a(count_, {kFirstCount, kCount.high});
   }
 
  private:
+  static constexpr double kFirstCount = 1e-4;
   std::vector<double> mean_, variance_;
-  double count_ = 1e-4;
+  double count_ = kFirstCount;
   std::vector<double> batch_mean_, squares_;  // scratch memory of add()
 };
 
@@ -86,7 +89,7 @@ class ObservationNormalizer {
   template <typename Archive>
   void archive(Archive& a) {
     moments_.archive(a);
-    a(inverse_);
+    if (enabled_) update_inverse();
   }
 
  private:
@@ -125,7 +128,7 @@ class RewardNormalizer {
   template <typename Archive>
   void archive(Archive& a) {
     moments_.archive(a);
-    a(returns_);
+    a(returns_, kSum);
   }
 
  private:

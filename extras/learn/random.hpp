@@ -56,6 +56,13 @@ class Random {
     }
   }
 
+  template <typename Archive>
+  void archive(Archive& a) {
+    a(state_, {0, 0x1p64});
+    a(has_kept_, {0, 1});
+    a(kept_, {-40, 40});  // sqrt(-2 log(1e-300)) is 37.2
+  }
+
  private:
   std::uint64_t state_, has_kept_ = 0;
   double kept_ = 0;

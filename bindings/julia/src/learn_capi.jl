@@ -1,4 +1,4 @@
-# Written by tools/declarations.py from learn.h in learn/include/mjenv: do not edit.
+# Written by tools/declarations.py from learn.h in extras/learn/include/mjenv: do not edit.
 
 const MJENV_LEARN_ABI_VERSION = 1
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -303,27 +302,6 @@ std::int64_t check_png(const std::string& content, const Limits& limits) {
 }
 
 }  // namespace
-
-std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what, mjenv_status unreadable) {
-  const platform::InputFile file(path);
-  const auto cannot = [&](const char* why) { fail(unreadable, what + quoted(path) + " cannot be read: " + why); };
-  if (!file.is_open()) cannot(std::strerror(errno));
-  const platform::FileStatus status = file.status();
-  if (!status.is_regular) cannot("it is no regular file");
-  if (status.bytes > max_bytes)
-    refuse(what + quoted(path) + " has " + std::to_string(status.bytes) + " bytes; the limit is " +
-           std::to_string(max_bytes));
-  std::string content(static_cast<std::size_t>(status.bytes), '\0');
-  std::size_t got = 0;
-  while (got < content.size()) {
-    const std::int64_t count = file.read(&content[got], content.size() - got);
-    if (count < 0) cannot(std::strerror(errno));
-    if (count == 0) break;
-    got += static_cast<std::size_t>(count);
-  }
-  content.resize(got);
-  return content;
-}
 
 MeshSize check_mesh(const std::string& path, const std::string& content, const Limits& limits) {
   const std::string kind = kind_of(path);

@@ -7,16 +7,12 @@
 #include "engine/untrusted/limits.hpp"
 #include "error.hpp"
 #include "mjenv/mjenv.h"
+#include "system/files.hpp"
 
 namespace mjenv::core {
 
 // Refuses a model or one of its files.
 [[noreturn]] inline void refuse(const std::string& why) { fail(MJENV_E_MODEL, why); }
-
-// Reads a file. Fails with `unreadable` if it is no regular file or cannot be opened or read, and with MJENV_E_MODEL if
-// it has more than max_bytes.
-std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what = "file ",
-                      mjenv_status unreadable = MJENV_E_MODEL);
 
 // These fail with MJENV_E_MODEL if MuJoCo would crash, hang or print when it reads the content. Their messages do not
 // name the file.

@@ -90,6 +90,10 @@ std::string real_path(const std::string&) {
 }
 
 std::FILE* create_file(std::string&, std::size_t) { return nullptr; }
+std::FILE* create_new(const std::string&) { return nullptr; }
+bool write_through(std::FILE*) { return false; }
+bool rename_over(const std::string&, const std::string&) { return false; }
+void remove_file(const std::string&) {}
 std::string home_folder() { return "~"; }
 
 // ---- Pictures ----

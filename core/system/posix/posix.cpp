@@ -134,6 +134,34 @@ std::FILE* create_file(std::string& path, std::size_t ending) {
   return descriptor < 0 ? nullptr : fdopen(descriptor, "wb");
 }
 
+// O_EXCL follows no link.
+std::FILE* create_new(const std::string& path) {
+  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor < 0) return nullptr;
+  std::FILE* file = fdopen(descriptor, "wb");
+  if (file) return file;
+  close(descriptor);
+  unlink(path.c_str());
+  errno = ENOMEM;
+  return nullptr;
+}
+
+bool write_through(std::FILE* file) { return std::fflush(file) == 0 && fsync(fileno(file)) == 0; }
+
+// The folder is written through, too, if its file system can do that.
+bool rename_over(const std::string& from, const std::string& to) {
+  if (std::rename(from.c_str(), to.c_str()) != 0) return false;
+  const std::size_t end = to.rfind('/');
+  const std::string folder = end == std::string::npos ? "." : to.substr(0, end + 1);
+  if (const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); descriptor >= 0) {
+    fsync(descriptor);
+    close(descriptor);
+  }
+  return true;
+}
+
+void remove_file(const std::string& path) { unlink(path.c_str()); }
+
 std::string home_folder() {
   if (const char* home = std::getenv("HOME")) return home;
   const passwd* user = getpwuid(getuid());

@@ -356,6 +356,23 @@ std::string real_path(const std::string& path) {
   return real.rfind(local, 0) == 0 ? real.substr(local.size()) : real;
 }
 
+std::FILE* create_new(const std::string& path) {
+  const int descriptor =
+      _wopen(wide(path).c_str(), _O_CREAT | _O_EXCL | _O_BINARY | _O_WRONLY | _O_NOINHERIT, _S_IREAD | _S_IWRITE);
+  return descriptor < 0 ? nullptr : _fdopen(descriptor, "wb");
+}
+
+bool write_through(std::FILE* file) { return std::fflush(file) == 0 && _commit(_fileno(file)) == 0; }
+
+bool rename_over(const std::string& from, const std::string& to) {
+  if (MoveFileExW(wide(from).c_str(), wide(to).c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0)
+    return true;
+  set_errno();
+  return false;
+}
+
+void remove_file(const std::string& path) { _wremove(wide(path).c_str()); }
+
 std::FILE* create_file(std::string& path, std::size_t ending) {
   constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyz0123456789";
   constexpr std::size_t kLength = 6;
@@ -365,10 +382,8 @@ std::FILE* create_file(std::string& path, std::size_t ending) {
     std::array<unsigned char, kLength> numbers{};
     if (!fill_with_entropy(numbers.data(), numbers.size())) return nullptr;
     for (std::size_t k = 0; k < kLength; ++k) name[k] = letters[numbers[k] % letters.size()];
-    const int descriptor =
-        _wopen(wide(path).c_str(), _O_CREAT | _O_EXCL | _O_BINARY | _O_WRONLY | _O_NOINHERIT, _S_IREAD | _S_IWRITE);
-    if (descriptor >= 0) return _fdopen(descriptor, "wb");
-    if (errno != EEXIST) return nullptr;
+    std::FILE* file = create_new(path);
+    if (file || errno != EEXIST) return file;
   }
   return nullptr;
 }

@@ -1,5 +1,6 @@
 // Memory runs out at every single allocation of every call of the learner in turn: the call fails, nothing else does.
 #include <math.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "allocator.h"
@@ -159,6 +160,28 @@ static void test_the_bits_are_the_same(void** state) {
   free(wanted);
 }
 
+// A short text that claims to have huge layers is refused for what it lacks, without memory for what it claims.
+static void test_claims_take_no_memory(void** state) {
+  (void)state;
+  char text[1000] =
+      "mjenv-policy 1\nid Some-v0\nmean 0\nscale 1\nclip 10\nlow -1\nhigh 1\nlayer 1048576 200 tanh\nweights";
+  for (int i = 0; i < 200; ++i) strcat(text, " 0");
+  long pages = 0;
+  FILE* file = fopen("/proc/self/statm", "r");
+  assert_int_equal(fscanf(file, "%ld", &pages), 1);
+  fclose(file);
+  struct rlimit before, small;
+  assert_int_equal(getrlimit(RLIMIT_AS, &before), 0);
+  small = before;
+  small.rlim_cur = (rlim_t)(pages * sysconf(_SC_PAGESIZE)) + (64 << 20);
+  assert_int_equal(setrlimit(RLIMIT_AS, &small), 0);
+  mjenv_policy* parsed = NULL;
+  const mjenv_status status = mjenv_policy_parse(text, (int64_t)strlen(text), &parsed);
+  assert_int_equal(setrlimit(RLIMIT_AS, &before), 0);
+  assert_int_equal(status, MJENV_E_VALUE);
+  assert_non_null(strstr(mjenv_learn_last_error(), "layer 1 has 1 of 1048576 lines \"weights\""));
+}
+
 static int set_up(void** state) {
   (void)state;
   const int file = mkstemp(path);
@@ -190,10 +213,11 @@ static int tear_down(void** state) {
 }
 
 int main(void) {
-  struct CMUnitTest tests[COUNT(all_calls) + 2];
+  struct CMUnitTest tests[COUNT(all_calls) + 3];
   for (size_t i = 0; i < COUNT(all_calls); ++i)
     tests[i] = (struct CMUnitTest){all_calls[i].name, test_call, NULL, NULL, (void*)(uintptr_t)&all_calls[i]};
   tests[COUNT(all_calls)] = (struct CMUnitTest)cmocka_unit_test(test_creating_loses_nothing);
   tests[COUNT(all_calls) + 1] = (struct CMUnitTest)cmocka_unit_test(test_the_bits_are_the_same);
+  tests[COUNT(all_calls) + 2] = (struct CMUnitTest)cmocka_unit_test(test_claims_take_no_memory);
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -277,8 +277,8 @@ extern "C" {
 extern "C" {
     #[doc = " Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If this"]
     #[doc = " fails, the rollout under way is undone: the learner and its environment are as after the last update. Errors: VALUE"]
-    #[doc = " (a reward or observation is not finite: the row and step are named; an update made weights infinite; or the caller"]
-    #[doc = " steps the rows), FORKED, those of mjenv_step."]
+    #[doc = " (a reward or observation is no number from -1e100 to 1e100: the row and step are named; an update made weights"]
+    #[doc = " infinite; or the caller steps the rows), FORKED, those of mjenv_step."]
     pub fn mjenv_learner_train(learner: *mut mjenv_learner, steps: i64) -> mjenv_status;
 }
 extern "C" {
@@ -293,14 +293,14 @@ extern "C" {
 extern "C" {
     #[doc = " Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of"]
     #[doc = " rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were"]
-    #[doc = " drawn, or a number is not finite). If a number in `out` or in the new weights is not finite, the rollout is given"]
-    #[doc = " up; mjenv_learner_restart begins the next one."]
+    #[doc = " drawn, or a number is not from -1e100 to 1e100). If that is so, or new weights are not finite, the rollout is given up;"]
+    #[doc = " mjenv_learner_restart begins the next one."]
     pub fn mjenv_learner_feed(learner: *mut mjenv_learner, out: *const mjenv_batch)
         -> mjenv_status;
 }
 extern "C" {
     #[doc = " Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE,"]
-    #[doc = " VALUE (the library steps the rows, or a number is not finite)."]
+    #[doc = " VALUE (the library steps the rows, or a number is not from -1e100 to 1e100)."]
     pub fn mjenv_learner_restart(
         learner: *mut mjenv_learner,
         obs: *const f64,
@@ -361,7 +361,8 @@ extern "C" {
 extern "C" {
     #[doc = " Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations"]
     #[doc = " and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;"]
-    #[doc = " its other settings stay. Errors: FILE, SNAPSHOT (damaged, or of another learner)."]
+    #[doc = " its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT"]
+    #[doc = " (damaged, or of another learner)."]
     pub fn mjenv_learner_load(
         learner: *mut mjenv_learner,
         path: *const ::std::os::raw::c_char,
@@ -396,7 +397,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Reads a policy from a file. Errors: FILE, VALUE."]
+    #[doc = " Reads a policy from a file. Errors: FILE (also if it is no regular file), VALUE."]
     pub fn mjenv_policy_load(
         path: *const ::std::os::raw::c_char,
         policy: *mut *mut mjenv_policy,

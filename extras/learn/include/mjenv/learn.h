@@ -206,8 +206,8 @@ MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
 
 /* Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If this
  * fails, the rollout under way is undone: the learner and its environment are as after the last update. Errors: VALUE
- * (a reward or observation is not finite: the row and step are named; an update made weights infinite; or the caller
- * steps the rows), FORKED, those of mjenv_step. */
+ * (a reward or observation is no number from -1e100 to 1e100: the row and step are named; an update made weights
+ * infinite; or the caller steps the rows), FORKED, those of mjenv_step. */
 MJENV_LEARN_API mjenv_status mjenv_learner_train(mjenv_learner *learner, int64_t steps);
 
 /* Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators.
@@ -216,12 +216,12 @@ MJENV_LEARN_API mjenv_status mjenv_learner_act(mjenv_learner *learner, float *ac
 
 /* Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of
  * rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were
- * drawn, or a number is not finite). If a number in `out` or in the new weights is not finite, the rollout is given
- * up; mjenv_learner_restart begins the next one. */
+ * drawn, or a number is not from -1e100 to 1e100). If that is so, or new weights are not finite, the rollout is given up;
+ * mjenv_learner_restart begins the next one. */
 MJENV_LEARN_API mjenv_status mjenv_learner_feed(mjenv_learner *learner, const mjenv_batch *out);
 
 /* Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE,
- * VALUE (the library steps the rows, or a number is not finite). */
+ * VALUE (the library steps the rows, or a number is not from -1e100 to 1e100). */
 MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner *learner, const double *obs, int64_t obs_count);
 
 /* Continues in another environment with the same spaces and number of rows, for instance one with other options. The
@@ -253,7 +253,8 @@ MJENV_LEARN_API mjenv_status mjenv_checkpoint_note(const char *path, char *text,
 
 /* Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations
  * and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;
- * its other settings stay. Errors: FILE, SNAPSHOT (damaged, or of another learner). */
+ * its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT
+ * (damaged, or of another learner). */
 MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const char *path);
 
 /* Writes a policy as text (docs/training.md) into text[capacity], with a NUL.
@@ -271,7 +272,7 @@ MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *lear
 /* Reads a policy from text[size]. Errors: VALUE (the line is named). */
 MJENV_LEARN_API mjenv_status mjenv_policy_parse(const char *text, int64_t size, mjenv_policy **policy);
 
-/* Reads a policy from a file. Errors: FILE, VALUE. */
+/* Reads a policy from a file. Errors: FILE (also if it is no regular file), VALUE. */
 MJENV_LEARN_API mjenv_status mjenv_policy_load(const char *path, mjenv_policy **policy);
 
 MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
