@@ -196,7 +196,7 @@ class Player {
     if (c.differs) make_differ();
     std::vector<std::uint64_t> seeds(kRows);
     for (std::size_t row = 0; row < seeds.size(); ++row) seeds[row] = row;
-    check(mjenv_seed(env_, nullptr, seeds.data(), 1));
+    check(mjenv_seed(env_, nullptr, seeds.data(), kRows));
     check(mjenv_seed_actions(env_, 1));
     check(mjenv_reset(env_, nullptr, nullptr));
     mjenv_space space = MJENV_SPACE_INIT;

@@ -87,7 +87,7 @@ static void work_open(struct work* w, const struct library* library, const char*
 
   uint64_t* seeds = malloc(n * sizeof *seeds);
   for (size_t i = 0; i < n; ++i) seeds[i] = seed + i;
-  check(library, library->mjenv_seed(w->env, NULL, seeds, 1));
+  check(library, library->mjenv_seed(w->env, NULL, seeds, (int64_t)n));
   free(seeds);
   check(library, library->mjenv_reset(w->env, NULL, &w->out));
   if (w->horizon > 0) {

@@ -294,8 +294,12 @@ mjenv_status mjenv_field_at(const mjenv_env* env, mjenv_role role, std::int64_t 
   return read_env(env, [&](const Env& e) { fill(field, at(e.schema().fields(role), index, "field")); });
 }
 
-mjenv_status mjenv_seed(mjenv_env* env, const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
-  return change_env(env, [&](Env& e) { e.seed(mask, &need(seeds, "seeds"), words); });
+mjenv_status mjenv_seed(mjenv_env* env, const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t count) {
+  return change_env(env, [&](Env& e) { e.seed(e.masked(mask), &need(seeds, "seeds"), count); });
+}
+
+mjenv_status mjenv_seed_row(mjenv_env* env, std::int64_t row, const std::uint64_t* words, std::int64_t count) {
+  return change_env(env, [&](Env& e) { e.seed(e.only(row), &need(words, "words"), count); });
 }
 
 mjenv_status mjenv_reset(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* out) {
@@ -389,12 +393,24 @@ mjenv_status mjenv_write(mjenv_env* env, const std::uint8_t* mask, const char* a
                          std::int64_t count) {
   return change_env(env, [&](Env& e) {
     const std::string name = text(array, "array");
-    e.write(mask, name, need_array(values, count, "values"), count);
+    e.write(e.masked(mask), name, need_array(values, count, "values"), count);
+  });
+}
+
+mjenv_status mjenv_write_row(mjenv_env* env, std::int64_t row, const char* array, const double* values,
+                             std::int64_t count) {
+  return change_env(env, [&](Env& e) {
+    const std::string name = text(array, "array");
+    e.write(e.only(row), name, need_array(values, count, "values"), count);
   });
 }
 
 mjenv_status mjenv_set_constants(mjenv_env* env, const std::uint8_t* mask) {
-  return change_env(env, [&](Env& e) { e.set_constants(mask); });
+  return change_env(env, [&](Env& e) { e.set_constants(e.masked(mask)); });
+}
+
+mjenv_status mjenv_set_constants_row(mjenv_env* env, std::int64_t row) {
+  return change_env(env, [&](Env& e) { e.set_constants(e.only(row)); });
 }
 
 mjenv_status mjenv_randomize(mjenv_env* env, const mjenv_randomization* items, std::int64_t count) {

@@ -128,16 +128,19 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 
 // ---- Random streams ----
 
-void Env::seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words) {
+void Env::seed(const Selection& selected, const std::uint64_t* seeds, std::int64_t count) {
   check_settled();
-  if (words < 1) fail(MJENV_E_SIZE, "words is " + std::to_string(words) + ", but a seed has at least one word");
-  for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_selected(mask, row)) continue;
+  if (count < 1 || count % selected.count != 0)
+    fail(MJENV_E_SIZE, "the count of the seeds' words is " + std::to_string(count) + ", no positive multiple of the " +
+                           std::to_string(selected.count) + " row(s)");
+  const std::int64_t words = count / selected.count;
+  selected.for_each([&](std::int64_t row, std::int64_t place) {
+    const std::uint64_t* seed = seeds + place * words;
     if (rows_.has_random_state())
-      rows_.set_random_state(row, np::RandomState::from_seed(seeds + row * words, static_cast<std::size_t>(words)));
-    rows_.head(row).rng = Rng::from_seed(seeds + row * words, static_cast<std::size_t>(words));
+      rows_.set_random_state(row, np::RandomState::from_seed(seed, static_cast<std::size_t>(words)));
+    rows_.head(row).rng = Rng::from_seed(seed, static_cast<std::size_t>(words));
     rows_.head(row).seeded = true;
-  }
+  });
 }
 
 void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const {
@@ -328,7 +331,7 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
   forget_observation(row);
 }
 
-void Env::write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count) {
+void Env::write(const Selection& selected, const std::string& array, const double* values, std::int64_t count) {
   check_settled();
   const Field* parameter = Parameters::is_name(array) ? &task_.parameters.find(array, options_.id()) : nullptr;
   std::optional<Randomization::Range> range;
@@ -344,17 +347,16 @@ void Env::write(const std::uint8_t* mask, const std::string& array, const double
                                : part    ? part->count
                                          : target.original.count();
   const auto each = static_cast<std::int64_t>(elements);
-  if (count != each && count != rows() * each)
-    fail(MJENV_E_SIZE, "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " +
-                           std::to_string(each) +
-                           (each == 0     ? ": this array is empty in this model"
-                            : rows() == 1 ? ""
-                                          : " (the same in all rows) or " + std::to_string(rows() * each) + " (" +
-                                                std::to_string(each) + " for each row)"));
+  if (count != each && count != selected.count * each)
+    fail(MJENV_E_SIZE,
+         "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " + std::to_string(each) +
+             (each == 0             ? ": this array is empty in this model"
+              : selected.count == 1 ? ""
+                                    : " (the same in all rows) or " + std::to_string(selected.count * each) + " (" +
+                                          std::to_string(each) + " for each row)"));
   const bool same = count == each;
   const auto for_each_row = [&](const auto& body) {
-    for (std::int64_t row = 0; row < rows(); ++row)
-      if (is_selected(mask, row)) body(row, same ? values : values + row * each);
+    selected.for_each([&](std::int64_t row, std::int64_t place) { body(row, same ? values : values + place * each); });
   };
   const double* checked = nullptr;  // the values that were checked last; rows may share them
   for_each_row([&](std::int64_t row, const double* of_row) {
@@ -419,7 +421,7 @@ void Env::prepare_constants() {
   workers_.for_each([](Worker& worker) { worker.constants().prepare(); });
 }
 
-void Env::set_constants(const std::uint8_t* mask) {
+void Env::set_constants(const Selection& selected) {
   check_settled();
   prepare_constants();
   const auto set = [&](Worker& worker, std::int64_t row) {
@@ -431,11 +433,10 @@ void Env::set_constants(const std::uint8_t* mask) {
     forget_observation(row);
   };
   // On this thread, one row after the other, because make_own moves the values of all rows.
-  for (std::int64_t row = 0; row < rows(); ++row)
-    if (is_selected(mask, row)) {
-      Worker& worker = workers_.of(rows_, row);
-      worker.attempt(row, [&] { set(worker, row); });
-    }
+  selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
+    Worker& worker = workers_.of(rows_, row);
+    worker.attempt(row, [&] { set(worker, row); });
+  });
   workers_.raise();
 }
 

@@ -23,6 +23,19 @@
 
 namespace mjenv::core {
 
+// The rows that a call changes: those of rows first to first + count - 1 that the mask selects; null selects all.
+struct Selection {
+  const std::uint8_t* mask;
+  std::int64_t first, count;
+
+  // Calls body(row, row - first) for each of them.
+  template <typename Body>
+  void for_each(const Body& body) const {
+    for (std::int64_t row = first; row < first + count; ++row)
+      if (!mask || mask[row] != 0) body(row, row - first);
+  }
+};
+
 // What an mjenv_env handle holds. An Env checks the arguments of a call, and its members below do the work.
 class Env {
  public:
@@ -47,14 +60,18 @@ class Env {
   const LaneChoice& lanes() const { return lanes_; }
   std::string lane_stages() const { return lanes::stage_lines(*task_.model); }
 
-  // A null mask selects all rows. seeds: for each row, the words of an integer, the least significant first.
-  void seed(const std::uint8_t* mask, const std::uint64_t* seeds, std::int64_t words);
+  Selection masked(const std::uint8_t* mask) const { return {mask, 0, rows()}; }
+  Selection only(std::int64_t row) const { return rows_.check(row), Selection{nullptr, row, 1}; }
+
+  // seeds: for each row, the words of an integer, the least significant first. count: of the words of all seeds.
+  void seed(const Selection& selected, const std::uint64_t* seeds, std::int64_t count);
   void compute_reward(const double* achieved, const double* desired, std::int64_t count, double* rewards,
                       std::int64_t reward_count) const;
   // count: 4, 6, or 627 for RandomState. words: as mjenv_get_stream lays them out.
   void get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const;
   void set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count);
 
+  // A null mask selects all rows.
   void reset(const std::uint8_t* mask, const mjenv_batch& out);
   void step(const std::uint8_t* mask, const Action& actions, const mjenv_batch& out);
   void rollout(const Action& actions, std::int64_t steps, const mjenv_batch& out);
@@ -76,10 +93,10 @@ class Env {
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
   // Writes an array of the row's state or mjModel, an input of its mjData (engine/own_array.hpp), a live parameter or
   // the parameters of a draw. count: the array's size, for the same values in every selected row, or this size times
-  // the number of rows.
-  void write(const std::uint8_t* mask, const std::string& array, const double* values, std::int64_t count);
+  // the number of rows of the selection, whether its mask selects them or not.
+  void write(const Selection& selected, const std::string& array, const double* values, std::int64_t count);
   // Calls mj_setConst.
-  void set_constants(const std::uint8_t* mask);
+  void set_constants(const Selection& selected);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
   // randomize replaces what resets draw. perturb replaces noise, delays and pushes; null: there are none from then on.

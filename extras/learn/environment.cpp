@@ -61,7 +61,7 @@ mjenv_space Environment::space(mjenv_role role) const {
 }
 
 void Environment::seed(const std::vector<std::uint64_t>& seeds, const std::uint8_t* mask) {
-  check(calls_.seed(env_, mask, seeds.data(), 1));
+  check(calls_.seed(env_, mask, seeds.data(), static_cast<std::int64_t>(seeds.size())));
 }
 
 void Environment::reset(const std::uint8_t* mask) { check(calls_.reset(env_, mask, &batch_)); }
@@ -71,16 +71,16 @@ void Environment::step(const std::vector<float>& actions, const std::uint8_t* ma
       calls_.step(env_, mask, actions.data(), static_cast<std::int64_t>(actions.size()), MJENV_DTYPE_FLOAT32, &batch_));
 }
 
-void Environment::save(std::vector<std::byte>& image) const {
+void Environment::save(std::vector<std::byte>& image, std::int64_t row) const {
   std::int64_t size = 0;
-  check(calls_.snapshot(env_, MJENV_ALL_ROWS, nullptr, 0, &size));
+  check(calls_.snapshot(env_, row, nullptr, 0, &size));
   image.resize(static_cast<std::size_t>(size));
-  check(calls_.snapshot(env_, MJENV_ALL_ROWS, image.data(), size, &size));
+  check(calls_.snapshot(env_, row, image.data(), size, &size));
   image.resize(static_cast<std::size_t>(size));
 }
 
-void Environment::restore(const std::byte* image, std::size_t size) {
-  check(calls_.restore(env_, MJENV_ALL_ROWS, image, static_cast<std::int64_t>(size)));
+void Environment::restore(const std::byte* image, std::size_t size, std::int64_t row) {
+  check(calls_.restore(env_, row, image, static_cast<std::int64_t>(size)));
 }
 
 }  // namespace mjenv::learn

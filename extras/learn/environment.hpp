@@ -43,9 +43,9 @@ class Environment {
   void reset(const std::uint8_t* mask = nullptr);
   void step(const std::vector<float>& actions, const std::uint8_t* mask = nullptr);
 
-  // The image of all rows.
-  void save(std::vector<std::byte>& image) const;
-  void restore(const std::byte* image, std::size_t size);
+  // The image of a row, or of all rows.
+  void save(std::vector<std::byte>& image, std::int64_t row = MJENV_ALL_ROWS) const;
+  void restore(const std::byte* image, std::size_t size, std::int64_t row = MJENV_ALL_ROWS);
 
  private:
   mjenv_learn_calls calls_;

@@ -530,6 +530,7 @@ int main(void) {
   FIELD(mjenv_builder, api);
   FIELD(mjenv_builder, sim);
   FIELD(mjenv_builder, random);
+  FIELD(mjenv_builder, task);
 
   STRUCT(mjenv_random);
   FIELD(mjenv_random, struct_size);

@@ -136,7 +136,7 @@ static void replay_reset(struct vector* v, size_t reset) {
     seeded[row] = seeds[row] >= 0;
     given[row] = (uint64_t)seeds[row];
   }
-  assert_ok(mjenv_seed(v->env, seeded, given, 1));
+  assert_ok(mjenv_seed(v->env, seeded, given, ROWS));
   memset(v->was_reset, PATTERN, sizeof v->was_reset);
   assert_ok(mjenv_reset(v->env, mask, &v->batch));
   for (int row = 0; row < ROWS; ++row) {

@@ -133,6 +133,8 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_field_at(b->env, MJENV_ROLE_INFO, 0, NULL), "field is NULL");
   assert_refused(wanted, mjenv_seed(NULL, NULL, words, 1), "env is NULL");
   assert_refused(wanted, mjenv_seed(b->env, NULL, NULL, 1), "seeds is NULL");
+  assert_refused(wanted, mjenv_seed_row(NULL, 0, words, 1), "env is NULL");
+  assert_refused(wanted, mjenv_seed_row(b->env, 0, NULL, 1), "words is NULL");
   assert_refused(wanted, mjenv_reset(NULL, NULL, &b->out->batch), "env is NULL");
   assert_refused(wanted, mjenv_step(NULL, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->batch), "env is NULL");
   assert_refused(wanted, mjenv_step(b->env, NULL, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->batch), "action is NULL");
@@ -328,6 +330,7 @@ static void test_negative_counts(void** state) {
     assert_refused(wanted, mjenv_send(b->env, rows, 1, values, n, MJENV_DTYPE_FLOAT64), "count of action");
     assert_refused(wanted, mjenv_read(b->env, 0, "qpos", values, n, &count), "less than 0");
     assert_refused(wanted, mjenv_write(b->env, NULL, "qpos", values, n), "count of values");
+    assert_refused(wanted, mjenv_write_row(b->env, 0, "qpos", values, n), "count of values");
     assert_refused(wanted, mjenv_set_state(b->env, 0, values, n, values, 6), "count of qpos");
     assert_refused(wanted, mjenv_set_state(b->env, 0, values, 6, values, n), "count of qvel");
     assert_refused(wanted, mjenv_simulate(b->env, 0, values, n, 1), "count of ctrl");
@@ -394,7 +397,8 @@ static void test_other_sizes(void** state) {
   uint64_t words[5] = {0};
   const int64_t too_few[] = {0, -1, INT64_MIN};
   for (size_t i = 0; i < COUNT(too_few); ++i)
-    assert_refused(MJENV_E_SIZE, mjenv_seed(b->env, NULL, words, too_few[i]), "words is");
+    assert_refused(MJENV_E_SIZE, mjenv_seed(b->env, NULL, words, too_few[i]), "the count of the seeds' words is");
+  assert_refused(MJENV_E_SIZE, mjenv_seed_row(b->env, 0, words, 0), "the count of the seeds' words is 0");
   assert_refused(MJENV_E_NOT_RESET, mjenv_get_stream(b->env, 0, words, 4), "seed");
   start(b);
   assert_refused(MJENV_E_SIZE, mjenv_get_stream(b->env, 0, words, 3), "4");

@@ -321,7 +321,7 @@ static bool reset_rows(const struct replay* r, size_t reset) {
   uint64_t seeds[64];
   assert_true((size_t)r->out->rows <= COUNT(seeds));
   for (int64_t row = 0; row < r->out->rows; ++row) seeds[row] = r->golden->seed;
-  if (reset == 0 && refused(r, mjenv_seed(r->env, NULL, seeds, 1))) return false;
+  if (reset == 0 && refused(r, mjenv_seed(r->env, NULL, seeds, r->out->rows))) return false;
   if (refused(r, mjenv_reset(r->env, NULL, &r->out->batch))) return false;
   return same_in_rows(r, "reset_obs", reset, r->out->obs, (size_t)r->out->obs_count);
 }

@@ -315,6 +315,12 @@ TEST(rows_are_written) {
   EXPECT(env.read(1, "body_subtreemass")[0] > env.read(0, "body_subtreemass")[0]);
   env.write(first, "body_mass", std::vector<double>(2 * mass.size(), 0.5));
   EXPECT(env.read(0, "body_mass")[1] == 0.5 && same_bits(env.read(1, "body_mass"), heavy));
+  env.write(1, "body_mass", mass);
+  env.set_constants(1);
+  EXPECT(same_bits(env.read(1, "dof_invweight0"), light_weight) && env.read(0, "body_mass")[1] == 0.5);
+  env.seed_row(1, std::vector<std::uint64_t>{5});
+  env.seed(std::array<std::uint8_t, 2>{1, 0}, std::array<std::uint64_t, 2>{5, 0});
+  EXPECT(env.stream(0) == env.stream(1));
   EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.write("no_such", mass); }));
   EXPECT(refused(MJENV_E_SIZE, "body_mass", [&] { env.write("body_mass", std::vector<double>(3 * mass.size())); }));
   EXPECT(refused(MJENV_E_VALUE, "body_mass", [&] { env.write("body_mass", std::vector<double>(mass.size(), -1)); }));

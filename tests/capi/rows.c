@@ -84,7 +84,7 @@ static void seed_some(struct pair* p, const uint8_t* mask) {
     seeds[row] = ((uint64_t)mixed(1000) << 40) + mixed(1000);
     if (!mask || mask[row]) assert_ok(mjenv_seed(p->single[row], NULL, &seeds[row], 1));
   }
-  assert_ok(mjenv_seed(p->many, mask, seeds, 1));
+  assert_ok(mjenv_seed(p->many, mask, seeds, ROWS));
 }
 
 // Rows outside the mask keep the pattern.

@@ -418,17 +418,24 @@ static void test_streams(void** state) {
   const uint8_t second[] = {0, 1};
   for (int64_t count = 1; count <= 3; ++count) {
     const uint64_t* given = &seeds[1][0] - count;
-    assert_ok(mjenv_seed(env, second, given, count));
+    assert_ok(mjenv_seed(env, second, given, 2 * count));
     assert_ok(mjenv_get_stream(env, 1, words, 4));
     assert_memory_equal(words, want, sizeof words);
   }
   // default_rng(2**64 + 42).bit_generator.state of NumPy 2.2.6
   const uint64_t large[4] = {0x75ef2c2e09d03a59, 0x31588cf6217173a2, 0xcbef315b21966dff, 0x53e23a75742cae30};
-  assert_ok(mjenv_seed(env, NULL, (const uint64_t[2][3]){{42, 1, 0}, {42, 1, 0}}[0], 3));
+  assert_ok(mjenv_seed(env, NULL, (const uint64_t[2][3]){{42, 1, 0}, {42, 1, 0}}[0], 6));
   for (int64_t row = 0; row < 2; ++row) {
     assert_ok(mjenv_get_stream(env, row, words, 4));
     assert_memory_equal(words, large, sizeof words);
   }
+  assert_refused(MJENV_E_SIZE, mjenv_seed(env, NULL, large, 3), "3, no positive multiple of the 2 row(s)");
+  assert_ok(mjenv_seed_row(env, 1, (const uint64_t[]){42, 0}, 2));
+  for (int64_t row = 0; row < 2; ++row) {
+    assert_ok(mjenv_get_stream(env, row, words, 4));
+    assert_memory_equal(words, row == 0 ? large : want, sizeof words);
+  }
+  assert_refused(MJENV_E_VALUE, mjenv_seed_row(env, 2, want, 1), "row 2");
   outputs_free(out);
   mjenv_destroy(env);
 }

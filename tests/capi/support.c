@@ -86,7 +86,7 @@ void seed_rows(mjenv_env* env, uint64_t seed) {
   const int64_t rows = rows_of(env);
   uint64_t* seeds = allocate((size_t)rows * sizeof *seeds);
   for (int64_t row = 0; row < rows; ++row) seeds[row] = seed + (uint64_t)row;
-  assert_ok(mjenv_seed(env, NULL, seeds, 1));
+  assert_ok(mjenv_seed(env, NULL, seeds, rows));
   free(seeds);
 }
 
@@ -100,25 +100,13 @@ int64_t rows_of(const mjenv_env* env) { return info_of(env).rows; }
 
 int64_t frame_skip_of(const mjenv_env* env) { return info_of(env).frame_skip; }
 
-enum { MOST_ROWS = 1024 };
-
-// A mask that selects one row; NULL for MJENV_ALL_ROWS.
-static const uint8_t* only(int64_t row, uint8_t mask[MOST_ROWS]) {
-  if (row == MJENV_ALL_ROWS) return NULL;
-  assert_in_range(row, 0, MOST_ROWS - 1);
-  memset(mask, 0, MOST_ROWS);
-  mask[row] = 1;
-  return mask;
-}
-
 mjenv_status write_row(mjenv_env* env, int64_t row, const char* array, const double* values, int64_t count) {
-  uint8_t mask[MOST_ROWS];
-  return mjenv_write(env, only(row, mask), array, values, count);
+  return row == MJENV_ALL_ROWS ? mjenv_write(env, NULL, array, values, count)
+                               : mjenv_write_row(env, row, array, values, count);
 }
 
 mjenv_status set_constants(mjenv_env* env, int64_t row) {
-  uint8_t mask[MOST_ROWS];
-  return mjenv_set_constants(env, only(row, mask));
+  return row == MJENV_ALL_ROWS ? mjenv_set_constants(env, NULL) : mjenv_set_constants_row(env, row);
 }
 
 int64_t action_count(const mjenv_env* env) {

@@ -50,7 +50,7 @@ static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double*
     case 2: return mjenv_read(env, 3, "xpos", values, 1000, &count);
     case 3: return mjenv_observe(env, &out->batch);
     case 4: return mjenv_snapshot(env, 0, values, 1000 * sizeof *values, &count);
-    case 5: return mjenv_seed(env, no_row, seeds, 1);
+    case 5: return mjenv_seed(env, no_row, seeds, ROWS);
     case 6: return mjenv_info_of(env, &(mjenv_info)MJENV_INFO_INIT);
     case 7: return mjenv_seed_actions(env, 1);
     case 8: return mjenv_get_stream(env, 0, stream, 4);

@@ -240,6 +240,9 @@ static void test_refusals(void** state) {
   assert_refused(MJENV_E_SIZE, write_row(env, 0, "body_mass", mass, count - 1), "body_mass");
   assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "body_mass", mass, 2 * count - 1), "body_mass");
   assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "qpos", mass, 2), "qpos");
+  assert_refused(MJENV_E_SIZE, write_row(env, 1, "body_mass", rows, 2 * count), "body_mass");
+  assert_refused(MJENV_E_VALUE, write_row(env, 2, "body_mass", mass, count), "row 2", "0..1");
+  assert_refused(MJENV_E_VALUE, set_constants(env, 2), "row 2", "0..1");
   assert_refused(MJENV_E_SIZE, mjenv_write(env, NULL, "body_mass", mass, 3 * count), "body_mass");
   const double bad[] = {NAN, INFINITY, -1, 0};
   for (size_t i = 0; i < COUNT(bad); ++i) {
@@ -386,7 +389,7 @@ static void test_one_image(void** state) {
   mjenv_env *env = env_with_threads("Swimmer-v4", 1, 1), *other = env_with_threads("Swimmer-v4", 1, 2);
   static const uint64_t seeds[] = {8, 8};
   assert_ok(mjenv_seed(env, NULL, seeds, 1));
-  assert_ok(mjenv_seed(other, NULL, seeds, 1));
+  assert_ok(mjenv_seed(other, NULL, seeds, 2));
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_reset(other, NULL, NULL));
   int64_t masses, gears, sizes;

@@ -134,7 +134,7 @@ static mjenv_status sample(void) {
 
 static mjenv_status seed_words(void) {
   static const uint64_t seeds[ROWS][5] = {{1, 2, 3, 4, 5}};
-  return mjenv_seed(s.env, NULL, seeds[0], 5);
+  return mjenv_seed(s.env, NULL, seeds[0], ROWS * 5);
 }
 
 static mjenv_status read(void) {

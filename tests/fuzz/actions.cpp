@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   mjenv_env* env = env_of(id, bytes.flag());
   Outputs out(env, kRows);
   const std::uint64_t seeds[kRows] = {7, 8, 9, 10, 11};
-  REQUIRE(mjenv_seed(env, nullptr, seeds, 1) == MJENV_OK);
+  REQUIRE(mjenv_seed(env, nullptr, seeds, kRows) == MJENV_OK);
   REQUIRE(mjenv_reset(env, nullptr, &out.batch) == MJENV_OK);
   const auto nu = static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION)), count = kRows * nu;
   for (int calls = 0; calls < 12 && bytes.left() > 0; ++calls) {

@@ -161,11 +161,12 @@ class Calls {
 
   void seed() {
     Slot& s = slot();
-    const auto count = static_cast<std::int64_t>(bytes_.below(4));  // of the words of each seed
+    const auto count = static_cast<std::int64_t>(bytes_.below(13));  // of the words of all seeds
     const auto seeds = bytes_.list<std::uint64_t>(12);
     const auto mask = bytes_.list<std::uint8_t>(4);
     std::uint64_t words[4] = {};
     check(mjenv_seed(s.env.get(), maybe(mask.data()), maybe(seeds.data()), bytes_.below(8) ? count : -count));
+    check(mjenv_seed_row(s.env.get(), row(), maybe(seeds.data()), bytes_.below(8) ? count : -count));
     check(mjenv_get_stream(s.env.get(), row(), maybe(words), size(4)));
     double goals[4] = {}, rewards[4];
     const auto numbers = static_cast<std::int64_t>(at_most(4));

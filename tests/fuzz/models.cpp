@@ -14,7 +14,7 @@ struct Player {
     if (!env) return;
     out.emplace(env.get(), kRows);
     const std::uint64_t seeds[kRows] = {1, 2, 3, 4};
-    REQUIRE(mjenv_seed(env.get(), nullptr, seeds, 1) == MJENV_OK);
+    REQUIRE(mjenv_seed(env.get(), nullptr, seeds, kRows) == MJENV_OK);
   }
 
   EnvHandle env;

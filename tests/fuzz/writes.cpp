@@ -79,11 +79,10 @@ class Writes {
   Outputs out_;
   std::vector<std::string> names_;
   std::size_t actuators_;
-  std::array<std::uint8_t, kRows> mask_{};
 
   void call() {
     switch (bytes_.below(12)) {
-      case 0: check(mjenv_set_constants(env_.get(), masked(row()))); break;
+      case 0: check(mjenv_set_constants_row(env_.get(), row())); break;
       case 1: check(mjenv_reset(env_.get(), nullptr, &out_.batch)); break;
       case 2: step(); break;
       case 3: send(); break;
@@ -147,20 +146,16 @@ class Writes {
   }
 
   // A mask of one row, or of none; null for all rows.
-  const std::uint8_t* masked(std::int64_t row) {
-    mask_ = {};
-    if (row >= 0 && row < kRows) mask_[static_cast<std::size_t>(row)] = 1;
-    return row == MJENV_ALL_ROWS ? nullptr : mask_.data();
-  }
-
   void write_row() {
     const std::string array = name();
     const std::int64_t target = row();
     const auto before = read_all(array);
     const std::vector<double> values =
         changed(before[target > 0 && target < kRows ? static_cast<std::size_t>(target) : 0]);
-    const mjenv_status status = check(mjenv_write(env_.get(), masked(target), array.c_str(), values.data(),
-                                                  static_cast<std::int64_t>(values.size())));
+    const auto count = static_cast<std::int64_t>(values.size());
+    const mjenv_status status =
+        check(target == MJENV_ALL_ROWS ? mjenv_write(env_.get(), nullptr, array.c_str(), values.data(), count)
+                                       : mjenv_write_row(env_.get(), target, array.c_str(), values.data(), count));
     const auto after = read_all(array);
     for (std::size_t i = 0; i < before.size(); ++i) {
       const bool is_written =

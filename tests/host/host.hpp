@@ -59,7 +59,7 @@ inline std::vector<double> read(mjenv_env* env, int64_t row, const char* array) 
 inline std::vector<double> played(mjenv_env* env, int64_t rows, double action, int steps = 20) {
   std::vector<uint64_t> seeds;
   for (int64_t row = 0; row < rows; ++row) seeds.push_back(static_cast<uint64_t>(row) + 1);
-  assert_ok(mjenv_seed(env, nullptr, seeds.data(), 1));
+  assert_ok(mjenv_seed(env, nullptr, seeds.data(), rows));
   assert_ok(mjenv_reset(env, nullptr, nullptr));
   const size_t count = read(env, 0, "ctrl").size() * static_cast<size_t>(rows);
   const std::vector<double> actions(count, action);

@@ -60,7 +60,7 @@ static void play(mjenv_env* env) {
   const size_t count = (size_t)mjenv_field_count(env, MJENV_ROLE_ACTION) * 2;
   float* action = calloc(count + 1, sizeof *action);
   const uint64_t seeds[2] = {1, 2};
-  TRY(mjenv_seed(env, NULL, seeds, 1));
+  TRY(mjenv_seed(env, NULL, seeds, 2));
   TRY(mjenv_seed_actions(env, 3));
   TRY(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 10; ++step) {

@@ -43,7 +43,7 @@ class Env:
 
     def reset(self, seed: int) -> None:
         """Row i gets seed + i."""
-        check(LIBRARY.mjenv_seed(self.handle, None, (c_uint64 * self.rows)(*range(seed, seed + self.rows)), 1))
+        check(LIBRARY.mjenv_seed(self.handle, None, (c_uint64 * self.rows)(*range(seed, seed + self.rows)), self.rows))
         check(LIBRARY.mjenv_reset(self.handle, None, None))
 
     def step(self, action: NDArray[np.float32]) -> None:

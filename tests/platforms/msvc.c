@@ -18,7 +18,7 @@ int start(void) {
   out.reward = &reward;
   if (mjenv_options_create("Hopper-v5", &options) != MJENV_OK) return 1;
   if (mjenv_create(options, 1, &env) != MJENV_OK) return 2;
-  if (mjenv_seed(env, &seed, 0) != MJENV_OK) return 3;
+  if (mjenv_seed(env, 0, &seed, 1) != MJENV_OK) return 3;
   if (mjenv_reset(env, 0, &out) != MJENV_OK) return 4;
   if (mjenv_step(env, 0, action, 3, MJENV_DTYPE_FLOAT64, &out) != MJENV_OK) return 5;
   if (!(reward > 0 && obs[0] > 1)) return 6;

@@ -553,7 +553,7 @@ static void test_carried_forces(void** state) {
   mjenv_env* env = env_of_options(chosen, ROWS);
   struct played* p = played();
   const uint64_t seeds[ROWS] = {0};
-  assert_ok(mjenv_seed(env, NULL, seeds, 1));
+  assert_ok(mjenv_seed(env, NULL, seeds, ROWS));
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int i = 0; i < 100; ++i) assert_ok(step_all(env, NULL));
   double qpos[16], qvel[16];

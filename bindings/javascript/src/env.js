@@ -479,7 +479,7 @@ export class Env {
       const pointer = scratch.allocate(8 * count * rows);
       const words = new BigUint64Array(library.buffer, pointer, count * rows).fill(0n);
       lists.forEach((list, row) => words.set(list, row * count));
-      library.check(library.functions.mjenv_seed(handle, this.#place(isChosen), pointer, BigInt(count)));
+      library.check(library.functions.mjenv_seed(handle, this.#place(isChosen), pointer, BigInt(words.length)));
     });
   }
 

@@ -542,6 +542,7 @@ Base.@kwdef struct mjenv_builder
     api::Ptr{mjenv_task_api} = Ptr{mjenv_task_api}(C_NULL)
     sim::Ptr{mjenv_sim} = Ptr{mjenv_sim}(C_NULL)
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
+    task::Ptr{mjenv_task} = Ptr{mjenv_task}(C_NULL)
 end
 
 # address(of, index) is the function at this index in FUNCTIONS, in the library of an engine or a handle.
@@ -574,6 +575,7 @@ const FUNCTIONS = (
     :mjenv_field_count,
     :mjenv_field_at,
     :mjenv_seed,
+    :mjenv_seed_row,
     :mjenv_get_stream,
     :mjenv_set_stream,
     :mjenv_seed_actions,
@@ -591,7 +593,9 @@ const FUNCTIONS = (
     :mjenv_object_name,
     :mjenv_set_state,
     :mjenv_write,
+    :mjenv_write_row,
     :mjenv_set_constants,
+    :mjenv_set_constants_row,
     :mjenv_simulate,
     :mjenv_copy_row,
     :mjenv_snapshot,
@@ -830,17 +834,17 @@ mjenv_field_at(env, role, index, field) = ccall(
     field,
 )
 
-mjenv_seed(env, mask, seeds, words) = ccall(
+mjenv_seed(env, mask, seeds, count) = ccall(
     address(env, 28),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{UInt64}, Int64),
     env,
     mask,
     seeds,
-    words,
+    count,
 )
 
-mjenv_get_stream(env, row, words, count) = ccall(
+mjenv_seed_row(env, row, words, count) = ccall(
     address(env, 29),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
@@ -850,7 +854,7 @@ mjenv_get_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_set_stream(env, row, words, count) = ccall(
+mjenv_get_stream(env, row, words, count) = ccall(
     address(env, 30),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
@@ -860,8 +864,18 @@ mjenv_set_stream(env, row, words, count) = ccall(
     count,
 )
 
-mjenv_seed_actions(env, seed) = ccall(
+mjenv_set_stream(env, row, words, count) = ccall(
     address(env, 31),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
+    env,
+    row,
+    words,
+    count,
+)
+
+mjenv_seed_actions(env, seed) = ccall(
+    address(env, 32),
     mjenv_status,
     (Ptr{mjenv_env}, UInt64),
     env,
@@ -869,7 +883,7 @@ mjenv_seed_actions(env, seed) = ccall(
 )
 
 mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 32),
+    address(env, 33),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float32}, Int64),
     env,
@@ -878,7 +892,7 @@ mjenv_sample_actions(env, action, count) = ccall(
 )
 
 mjenv_reset(env, mask, out) = ccall(
-    address(env, 33),
+    address(env, 34),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
     env,
@@ -887,7 +901,7 @@ mjenv_reset(env, mask, out) = ccall(
 )
 
 mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 34),
+    address(env, 35),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
     env,
@@ -899,7 +913,7 @@ mjenv_step(env, mask, action, count, dtype, out) = ccall(
 )
 
 mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 35),
+    address(env, 36),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
     env,
@@ -911,7 +925,7 @@ mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
 )
 
 mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 36),
+    address(env, 37),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
     env,
@@ -924,7 +938,7 @@ mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
 )
 
 mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 37),
+    address(env, 38),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
     env,
@@ -936,7 +950,7 @@ mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
 )
 
 mjenv_observe(env, out) = ccall(
-    address(env, 38),
+    address(env, 39),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_batch}),
     env,
@@ -944,7 +958,7 @@ mjenv_observe(env, out) = ccall(
 )
 
 mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
-    address(env, 39),
+    address(env, 40),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -956,7 +970,7 @@ mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = cca
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 40),
+    address(env, 41),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     env,
@@ -968,7 +982,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 41),
+    address(env, 42),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -977,7 +991,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 42),
+    address(env, 43),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -987,7 +1001,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 43),
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -997,7 +1011,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 44),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -1009,7 +1023,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_write(env, mask, array, values, count) = ccall(
-    address(env, 45),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
     env,
@@ -1019,16 +1033,35 @@ mjenv_write(env, mask, array, values, count) = ccall(
     count,
 )
 
+mjenv_write_row(env, row, array, values, count) = ccall(
+    address(env, 47),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64),
+    env,
+    row,
+    array,
+    values,
+    count,
+)
+
 mjenv_set_constants(env, mask) = ccall(
-    address(env, 46),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}),
     env,
     mask,
 )
 
+mjenv_set_constants_row(env, row) = ccall(
+    address(env, 49),
+    mjenv_status,
+    (Ptr{mjenv_env}, Int64),
+    env,
+    row,
+)
+
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 47),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
     env,
@@ -1039,7 +1072,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, mask, from) = ccall(
-    address(env, 48),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
     env,
@@ -1048,7 +1081,7 @@ mjenv_copy_row(env, mask, from) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 49),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
     env,
@@ -1059,7 +1092,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 50),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
     env,
@@ -1069,7 +1102,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 51),
+    address(env, 54),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
     env,
@@ -1078,7 +1111,7 @@ mjenv_randomize(env, items, count) = ccall(
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 52),
+    address(env, 55),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1086,7 +1119,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 53),
+    address(env, 56),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1094,7 +1127,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 54),
+    address(env, 57),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1103,21 +1136,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 55),
+    address(renderer, 58),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 56),
+    address(renderer, 59),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 57),
+    address(renderer, 60),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
     renderer,
@@ -1129,7 +1162,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_render_segmentation(renderer, row, objects, count) = ccall(
-    address(renderer, 58),
+    address(renderer, 61),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
     renderer,
@@ -1139,7 +1172,7 @@ mjenv_render_segmentation(renderer, row, objects, count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 59),
+    address(env, 62),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1148,21 +1181,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 60),
+    address(window, 63),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 61),
+    address(window, 64),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 62),
+    address(window, 65),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1170,21 +1203,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 63),
+    address(engine, 66),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 64),
+    address(engine, 67),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 65),
+    address(engine, 68),
     Ptr{mjenv_task_api},
     (),
 )

@@ -258,13 +258,19 @@ function seed!(env::Env, seeds::AbstractVector{<:Integer}; rows::Rows = (:))
         throw(DimensionMismatch("$(length(seeds)) seeds for $(row_count(env, rows)) rows"))
     end
     foreach(check_seed, seeds)
+    if rows isa Integer
+        seed = digits(UInt64, BigInt(only(seeds)); base = big(2)^64)
+        row = row_index(env, rows)
+        check(env.handle, inside(handle -> mjenv_seed_row(handle, row, seed, length(seed)), env))
+        return env
+    end
     words = mapreduce(word_count, max, seeds; init = 1)
     table = zeros(UInt64, words, env.rows)
     for (row, seed) in zip(rows isa Union{Colon,AbstractVector{Bool}} ? (1:env.rows) : rows, seeds)
         digits!(view(table, :, row_index(env, row) + 1), BigInt(seed); base = big(2)^64)
     end
     mask = mask_of(env, rows)
-    check(env.handle, inside(handle -> mjenv_seed(handle, mask, table, words), env))
+    check(env.handle, inside(handle -> mjenv_seed(handle, mask, table, length(table)), env))
     return env
 end
 
@@ -273,6 +279,7 @@ word_count(seed::Integer) = cld(ndigits(seed; base = 2), 64)
 
 function seed!(env::Env, seed::Integer; rows::Rows = (:))
     check_seed(seed)
+    rows isa Integer && return seed!(env, [seed]; rows)
     numbers = numbers_of(env, rows)
     return seed!(env, BigInt(seed) .+ (0:(length(numbers) - 1)); rows = numbers)
 end

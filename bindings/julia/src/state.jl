@@ -132,9 +132,15 @@ function write!(
     values::Union{Real,AbstractArray{<:Real}};
     rows::Rows = (:),
 )
-    name, mask = text(array), mask_of(env, rows)
+    name = text(array)
     numbers = written(env, name, values, rows)
-    check(env.handle, inside(handle -> mjenv_write(handle, mask, name, numbers, length(numbers)), env))
+    if rows isa Integer
+        row = row_index(env, rows)
+        check(env.handle, inside(handle -> mjenv_write_row(handle, row, name, numbers, length(numbers)), env))
+    else
+        mask = mask_of(env, rows)
+        check(env.handle, inside(handle -> mjenv_write(handle, mask, name, numbers, length(numbers)), env))
+    end
     return env
 end
 
@@ -146,8 +152,13 @@ Calls mj_setConst for the [`MJEnv.Rows`](@ref) `rows`: MuJoCo computes again wha
 `qpos_spring`, for which mj_setConst computes last: reset them, or set their state. Returns `env`.
 """
 function set_constants!(env::Env; rows::Rows = (:))
-    mask = mask_of(env, rows)
-    check(env.handle, inside(handle -> mjenv_set_constants(handle, mask), env))
+    if rows isa Integer
+        row = row_index(env, rows)
+        check(env.handle, inside(handle -> mjenv_set_constants_row(handle, row), env))
+    else
+        mask = mask_of(env, rows)
+        check(env.handle, inside(handle -> mjenv_set_constants(handle, mask), env))
+    end
     return env
 end
 

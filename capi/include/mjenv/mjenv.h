@@ -15,7 +15,7 @@
  *     mjenv_env *env;
  *     mjenv_options_create("Ant-v5", &options);
  *     mjenv_create(options, 16, &env);           // 16 rows
- *     mjenv_seed(env, NULL, seeds, 1);
+ *     mjenv_seed(env, NULL, seeds, 16);
  *     mjenv_reset(env, NULL, &out);              // writes obs
  *     mjenv_step(env, NULL, action, 16 * 8, MJENV_DTYPE_FLOAT32, &out);
  *     mjenv_destroy(env);
@@ -578,9 +578,12 @@ MJENV_API mjenv_status mjenv_field_at(const mjenv_env *env, mjenv_role role, int
 /* Sets the random streams of rows to NumPy's default_rng(seed), as reset(seed=seed) does, but without resetting the
  * rows. A row that is reset before it was seeded is seeded from the system's entropy.
  *   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first
- *   words     >= 1; 1 for usual seeds
- * Errors: SIZE (words). */
-MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
+ *   count     rows * words; rows for usual seeds, which have one word
+ * Errors: SIZE (count). */
+MJENV_API mjenv_status mjenv_seed(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t count);
+
+/* Does the same for one row, whose seed has count >= 1 words. Errors: VALUE (row), SIZE (count). */
+MJENV_API mjenv_status mjenv_seed_row(mjenv_env *env, int64_t row, const uint64_t *words, int64_t count);
 
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
  * and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from
@@ -693,10 +696,17 @@ MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double
 MJENV_API mjenv_status mjenv_write(mjenv_env *env, const uint8_t *mask, const char *array, const double *values,
                                    int64_t count);
 
+/* Does the same in one row. Errors: as mjenv_write, and VALUE (row). */
+MJENV_API mjenv_status mjenv_write_row(mjenv_env *env, int64_t row, const char *array, const double *values,
+                                       int64_t count);
+
 /* Calls mj_setConst for rows, which computes anew the numbers of the model that follow from masses, sizes and qpos0. It
  * leaves the row in the position qpos_spring, so reset the row or set its state afterwards. Errors: PHYSICS, MODEL
  * (mj_setConst would change an array that all rows share). */
 MJENV_API mjenv_status mjenv_set_constants(mjenv_env *env, const uint8_t *mask);
+
+/* Does the same for one row. Errors: as mjenv_set_constants, and VALUE (row). */
+MJENV_API mjenv_status mjenv_set_constants_row(mjenv_env *env, int64_t row);
 
 /* Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does. This
  * computes no reward and counts no step. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK. */

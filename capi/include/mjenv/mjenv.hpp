@@ -291,6 +291,9 @@ class Env {
   void seed(Span<const std::uint8_t> mask, Span<const std::uint64_t> seeds, std::size_t words = 1) {
     seed_rows(of(mask), seeds, words);
   }
+  void seed_row(std::int64_t row, Span<const std::uint64_t> words) {
+    check(mjenv_seed_row(handle(), row, words.data(), int64(words.size())));
+  }
   void reset(Batch &out) { reset_rows(nullptr, out); }
   void reset(Span<const std::uint8_t> mask, Batch &out) { reset_rows(of(mask), out); }
   void step(Span<const float> action, Batch &out) { step_rows(nullptr, action, out); }
@@ -341,8 +344,14 @@ class Env {
   void write(Span<const std::uint8_t> mask, const std::string &array, Span<const double> values) {
     write_rows(of(mask), array, values);
   }
+  void write(std::int64_t row, const std::string &array, Span<const double> values) {
+    with_text(array, [&](const char *text) {
+      return mjenv_write_row(handle(), row, text, values.data(), int64(values.size()));
+    });
+  }
   void set_constants() { check(mjenv_set_constants(handle(), nullptr)); }
   void set_constants(Span<const std::uint8_t> mask) { check(mjenv_set_constants(handle(), of(mask))); }
+  void set_constants(std::int64_t row) { check(mjenv_set_constants_row(handle(), row)); }
   /* Replaces what resets draw. With an empty list they draw nothing. */
   void randomize(Span<const mjenv_randomization> items) {
     check(mjenv_randomize(handle(), items.data(), int64(items.size())));
@@ -419,7 +428,7 @@ class Env {
   }
   void seed_rows(const std::uint8_t *mask, Span<const std::uint64_t> seeds, std::size_t words) {
     check_size(seeds.size(), rows() * words);
-    check(mjenv_seed(handle(), mask, seeds.data(), int64(words)));
+    check(mjenv_seed(handle(), mask, seeds.data(), int64(seeds.size())));
   }
   void reset_rows(const std::uint8_t *mask, Batch &out) {
     const mjenv_batch written = out.raw();

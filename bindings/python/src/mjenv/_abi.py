@@ -396,6 +396,8 @@ class Library(CDLL):
         self.mjenv_field_at.restype = c_int32
         self.mjenv_seed.argtypes = (c_void_p, POINTER(c_uint8), POINTER(c_uint64), c_int64)
         self.mjenv_seed.restype = c_int32
+        self.mjenv_seed_row.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
+        self.mjenv_seed_row.restype = c_int32
         self.mjenv_get_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
         self.mjenv_get_stream.restype = c_int32
         self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
@@ -445,8 +447,12 @@ class Library(CDLL):
         self.mjenv_set_state.restype = c_int32
         self.mjenv_write.argtypes = (c_void_p, POINTER(c_uint8), c_char_p, POINTER(c_double), c_int64)
         self.mjenv_write.restype = c_int32
+        self.mjenv_write_row.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_int64)
+        self.mjenv_write_row.restype = c_int32
         self.mjenv_set_constants.argtypes = (c_void_p, POINTER(c_uint8))
         self.mjenv_set_constants.restype = c_int32
+        self.mjenv_set_constants_row.argtypes = (c_void_p, c_int64)
+        self.mjenv_set_constants_row.restype = c_int32
         self.mjenv_simulate.argtypes = (c_void_p, c_int64, POINTER(c_double), c_int64, c_int64)
         self.mjenv_simulate.restype = c_int32
         self.mjenv_copy_row.argtypes = (c_void_p, POINTER(c_uint8), c_int64)

@@ -445,20 +445,12 @@ class Rows:
     def seed(self, row: int, seed: int) -> None:
         """Gives a row the stream of numpy.random.default_rng(seed), for a seed >= 0 of any size."""
         count = max(1, (seed.bit_length() + 63) // 64)
-        seeds = (c_uint64 * (self.count * count))()
-        for i in range(count):
-            seeds[row * count + i] = (seed >> 64 * i) & 0xFFFFFFFFFFFFFFFF
-        self.call(self.engine.mjenv_seed, self._only(row), seeds, count)
-
-    def _only(self, row: int) -> Any:
-        """The mask that selects one row; None, which selects all rows, for -1."""
-        if row == _abi.ALL_ROWS:
-            return None
-        return (c_uint8 * self.count)(*(i == row for i in range(self.count)))
+        words = (c_uint64 * count)(*((seed >> 64 * i) & 0xFFFFFFFFFFFFFFFF for i in range(count)))
+        self.call(self.engine.mjenv_seed_row, row, words, count)
 
     def seed_rows(self, seeds: NDArray[np.uint64], mask: NDArray[np.bool_]) -> None:
         """Gives each masked row the stream of its seed."""
-        self.call(self.engine.mjenv_seed, pointer_to(mask, c_uint8), pointer_to(seeds, c_uint64), 1)
+        self.call(self.engine.mjenv_seed, pointer_to(mask, c_uint8), pointer_to(seeds, c_uint64), seeds.size)
 
     def stream(self, row: int) -> dict[str, Any]:
         """A row's random stream, as the state of a numpy.random.PCG64."""
@@ -516,10 +508,10 @@ class Rows:
         self.call(self.engine.mjenv_read, row, name.encode(), values, size, byref(c_int64()))
 
     def write(self, row: int, name: str, values: Any) -> None:
-        """Writes an array of a row's mjModel or mjData, or of all rows (-1)."""
+        """Writes an array of a row's mjModel or mjData."""
         numbers = np.ascontiguousarray(values, np.float64)
         array = encoded(name, "the array")
-        self.call(self.engine.mjenv_write, self._only(row), array, pointer_to(numbers, c_double), numbers.size)
+        self.call(self.engine.mjenv_write_row, row, array, pointer_to(numbers, c_double), numbers.size)
 
     def write_rows(self, mask: NDArray[np.bool_] | None, name: str, values: Any) -> None:
         """Writes an array of the masked rows, of all without a mask: values[rows, ...]."""
@@ -530,7 +522,10 @@ class Rows:
 
     def set_constants(self, row: int) -> None:
         """Calls mj_setConst for a row, or for all rows (-1)."""
-        self.call(self.engine.mjenv_set_constants, self._only(row))
+        if row == _abi.ALL_ROWS:
+            self.call(self.engine.mjenv_set_constants, None)
+        else:
+            self.call(self.engine.mjenv_set_constants_row, row)
 
     def text(self, name: Any) -> bytes:
         """The name of an array, for the library."""

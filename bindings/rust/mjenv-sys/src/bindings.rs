@@ -753,13 +753,22 @@ extern "C" {
     #[doc = " Sets the random streams of rows to NumPy's default_rng(seed), as reset(seed=seed) does, but without resetting the"]
     #[doc = " rows. A row that is reset before it was seeded is seeded from the system's entropy."]
     #[doc = "   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first"]
-    #[doc = "   words     >= 1; 1 for usual seeds"]
-    #[doc = " Errors: SIZE (words)."]
+    #[doc = "   count     rows * words; rows for usual seeds, which have one word"]
+    #[doc = " Errors: SIZE (count)."]
     pub fn mjenv_seed(
         env: *mut mjenv_env,
         mask: *const u8,
         seeds: *const u64,
-        words: i64,
+        count: i64,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Does the same for one row, whose seed has count >= 1 words. Errors: VALUE (row), SIZE (count)."]
+    pub fn mjenv_seed_row(
+        env: *mut mjenv_env,
+        row: i64,
+        words: *const u64,
+        count: i64,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -959,10 +968,24 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Does the same in one row. Errors: as mjenv_write, and VALUE (row)."]
+    pub fn mjenv_write_row(
+        env: *mut mjenv_env,
+        row: i64,
+        array: *const ::std::os::raw::c_char,
+        values: *const f64,
+        count: i64,
+    ) -> mjenv_status;
+}
+extern "C" {
     #[doc = " Calls mj_setConst for rows, which computes anew the numbers of the model that follow from masses, sizes and qpos0. It"]
     #[doc = " leaves the row in the position qpos_spring, so reset the row or set its state afterwards. Errors: PHYSICS, MODEL"]
     #[doc = " (mj_setConst would change an array that all rows share)."]
     pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Does the same for one row. Errors: as mjenv_set_constants, and VALUE (row)."]
+    pub fn mjenv_set_constants_row(env: *mut mjenv_env, row: i64) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does. This"]
@@ -1776,6 +1799,10 @@ pub struct mjenv_builder {
     pub sim: *const mjenv_sim,
     #[doc = " belongs to no row: for trial calls of the task's own functions"]
     pub random: *mut mjenv_random,
+    #[doc = " the environment's own copy of the task. build may replace its callbacks, such as before_step, or"]
+    #[doc = "set them to NULL: a task can have a callback under an option. Changes of other members have no"]
+    #[doc = "effect"]
+    pub task: *mut mjenv_task,
 }
 impl Default for mjenv_builder {
     fn default() -> Self {

@@ -45,7 +45,7 @@ pub struct mjenv_learn_calls {
             env: *mut mjenv_env,
             mask: *const u8,
             seeds: *const u64,
-            words: i64,
+            count: i64,
         ) -> mjenv_status,
     >,
     pub reset: ::std::option::Option<
@@ -433,8 +433,9 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Plays whole episodes in all rows of an environment whose option \"autoreset_mode\" is disabled. Episode k begins with a"]
-    #[doc = " reset by seed + k, so that the result does not depend on the number of rows and threads."]
+    #[doc = " Plays whole episodes in all rows of an environment whose option \"autoreset_mode\" is disabled. Before each episode, its"]
+    #[doc = " row is restored to what it was when this function was called; then episode k begins with a reset by seed + k. So the"]
+    #[doc = " result does not depend on the number of rows and threads, if the rows were equal, as those of a new environment are."]
     #[doc = "   returns   [episodes] the sum of each episode's rewards; may be NULL"]
     #[doc = "   lengths   [episodes] its steps; may be NULL"]
     #[doc = " Errors: SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step."]

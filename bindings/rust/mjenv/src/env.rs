@@ -316,6 +316,11 @@ impl Env {
     /// [`ErrorKind::Size`] (there are more or fewer seeds, or a seed has no words); those of [`Rows`].
     pub fn seed<'a, S: Seed>(&mut self, rows: impl Into<Rows<'a>>, seeds: &[S]) -> Result<()> {
         let rows = rows.into();
+        if let (Rows::One(row), [seed]) = (rows, seeds) {
+            let words = (seed as *const S).cast();
+            // SAFETY: the seed has so many words.
+            return check(unsafe { sys::mjenv_seed_row(self.raw(), int64(row), words, int64(S::WORDS)) });
+        }
         let mask = self.room.mask(rows)?;
         let mut all;
         let seeds = match (rows.list(), seeds) {
@@ -328,7 +333,7 @@ impl Env {
         };
         check_length("seeds", seeds.len(), self.rows)?;
         // SAFETY: there is a seed of so many words for each row, and a mask that is not null has a flag for each row.
-        check(unsafe { sys::mjenv_seed(self.raw(), mask, seeds.as_ptr().cast(), int64(S::WORDS)) })
+        check(unsafe { sys::mjenv_seed(self.raw(), mask, seeds.as_ptr().cast(), int64(seeds.len() * S::WORDS)) })
     }
 
     /// Computes the rewards of pairs of goals by the task's `compute_reward`, for hindsight experience replay. `achieved`
@@ -636,6 +641,11 @@ impl Env {
     pub fn write<'a>(&mut self, rows: impl Into<Rows<'a>>, array: &str, values: &[f64]) -> Result<()> {
         let rows = rows.into();
         let name = c_string(format_args!("array {array:?}"), array)?;
+        if let Rows::One(row) = rows {
+            let (from, count) = (values.as_ptr(), int64(values.len()));
+            // SAFETY: the name is valid for the call, and `values` has the given number of elements.
+            return check(unsafe { sys::mjenv_write_row(self.raw(), int64(row), name.as_ptr(), from, count) });
+        }
         let mask = self.room.mask(rows)?;
         let mut all;
         let values = match (rows.list(), self.read_raw(0, &name, &mut [])?) {
@@ -658,7 +668,12 @@ impl Env {
     /// # Errors
     /// [`ErrorKind::Physics`], [`ErrorKind::Model`] (it would change what all rows share); those of [`Rows`].
     pub fn set_constants<'a>(&mut self, rows: impl Into<Rows<'a>>) -> Result<()> {
-        let mask = self.room.mask(rows.into())?;
+        let rows = rows.into();
+        if let Rows::One(row) = rows {
+            // SAFETY: the handle is alive.
+            return check(unsafe { sys::mjenv_set_constants_row(self.raw(), int64(row)) });
+        }
+        let mask = self.room.mask(rows)?;
         // SAFETY: the handle is alive, and a mask that is not null has a flag for each row.
         check(unsafe { sys::mjenv_set_constants(self.raw(), mask) })
     }

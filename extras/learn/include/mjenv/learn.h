@@ -59,7 +59,7 @@ typedef struct mjenv_learn_calls {
   const mjenv_options *(*options_of)(const mjenv_env *env);
   mjenv_status (*options_get_string)(const mjenv_options *options, const char *name, const char **value);
   mjenv_status (*space_of)(const mjenv_env *env, mjenv_role role, mjenv_space *space);
-  mjenv_status (*seed)(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t words);
+  mjenv_status (*seed)(mjenv_env *env, const uint8_t *mask, const uint64_t *seeds, int64_t count);
   mjenv_status (*reset)(mjenv_env *env, const uint8_t *mask, const mjenv_batch *out);
   mjenv_status (*step)(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count, mjenv_dtype dtype,
                        const mjenv_batch *out);
@@ -290,8 +290,9 @@ MJENV_LEARN_API mjenv_status mjenv_policy_act(const mjenv_policy *policy, mjenv_
                                               const double *obs, int64_t obs_count, float *action,
                                               int64_t action_count);
 
-/* Plays whole episodes in all rows of an environment whose option "autoreset_mode" is disabled. Episode k begins with a
- * reset by seed + k, so that the result does not depend on the number of rows and threads.
+/* Plays whole episodes in all rows of an environment whose option "autoreset_mode" is disabled. Before each episode, its
+ * row is restored to what it was when this function was called; then episode k begins with a reset by seed + k. So the
+ * result does not depend on the number of rows and threads, if the rows were equal, as those of a new environment are.
  *   returns   [episodes] the sum of each episode's rewards; may be NULL
  *   lengths   [episodes] its steps; may be NULL
  * Errors: SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step. */
