@@ -9,7 +9,7 @@ namespace mjenv::core {
 
 Builder::Builder(const Options& options, const Model& model, SimView& view, std::vector<Field> fields,
                  std::int64_t carry_count, const Parameters& parameters)
-    : mjenv_builder{sizeof(mjenv_builder), 0, &task_api(), &view.sim(), nullptr},
+    : mjenv_builder{sizeof(mjenv_builder), 0, &task_api(), &view.sim(), nullptr, nullptr},
       options_(options),
       model_(model),
       view_(view),

@@ -46,7 +46,7 @@ RegisteredTask::RegisteredTask(const mjenv_task& given, Origin origin, const voi
     if (given.camera) camera_ = read_struct(given.camera, "camera", camera_);
     take_options(given);
     take_fields(given);
-    check_callbacks();
+    check_callbacks(given_, fields_);
   } catch (const Error& error) {
     fail(error.status(), "task " + quoted(id_) + ": " + error.what());
   }
@@ -181,10 +181,9 @@ void RegisteredTask::take_fields(const mjenv_task& given) {
   });
 }
 
-void RegisteredTask::check_callbacks() const {
-  const mjenv_task& c = given_;
+void RegisteredTask::check_callbacks(const mjenv_task& c, const std::vector<Field>& fields) const {
   const auto has = [&](mjenv_role role) {
-    return std::any_of(fields_.begin(), fields_.end(), [&](const Field& f) { return f.role == role; });
+    return std::any_of(fields.begin(), fields.end(), [&](const Field& f) { return f.role == role; });
   };
   const auto require = [](bool fulfilled, const char* what) {
     if (!fulfilled) fail(MJENV_E_ARGUMENT, std::string("callback ") + what);
@@ -276,14 +275,20 @@ Task RegisteredTask::build(const Options& options) const {
   Builder builder(options, *task.model, view, fields_, given_.carry_count, task.parameters);
   // A built-in robot returns what Gymnasium returns, which may be NaN.
   const bool checks = !built_in_ && options.get("strict").integer != 0;
-  const auto calls = std::make_shared<Calls>(id_, given_, checks, builder);  // calls build, which fills the builder
+  // Calls build, which fills the builder and may replace callbacks.
+  const auto calls = std::make_shared<Calls>(id_, given_, checks, builder);
+  try {
+    check_callbacks(calls->callbacks(), builder.fields());
+  } catch (const Error& error) {
+    fail(MJENV_E_TASK, id_ + ": build: " + error.what());
+  }
   task.norm = builder.rounding();
-  task.fields = described(builder);
+  task.fields = described(builder, calls->callbacks());
   task.fields[MJENV_ROLE_PARAMETERS] = task.parameters.fields();
   task.kept = builder.kept();
   task.needs = view.needs();
   const ActionBounds& own_space = task.needs.action;
-  if (!own_space.low.empty() && !given_.before_step)
+  if (!own_space.low.empty() && !calls->has_before_step())
     fail(MJENV_E_TASK, id_ + ": build: an action space of the task's own needs the callback before_step");
   task.action = own_space.low.empty() ? ActionBounds{task.model->action_low(), task.model->action_high()} : own_space;
   const std::vector<std::string>& own = task.needs.own;
@@ -292,7 +297,7 @@ Task RegisteredTask::build(const Options& options) const {
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();
-  if (given_.compute_reward) task.goal_count = goal_count(task.fields[MJENV_ROLE_OBSERVATION]);
+  if (calls->callbacks().compute_reward) task.goal_count = goal_count(task.fields[MJENV_ROLE_OBSERVATION]);
   calls->set_counts(task.fields, task.carry_count, builder.bounds());
   task.calls = calls;
 
@@ -319,7 +324,7 @@ std::int64_t RegisteredTask::goal_count(const std::vector<Field>& observation) c
 }
 
 // Returns the task's fields with the lengths that build has set. Throws if they do not fit the callbacks.
-Fields RegisteredTask::described(const Builder& builder) const {
+Fields RegisteredTask::described(const Builder& builder, const mjenv_task& callbacks) const {
   try {
     Fields fields;
     for (std::size_t role = 0; role < fields.size(); ++role)
@@ -328,7 +333,7 @@ Fields RegisteredTask::described(const Builder& builder) const {
     keys_of(fields[MJENV_ROLE_OBSERVATION]);  // throws if the groups are wrong
     if (fields[MJENV_ROLE_OBSERVATION].empty() && !built_in_)
       fail(MJENV_E_TASK, "there is no field of the observation");
-    if (given_.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
+    if (callbacks.carry && builder.carry_count() == 0) fail(MJENV_E_TASK, "carry is given, but carry_count is 0");
     for (const CarryBounds& bounds : builder.bounds())
       if (bounds.first + bounds.count > builder.carry_count())
         fail(MJENV_E_TASK, "carry_bounds: first is " + std::to_string(bounds.first) + " and count " +
@@ -338,8 +343,6 @@ Fields RegisteredTask::described(const Builder& builder) const {
       if (kept.first + kept.count > builder.carry_count())
         fail(MJENV_E_TASK, "keep: first is " + std::to_string(kept.first) + " and count " + std::to_string(kept.count) +
                                ", but carry_count is " + std::to_string(builder.carry_count()));
-    if (!fields[MJENV_ROLE_RESET_INFO].empty() && !given_.reset_info && given_.physics_only == 0)
-      fail(MJENV_E_TASK, "there are fields of the reset info, but reset_info is NULL");
     std::vector<Field>& reward = fields[MJENV_ROLE_REWARD];
     if (reward.empty()) reward.push_back({MJENV_ROLE_REWARD, "reward", meaning("reward"), MJENV_DTYPE_FLOAT64, {}});
     reward[0].name = "reward";

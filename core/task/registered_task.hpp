@@ -64,11 +64,11 @@ class RegisteredTask {
   void take_model(const mjenv_task& given);
   void take_options(const mjenv_task& given);
   void take_fields(const mjenv_task& given);
-  void check_callbacks() const;
+  void check_callbacks(const mjenv_task& c, const std::vector<Field>& fields) const;
   void declare(Options& options, const std::vector<Option>& of_task) const;
   std::shared_ptr<const Model> open(const Options& options) const;
   std::int64_t goal_count(const std::vector<Field>& observation) const;
-  Fields described(const Builder& builder) const;
+  Fields described(const Builder& builder, const mjenv_task& callbacks) const;
 };
 
 // Makes a task of the struct of a caller, which may have been compiled with an older or newer header.

@@ -43,6 +43,7 @@ std::int64_t total(const std::vector<Field>& fields) {
 Calls::Calls(std::string id, const mjenv_task& callbacks, bool checks, Builder& builder)
     : id_(std::move(id)), callbacks_(callbacks), checks_(checks), self_(callbacks.user) {
   if (!callbacks_.build) return;
+  builder.task = &callbacks_;
   void* self = nullptr;
   bool is_unfit = false;
   try {

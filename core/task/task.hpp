@@ -81,6 +81,8 @@ class Calls {
   // Whether all carried numbers of an image are within the task's bounds. The pointer may be misaligned.
   bool is_valid_carried(const void* numbers) const { return !find_out_of_bounds(numbers); }
 
+  // As build has left them.
+  const mjenv_task& callbacks() const { return callbacks_; }
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
 
   // Draws the initial state of an episode. simulation: null, unless the task's reset can simulate (Needs::current). If

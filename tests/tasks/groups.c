@@ -291,6 +291,39 @@ static void test_rewards_of_goals(void** state) {
   }
 }
 
+// A callback under an option is called if the option is set, whatever its default.
+static void test_optional(void** state) {
+  static const char* const callbacks[] = {"before_step", "before_substep", "carry", "reset_info", "compute_reward"};
+  mjenv_env* env = NULL;
+  for (int chosen = 0; chosen < 1 << COUNT(callbacks); ++chosen) {
+    mjenv_options* options = options_of_id(*state);
+    for (size_t i = 0; i < COUNT(callbacks); ++i)
+      assert_ok(mjenv_options_set_integer(options, callbacks[i], chosen >> i & 1));
+    env = env_of_options(options, 1);
+    struct outputs* out = outputs_of(env);
+    assert_ok(mjenv_reset(env, NULL, &out->batch));
+    assert_int_equal(mjenv_field_count(env, MJENV_ROLE_RESET_INFO), chosen >> 3 & 1);
+    if (chosen & 8) assert_true(out->reset_info[0] == 8);
+    const double action = 1, goals[2] = {5, 3};
+    assert_ok(mjenv_step(env, NULL, &action, 1, MJENV_DTYPE_FLOAT64, &out->batch));
+    const int ctrl = (chosen & 1 ? 3 : 1) + (chosen & 2 ? 4 : 0);
+    assert_true(out->reward[0] == 10 * ctrl + (chosen & 4 ? 7 : 0));
+    double reward = 0;
+    const mjenv_status status = mjenv_compute_reward(env, goals, goals + 1, 1, &reward, 1);
+    assert_true(chosen & 16 ? status == MJENV_OK && reward == 2 : status == MJENV_E_TASK);
+    outputs_free(out);
+    mjenv_destroy(env);
+  }
+  static const char* const bad[][2] = {{"limited", "calls time_limit only under an option"}, {"asks", "\"asked\""}};
+  for (size_t i = 0; i < COUNT(bad); ++i) {
+    mjenv_options* options = options_of_id(*state);
+    assert_ok(mjenv_options_set_integer(options, bad[i][0], 1));
+    assert_int_not_equal(mjenv_create(options, 1, &env), MJENV_OK);
+    assert_non_null(strstr(mjenv_last_error(), bad[i][1]));
+    mjenv_options_destroy(options);
+  }
+}
+
 int main(void) {
   const mjenv_task task = task_of("Groups-v0", usual);
   assert_ok(mjenv_register_task(&task));
@@ -302,6 +335,8 @@ int main(void) {
       {"history in C++", test_history, NULL, NULL, "CppGroups-v0"},
       cmocka_unit_test(test_refusals),
       cmocka_unit_test(test_rewards_of_goals),
+      {"callbacks under options that are off", test_optional, NULL, NULL, "tests/Off-v0"},
+      {"callbacks under options that are on", test_optional, NULL, NULL, "tests/On-v0"},
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

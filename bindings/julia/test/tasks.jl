@@ -968,3 +968,28 @@ end
         end
         """; variables = ("MJENV_TASKS" => listed,)) == "truetrue"
 end
+
+# Methods that a task can lack: defined after the registration, under an option, or with other arguments.
+struct Optional <: MJEnv.Task
+    maps::Bool
+end
+
+Optional(; maps) = Optional(maps)
+MJEnv.reset!(::Optional, start, rng) = nothing
+MJEnv.observe(::Optional, sim) = (x = sim.qpos,)
+MJEnv.step!(::Optional, sim, row) = (reward = sim.ctrl[1], terminated = false)
+
+@testset "methods under options" begin
+    model = """<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0"/><geom size=".1"/></body></worldbody>
+        <actuator><motor joint="x" ctrllimited="true" ctrlrange="-9 9"/></actuator></mujoco>"""
+    MJEnv.register("tests/JuliaOptional-v0", Optional; model, options = (maps = false,))
+    @eval MJEnv.before_step!(task::Optional, sim, row, control) = control.ctrl[1] = task.maps ? 3 : sim.action[1]
+    for maps in (false, true)
+        env = Env("tests/JuliaOptional-v0"; maps)
+        reset!(env)
+        @test step!(env, [1.0]).reward == (maps ? 3 : 1)
+        close(env)
+    end
+    @eval MJEnv.before_substep!(task::Optional, sim, control) = nothing
+    @test refuses(() -> Env("tests/JuliaOptional-v0"), MJEnv.MJENV_E_TASK, "MJEnv.before_substep! takes the arguments")
+end

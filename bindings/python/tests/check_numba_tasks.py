@@ -436,3 +436,57 @@ def test_rollouts_and_single_rows() -> None:
     for env in envs:
         env.send(action[1:3, 0], [2, 0])
     assert flat(envs[0].recv()) == flat(envs[1].recv())
+
+
+@jit.before_step
+def _three(self: Any, sim: Any, control: Any) -> None:
+    jit.array(control.ctrl, 1)[0] = 3
+
+
+class Optional(mjenv.Task):
+    """Callbacks under options: one that build adds, and one that it takes away."""
+
+    model = """<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0"/><geom size=".1"/></body></worldbody>
+    <actuator><motor joint="x" ctrllimited="true" ctrlrange="-9 9"/></actuator></mujoco>"""
+    options = {"maps": False, "pushes": True, "python": False}  # noqa: RUF012
+    observation_fields = {"x": 1}  # noqa: RUF012
+
+    def build(self, model: Any) -> None:
+        if self.maps:
+            self.before_step = _three
+        if not self.pushes:
+            self.before_substep = None
+        if self.python:
+            self.carry = lambda sim: None
+
+    @jit.reset
+    def reset(self: Any, start: Any) -> None:  # type: ignore[override]
+        pass
+
+    @jit.observe
+    def observe(self: Any, sim: Any, observation: Any) -> None:  # type: ignore[override]
+        observation[0] = 0
+
+    @jit.before_substep
+    def before_substep(self: Any, sim: Any, control: Any) -> None:
+        jit.array(control.ctrl, 1)[0] += 4
+
+    @jit.step
+    def step(self: Any, sim: Any, outcome: Any) -> None:  # type: ignore[override]
+        outcome.reward = jit.array(sim.ctrl, 1)[0]
+
+
+mjenv.register("Optional-v0", Optional)
+
+
+@pytest.mark.parametrize("maps", [False, True])
+@pytest.mark.parametrize("pushes", [False, True])
+def test_callbacks_under_options(maps: bool, pushes: bool) -> None:
+    env = mjenv.make("Optional-v0", maps=maps, pushes=pushes)
+    env.reset(seed=0)
+    assert env.step(np.array([1.0]))[1] == (3 if maps else 1) + (4 if pushes else 0)
+
+
+def test_a_method_in_python_among_machine_code() -> None:
+    with pytest.raises(mjenv.TaskError, match="reset is machine code, so carry must be, too"):
+        mjenv.make("Optional-v0", python=True)

@@ -641,7 +641,7 @@ SIZES = r"""
 int main(void) {
   SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, group); SHOW(mjenv_task_camera, elevation);
   SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, qvel); SHOW(mjenv_control, own);
-  SHOW(mjenv_task_api, state_permutation); SHOW(mjenv_builder, random); SHOW(mjenv_task, compute_reward);
+  SHOW(mjenv_task_api, state_permutation); SHOW(mjenv_builder, task); SHOW(mjenv_task, compute_reward);
 }
 """
 
@@ -818,3 +818,32 @@ def test_a_registration_that_fails_changes_nothing() -> None:
 def refuse(id: str) -> None:
     with suppress(mjenv.InvalidValueError):
         mjenv.register(id, NumpyHopper)
+
+
+class OptionalMap(Reach):
+    """before_step and compute_reward under options."""
+
+    options = {"maps": False, "pushes": False}  # noqa: RUF012
+
+    def build(self, model: Any) -> None:
+        if self.maps:
+            self.action_bounds = ((-1.0, 1.0),) * 2
+            self.before_step = lambda sim, action: action.sum(axis=1, keepdims=True)
+            self.compute_reward = lambda achieved, desired, info: achieved[..., 0] + desired[..., 0]
+        if self.pushes:
+            self.before_substep = self.before_step
+
+
+mjenv.register("OptionalMap-v0", OptionalMap)
+
+
+def test_methods_under_options() -> None:
+    plain, mapped = mjenv.make("OptionalMap-v0"), mjenv.make("OptionalMap-v0", maps=True)
+    plain.reset(seed=1), mapped.reset(seed=1)
+    one, two = plain.step(np.array([0.75]))[0], mapped.step(np.array([0.25, 0.5]))[0]
+    assert np.array_equal(one["observation"], two["observation"])
+    goal = np.array([2.0])
+    assert plain.compute_reward(goal, goal, {}) == 0
+    assert mapped.compute_reward(goal, goal, {}) == 4
+    with pytest.raises(mjenv.OptionError, match="OptionalMap: before_substep must be machine code"):
+        mjenv.make("OptionalMap-v0", pushes=True)

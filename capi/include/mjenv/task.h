@@ -383,6 +383,9 @@ struct mjenv_builder {
   const mjenv_task_api *api;
   const mjenv_sim *sim; /* the model's initial state after mj_forward; valid until build returns */
   mjenv_random *random; /* belongs to no row: for trial calls of the task's own functions */
+  mjenv_task *task; /* the environment's own copy of the task. build may replace its callbacks, such as before_step, or
+                       set them to NULL: a task can have a callback under an option. Changes of other members have no
+                       effect */
 };
 
 struct mjenv_random {

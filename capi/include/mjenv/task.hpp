@@ -642,6 +642,24 @@ struct Outline {
   Camera camera;
   std::int32_t revision = 0;
   std::vector<Option> options;
+
+  /* The function of Robot whose effect differs; null: none. */
+  const char *difference(const Outline &other) const {
+    const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+    if (model != other.model) return "model";
+    if (model_text != other.model_text) return "model_text";
+    if (fixed_model != other.fixed_model) return "fixed_model";
+    if (frame_skip != other.frame_skip) return "frame_skip";
+    if (fixed_frame_skip != other.fixed_frame_skip) return "fixed_frame_skip";
+    if (time_limit != other.time_limit) return "time_limit";
+    if (!same(reward_threshold, other.reward_threshold)) return "reward_threshold";
+    if (revision != other.revision) return "revision";
+    const bool looks_at = std::equal(camera.lookat.begin(), camera.lookat.end(), other.camera.lookat.begin(), same);
+    if (!looks_at || camera.trackbodyid != other.camera.trackbodyid || !same(camera.distance, other.camera.distance) ||
+        !same(camera.elevation, other.camera.elevation))
+      return "camera";
+    return nullptr;
+  }
 };
 
 template <typename Derived>
@@ -1141,10 +1159,16 @@ struct Definition {
     return guarded(builder->api, [&] {
       const auto &definition = *static_cast<const Definition *>(user);
       auto functions = std::make_unique<Functions>();
-      Outline outline;
-      Robot robot(definition.id, outline, *functions, builder);
+      Functions ignored;
+      Outline outline, listed;
+      Robot robot(definition.id, outline, *functions, builder), listing(definition.id, listed, ignored, nullptr);
       definition.define(robot);
       robot.learn();
+      definition.define(listing);
+      if (const char *what = outline.difference(listed))
+        throw std::logic_error(std::string("the definition calls ") + what +
+                               " only under an option or for some models, but it must be the same in all environments");
+      set_callbacks(*builder->task, *functions);
       *self = functions.release();
     });
   }
@@ -1205,6 +1229,17 @@ struct Definition {
       outcome->terminated = result.terminated;
     });
   }
+  /* Gives the task the callbacks for what the definition has set. */
+  static void set_callbacks(mjenv_task &task, const Functions &functions) {
+    task.reset = reset;
+    task.reset_info = functions.reset_info ? reset_info : nullptr;
+    task.carry = functions.carry ? carry : nullptr;
+    task.observe = observe;
+    task.step = step;
+    task.before_step = functions.before_step ? control<&Functions::before_step> : nullptr;
+    task.before_substep = functions.before_substep ? control<&Functions::before_substep> : nullptr;
+    task.compute_reward = functions.compute_reward ? compute_reward : nullptr;
+  }
 };
 
 /* A definition as a mjenv_task, and the memory that the mjenv_task points to. */
@@ -1245,16 +1280,9 @@ class Description {
     task_.user = const_cast<Definition *>(&definition); /* build only reads it */
     task_.build = Definition::build;
     task_.destroy = Definition::destroy;
-    task_.reset = Definition::reset;
-    task_.reset_info = functions.reset_info ? Definition::reset_info : nullptr;
-    task_.carry = functions.carry ? Definition::carry : nullptr;
-    task_.observe = Definition::observe;
-    task_.step = Definition::step;
+    Definition::set_callbacks(task_, functions);
     task_.fixed_model = outline_.fixed_model;
     task_.fixed_frame_skip = outline_.fixed_frame_skip;
-    if (functions.compute_reward) task_.compute_reward = Definition::compute_reward;
-    if (functions.before_step) task_.before_step = Definition::control<&Functions::before_step>;
-    if (functions.before_substep) task_.before_substep = Definition::control<&Functions::before_substep>;
   }
   Description(const Description &) = delete;
   Description &operator=(const Description &) = delete;

@@ -130,6 +130,28 @@ function first_call(f, name)
     end
 end
 
+# Finds which of the methods that a task can lack are there, removes the callbacks of the others from the environment's copy
+# of the task, and returns the names of the callbacks that stay.
+function choose_callbacks!(raw::Ptr{mjenv_task}, ::Type{T}) where {T}
+    called = Symbol[]
+    for (name, method, arguments) in (
+        (Val(:reset_info), reset_info, (Sim,)),
+        (Val(:carry), carry!, (Sim, Writable{Float64,1})),
+        (Val(:before_step), before_step!, (Sim, Row, Control)),
+        (Val(:before_substep), before_substep!, (Sim, Row, Control)),
+        (Val(:compute_reward), compute_reward, (Goal, Goal)),
+    )
+        if hasmethod(method, Tuple{T,arguments...})
+            push!(called, typeof(name).parameters[1])
+        elseif isempty(methods(method, Tuple{T,Vararg{Any}}))
+            member!(raw, name, C_NULL)
+        else
+            throw(ArgumentError("MJEnv.$method takes the arguments $((T, arguments...)), but the task's has others"))
+        end
+    end
+    return called
+end
+
 function build_environment(registration::Registration{T}, b::Builder) where {T}
     settings = registration.settings
     names = Tuple(name for (name, _) in settings)
@@ -138,11 +160,11 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     task isa T || throw(ArgumentError("build returned a $(typeof(task)), not a $T"))
 
     # The first calls, on the model's initial state, find out the fields.
-    sim, docs = b.sim, registration.docs
+    sim, docs, called = b.sim, registration.docs, choose_callbacks!(member(b.raw, Val(:task)), T)
     observed = first_call(() -> observe(task, sim), "observe")
     observation = describe_all(b, MJENV_ROLE_OBSERVATION, observed, docs, registration.groups)
     reset_told = NamedTuple()
-    if hasmethod(reset_info, Tuple{T,Sim})
+    if :reset_info in called
         reset_told = first_call(() -> reset_info(task, sim), "reset_info")
     end
     reset_layout = describe_all(b, MJENV_ROLE_RESET_INFO, reset_told, docs)
@@ -152,7 +174,7 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     velocities = collect(Float64, sim.qvel)
     GC.@preserve numbers values arrays velocities begin
         carried = Writable{Float64,1}(pointer(numbers), (length(numbers),))
-        hasmethod(carry!, Tuple{T,Sim,Writable{Float64,1}}) && first_call(() -> carry!(task, sim, carried), "carry!")
+        :carry in called && first_call(() -> carry!(task, sim, carried), "carry!")
         qvel = Writable{Float64,1}(pointer(velocities), (length(velocities),))
         row = Row(Rng(member(b.raw, Val(:random))), carried, pointer(arrays), qvel)
         reward, _, info = first_call(() -> parts_of(step!(task, sim, row)), "step!")

@@ -29,6 +29,9 @@ memory. Each call must return the same names and lengths as the trial call when 
 `Float64` in Python; a `Bool` or an `Integer` is an int; [`MJEnv.Scalar`](@ref) and [`MJEnv.typed`](@ref) have other
 types.
 
+Where an option turns one of them off, it does what the library does without it: `before_step!` writes `sim.action` into
+`control.ctrl`. A method with other arguments is an error when an environment is built.
+
 One value of `T` serves all rows of an environment. So it must not change from step to step. Declare the numbers that a row
 remembers by [`MJEnv.keep!`](@ref); snapshots and `copy_row!` contain them.
 
@@ -178,14 +181,14 @@ function register(
         build = called.build,
         destroy = called.destroy,
         reset = called.reset,
-        reset_info = hasmethod(reset_info, Tuple{T,Sim}) ? called.reset_info : C_NULL,
-        carry = hasmethod(carry!, Tuple{T,Sim,Writable{Float64,1}}) ? called.carry : C_NULL,
+        reset_info = called.reset_info,
+        carry = called.carry,
         observe = called.observe,
         step = called.step,
         caller_thread = 1,
-        before_step = hasmethod(before_step!, Tuple{T,Sim,Row,Control}) ? called.before_step : C_NULL,
-        before_substep = hasmethod(before_substep!, Tuple{T,Sim,Row,Control}) ? called.before_substep : C_NULL,
-        compute_reward = hasmethod(compute_reward, Tuple{T,Goal,Goal}) ? called.compute_reward : C_NULL,
+        before_step = called.before_step,
+        before_substep = called.before_substep,
+        compute_reward = called.compute_reward,
     )
     in_libraries(REGISTRATIONS, registration) do library
         register(library, registration)

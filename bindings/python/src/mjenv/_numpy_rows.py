@@ -10,7 +10,7 @@ and which episodes have ended, and appends them to the library's images.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_uint64
 from functools import partial
 from typing import Any, NoReturn
@@ -24,12 +24,12 @@ from mjenv._dtypes import Float64Array
 from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Options, Rows, check_goals, open_rows, pointer_to
 from mjenv._keywords import RANDOMIZING
-from mjenv._registered import Checked, Registered, Resetting, out_of_bounds
+from mjenv._registered import Checked, Registered, Resetting, out_of_bounds, overrides
 from mjenv._schema import Field
 from mjenv._step import views
 from mjenv._turns import Turn
 from mjenv.errors import InvalidValueError, OptionError, ResetNeeded, SnapshotError, TaskError
-from mjenv.task import Random, Sim, Task
+from mjenv.task import Random, Sim
 
 BoolArray = NDArray[np.bool_]
 
@@ -99,7 +99,7 @@ class NumpyRows(Rows):
         self._autoreset: str = settings["autoreset_mode"]
         self._strict: bool = settings["strict"]
         self._task = registered.kind()
-        self._maps = registered.maps
+        self._maps = False
         # Random streams that have not yet been written to their rows: see _begin.
         self._due: dict[int, Any] = {}
         given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
@@ -108,6 +108,7 @@ class NumpyRows(Rows):
         registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
         self.options = dict(options)
         self._checked = Checked(id, self._task, count)
+        self._maps = overrides(self._task, "before_step")
 
         self._shapes = {
             role: {field.name: (count, *field.shape) for field in self.fields(role)}
@@ -130,7 +131,7 @@ class NumpyRows(Rows):
         self._state = {name: np.zeros((count, *shape)) for name, shape in registered.kind.state.items()}
         live = {field.name.removeprefix(_PREFIX): field for field in self.fields(Role.PARAMETERS)}
         self._parameters = {name: np.zeros((count, *field.shape)) for name, field in live.items()}
-        self._read_parameters()
+        self._read_parameters(range(count))
         model = {name: self.array(Role.MODEL, name) for name in registered.kind.own}
         self._own = {name: np.zeros((count, *field.shape)) for name, field in model.items() if field is not None}
         for row in range(count):
@@ -170,7 +171,7 @@ class NumpyRows(Rows):
         self._refuse("rollout")
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
-        if type(self._task).compute_reward is Task.compute_reward:
+        if not overrides(self._task, "compute_reward"):
             return super().compute_reward(achieved_goal, desired_goal, info)
         achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
         check_goals(self.id, achieved, desired)
@@ -480,20 +481,20 @@ class NumpyRows(Rows):
             }
         return self._streams[: len(rows)]
 
-    def _read_parameters(self) -> None:
+    def _read_parameters(self, rows: Iterable[int]) -> None:
         for name, values in self._parameters.items():
-            for row in range(self.count):
+            for row in rows:
                 values[row] = self._read(row, _PREFIX + name, values[row].size).reshape(values.shape[1:])
 
     def write(self, row: int, name: str, values: Any) -> None:
         super().write(row, name, values)
         if name.startswith(_PREFIX):
-            self._read_parameters()
+            self._read_parameters((row,))
 
     def write_rows(self, mask: BoolArray | None, name: str, values: Any) -> None:
         super().write_rows(mask, name, values)
         if name.startswith(_PREFIX):
-            self._read_parameters()
+            self._read_parameters(range(self.count) if mask is None else np.flatnonzero(mask).tolist())
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
@@ -549,8 +550,9 @@ class NumpyRows(Rows):
         super().restore(row, image[:split])
         for values, numbers in zip(arrays, restored, strict=True):
             values[...] = numbers
-        self._read_parameters()
-        for of_row in range(self.count):
+        rows = range(self.count)[part]
+        self._read_parameters(rows)
+        for of_row in rows:
             self._read_own(of_row)
         turn = [self.enter()]
         try:

@@ -86,12 +86,10 @@ class Registered:
         taken = set(kind.state) & {name.partition(".")[0] for name in self.needs}
         if taken:
             raise InvalidValueError(f"{kind.__name__}: {sorted(taken)[0]!r} is both in state and in needs")
-        addresses = {name: _address(getattr(kind, name)) for name in _METHODS}
-        own = [name for name in _METHODS if getattr(kind, name) is not getattr(Task, name)]
-        coded = [name for name in own if addresses[name]]
-        if coded and coded != own:
-            python = next(name for name in own if name not in coded)
-            raise OptionError(f"{kind.__name__}: {coded[0]} is machine code, so {python} must be, too", Status.E_TYPE)
+        own = [name for name in _METHODS if overrides(kind, name)]
+        coded = [name for name in own if _address(getattr(kind, name))]
+        if coded:
+            _check_code(kind)
         self.resets_rows = kind.reset_row is not Task.reset_row
         missing = [name for name in ("reset", "observe", "step") if name not in own]
         if self.resets_rows:
@@ -106,13 +104,13 @@ class Registered:
             raise OptionError(f"{kind.__name__} does not define {missing[0]}", Status.E_TYPE)
         self.is_code = bool(coded)
         if not self.is_code:
-            _refuse_code_only(kind)
+            _check_numpy(kind)
             _check_parameters(kind)
-        self.maps = "before_step" in own
         self._environments: weakref.WeakValueDictionary[int, Resetting] = weakref.WeakValueDictionary()
         self._statuses: dict[str, list[int]] = {}  # what each engine's mjenv_register_task has returned
         self._kept: list[Any] = []
-        self.struct = self._described(addresses)
+        self._callbacks: dict[int, Any] = {}  # machine code that build has given an object, by address
+        self.struct = self._described()
 
     def open(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> Rows:
         """Builds an environment of a task in machine code."""
@@ -156,7 +154,7 @@ class Registered:
                 _KEPT.remove(self)
             engine.check(statuses[-1])
 
-    def _described(self, addresses: Mapping[str, int]) -> Any:
+    def _described(self) -> Any:
         kind = self.kind
         task = _task_abi.mjenv_task(ctypes.sizeof(_task_abi.mjenv_task), kind.revision)
         task.id, task.frame_skip, task.time_limit = encoded(self.id, "the id"), kind.frame_skip, kind.time_limit or 0
@@ -180,8 +178,7 @@ class Registered:
         if self.is_code:
             task.carry_count = sum(math.prod(shape) for shape in kind.state.values())
             task.destroy = ctypes.cast(_libc.free, c_void_p).value
-            for name, address in addresses.items():
-                setattr(task, name, address or None)
+            _set_callbacks(task, kind)
         else:
             task.physics_only = 1
             if self.resets_rows:
@@ -255,8 +252,13 @@ class Registered:
                 model.own_array(name)
             if self.is_code and len(task.action_bounds):
                 model.bound_actions(task.action_bounds)
+            (_check_code if self.is_code else _check_numpy)(task)
             (self._describe_code if self.is_code else self._describe_numpy)(task, model)
             if self.is_code:
+                # build may have given the object callbacks of its own, or None.
+                own = [task.__dict__[name] for name in _METHODS if name in task.__dict__]
+                self._callbacks.update({_address(function): function for function in own})
+                _set_callbacks(builder.contents.task.contents, task)
                 result[0] = _allocated(numbers)
             elif now.resetting is not None:
                 now.resetting.own = {name: model.array(name).shape for name in self.kind.own}
@@ -348,6 +350,26 @@ def _describe_observation(model: Model, parts: Mapping[str, int | Mapping[str, i
             model.describe(Role.OBSERVATION, name, (part,), Dtype.FLOAT64)
 
 
+def overrides(task: Task | type[Task], name: str) -> bool:
+    """Whether the class, or the object, has a method of its own of this name, which is not None."""
+    found = getattr(task, name)
+    return found is not None and getattr(found, "__func__", found) is not getattr(Task, name)
+
+
+def _check_code(task: Task | type[Task]) -> None:
+    """Raises OptionError unless all methods that the class, or the object, has are machine code."""
+    own = [name for name in _METHODS if overrides(task, name)]
+    python = [name for name in own if not _address(getattr(task, name))]
+    if python:
+        code = next(name for name in _METHODS if _address(getattr(task, name)))
+        raise OptionError(f"{_name(task)}: {code} is machine code, so {python[0]} must be, too", Status.E_TYPE)
+
+
+def _set_callbacks(struct: Any, task: Task | type[Task]) -> None:
+    for name in _METHODS:
+        setattr(struct, name, _address(getattr(task, name)) or None)
+
+
 def _needs_of(kind: type[Task]) -> tuple[str, ...]:
     """The arrays that a task needs. "contacts" stands for all arrays contact.* in a NumPy task."""
     if isinstance(kind.needs, str):
@@ -366,18 +388,23 @@ def _needs_of(kind: type[Task]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _refuse_code_only(kind: type[Task]) -> None:
-    if kind.before_substep is not None:
+def _check_numpy(task: Task | type[Task]) -> None:
+    """Refuses what only tasks in machine code can have."""
+    if task.before_substep is not None:
         raise OptionError(
-            f"{kind.__name__}: before_substep must be machine code, "
+            f"{_name(task)}: before_substep must be machine code, "
             "because a NumPy method would call Python before each mj_step",
             Status.E_TYPE,
         )
-    for name in kind.own:
+    for name in task.own:
         if name in ("qfrc_applied", "xfrc_applied"):
-            raise OptionError(f"{kind.__name__}: own has {name!r}, which is for tasks in machine code", Status.E_TYPE)
-    if len(kind.action_bounds) and kind.before_step is Task.before_step:
-        raise OptionError(f"{kind.__name__}: action_bounds need the method before_step", Status.E_TYPE)
+            raise OptionError(f"{_name(task)}: own has {name!r}, which is for tasks in machine code", Status.E_TYPE)
+    if len(task.action_bounds) and not overrides(task, "before_step"):
+        raise OptionError(f"{_name(task)}: action_bounds need the method before_step", Status.E_TYPE)
+
+
+def _name(task: Task | type[Task]) -> str:
+    return (task if isinstance(task, type) else type(task)).__name__
 
 
 # The parameters of the methods of NumPy tasks.

@@ -166,16 +166,6 @@ class mjenv_random(Structure):
     )
 
 
-class mjenv_builder(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("failed", c_int32),
-        ("api", POINTER(mjenv_task_api)),
-        ("sim", POINTER(mjenv_sim)),
-        ("random", c_void_p),
-    )
-
-
 CALLBACKS = ("reset", "reset_info", "carry", "observe", "step")
 MORE_CALLBACKS = ("before_step", "before_substep", "compute_reward")
 
@@ -206,6 +196,17 @@ class mjenv_task(Structure):
         ("fixed_model", c_int32),
         ("fixed_frame_skip", c_int32),
         *((name, c_void_p) for name in MORE_CALLBACKS),
+    )
+
+
+class mjenv_builder(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("failed", c_int32),
+        ("api", POINTER(mjenv_task_api)),
+        ("sim", POINTER(mjenv_sim)),
+        ("random", c_void_p),
+        ("task", POINTER(mjenv_task)),
     )
 
 

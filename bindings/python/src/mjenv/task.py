@@ -64,6 +64,9 @@ class Task:
     They have the types of mjenv/task.h, and run for one row on the library's threads, without Python. Their argument
     `self` points to the float64 numbers that build returns. observation_fields, info_fields and reset_info_fields list
     what they write.
+
+    A method under an option: build replaces it in its object, by another one or by None, if the task can lack it
+    (`if not self.servo: self.before_step = None`).
     """
 
     model: ClassVar[str | os.PathLike[str]]

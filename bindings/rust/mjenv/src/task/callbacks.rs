@@ -12,9 +12,9 @@ use mjenv_sys as sys;
 
 use super::builder::{c_text, Builder, Declared};
 use super::fields::{Entry, Fields};
-use super::row::{Carried, Carry, Control, Rng, Row, Start};
+use super::row::{Carried, Control, Rng, Row, Start};
 use super::sim::{Shape, Sim};
-use super::{Dtype, Failure, Model, Outcome, Result, Task};
+use super::{Absent, Dtype, Failure, Model, Outcome, Result, Task};
 use crate::describe::{int64, size, size_of};
 
 /// A task in one environment, which the library knows as `self`.
@@ -33,10 +33,6 @@ impl<T: Task> Instance<T> {
         // SAFETY: as the caller promises.
         let mut b = unsafe { Builder::new(raw) };
         let task = T::build(&mut b)?;
-        if b.shape.carried == 0 {
-            // Every Task has the method `carry`, but the library refuses a callback `carry` that has nothing to write.
-            let _: Carry<1> = b.carry();
-        }
         let shape = mem::take(&mut b.shape);
         let mut this = Self { task, shape, observation: Vec::new(), info: Vec::new(), reset_info: Vec::new() };
         this.try_methods(&mut b, raw)?;
@@ -57,31 +53,73 @@ impl<T: Task> Instance<T> {
         Ok(this)
     }
 
-    /// Makes the trial calls, which find out the fields.
+    /// Makes the trial calls, which find out the fields, and which methods the task has.
     fn try_methods(&mut self, b: &mut Builder<'_>, raw: *const sys::mjenv_builder) -> Result {
         let Self { task, shape, observation, info, reset_info } = self;
-        // SAFETY: the library's struct lives until build returns and does not change any more.
-        let sim = unsafe { Sim::new((*raw).sim, shape) };
+        // SAFETY: the library's structs live until build returns; sim does not change any more, and only this function
+        // uses the callbacks, which belong to this environment.
+        let (sim, callbacks) = unsafe { (Sim::new((*raw).sim, shape), &mut *(*raw).task) };
         let mut numbers = vec![0.0; shape.carried];
-        // SAFETY: the numbers outlive this, and nothing else uses them.
-        let mut carried = unsafe { Carried::new(numbers.as_mut_ptr(), numbers.len()) };
+        let to = numbers.as_mut_ptr();
+        // SAFETY: the numbers outlive this, and nothing else uses them during a trial call.
+        let carried = || unsafe { Carried::new(to, shape.carried) };
         let trial = |method: &str, result: Result| {
             result.map_err(|error| Failure::from(format!("trial call of {method}: {error}")))
+        };
+        let has = |method: &str, result: Result| match result {
+            Err(error) if error.is::<Absent>() => Ok(false),
+            result => trial(method, result).map(|()| true),
         };
 
         let mut fields = Fields::learn(observation);
         trial("observe", task.observe(&sim, &mut fields).and_then(|()| fields.finish()))?;
         let mut fields = Fields::learn(reset_info);
-        trial("reset_info", task.reset_info(&sim, &mut fields).and_then(|()| fields.finish()))?;
-        trial("carry", task.carry(&sim, &mut carried))?;
+        if !has("reset_info", task.reset_info(&sim, &mut fields).and_then(|()| fields.finish()))? {
+            callbacks.reset_info = None;
+        }
+        if !has("carry", task.carry(&sim, &mut carried()))? {
+            callbacks.carry = None;
+        }
+
         let mut values: Vec<Vec<f64>> = shape.own.iter().map(|&array| vec![0.0; shape.arrays[array].1]).collect();
         let own: Vec<*mut f64> = values.iter_mut().map(|array| array.as_mut_ptr()).collect();
+        let mut ctrl = vec![0.0; sim.ctrl().len()];
+        let mut controls = sys::mjenv_control {
+            struct_size: size_of::<sys::mjenv_control>(),
+            ctrl: ctrl.as_mut_ptr(),
+            own: own.as_ptr(),
+            ..Default::default()
+        };
+        let mut mapped = |method: &str, map: fn(&T, &Sim<'_>, &mut Row<'_>, &mut Control<'_>) -> Result| {
+            let mut row = Row::new(b.trial_rng(), carried());
+            // SAFETY: ctrl and the own arrays outlive this, and nothing else uses them.
+            let mut control = unsafe { Control::new(&mut controls, ctrl.len(), own.len()) };
+            has(method, map(task, &sim, &mut row, &mut control))
+        };
+        if !mapped("before_step", T::before_step)? {
+            callbacks.before_step = None;
+        }
+        if !mapped("before_substep", T::before_substep)? {
+            callbacks.before_substep = None;
+        }
+
         // SAFETY: the arrays outlive this, and nothing else uses them.
-        let mut row = unsafe { Row::new(b.trial_rng(), carried).with_own(own.as_ptr(), own.len()) };
+        let mut row = unsafe { Row::new(b.trial_rng(), carried()).with_own(own.as_ptr(), own.len()) };
         let mut qvel = sim.qvel().to_vec();
         row = row.with_qvel(&mut qvel);
         let mut fields = Fields::learn(info);
-        trial("step", task.step(&sim, &mut row, &mut fields).and_then(|_| fields.finish()))
+        trial("step", task.step(&sim, &mut row, &mut fields).and_then(|_| fields.finish()))?;
+
+        let goal = |name: &str| {
+            let parts = observation.iter().filter(|entry| entry.name == name || entry.group == name);
+            vec![0.0; parts.map(Entry::count).sum()]
+        };
+        // It may fail for these goals, which are all 0.
+        let reward = task.compute_reward(&goal("achieved_goal"), &goal("desired_goal"));
+        if reward.map_or_else(|error| error.is::<Absent>(), |_| false) {
+            callbacks.compute_reward = None;
+        }
+        Ok(())
     }
 }
 
@@ -336,9 +374,9 @@ impl Description {
             carry: Some(carry::<T>),
             observe: Some(observe::<T>),
             step: Some(step::<T>),
-            before_step: if T::BEFORE_STEP { Some(before_step::<T>) } else { None },
-            before_substep: if T::BEFORE_SUBSTEP { Some(before_substep::<T>) } else { None },
-            compute_reward: if T::COMPUTE_REWARD { Some(compute_reward::<T>) } else { None },
+            before_step: Some(before_step::<T>),
+            before_substep: Some(before_substep::<T>),
+            compute_reward: Some(compute_reward::<T>),
             ..Default::default()
         };
         this

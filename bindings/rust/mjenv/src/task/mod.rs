@@ -86,7 +86,7 @@
 //! [`Task::build`] runs once when the task is registered, to list its options. There is no model then: the methods of
 //! [`Builder`] return the options' defaults and indices of 0. It runs again whenever an environment is created, with the
 //! caller's options and the model. Then each other method except `reset` is called once on the model's initial state, to
-//! learn the names and lengths of the fields.
+//! learn the names and lengths of the fields, and which methods the task has ([`Absent`]).
 //!
 //! In a step, the library calls `before_step`, `before_substep` before each mj_step, `step`, `carry` and `observe`, in this
 //! order. In a reset, it calls `reset`, `carry`, `observe` and `reset_info`. It leaves out `observe` and `reset_info` when
@@ -154,6 +154,20 @@ pub use crate::describe::Dtype;
 /// Why a method of a task fails. A text becomes one by `"the reason".into()`, and `?` converts any error.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
+/// The failure by which a method that a task need not have says that the task lacks it, as those that [`Task`] provides
+/// do. The library never calls such a method. A method under an option returns it where the option is off:
+/// `if !self.servo { return Err(Absent.into()); }`.
+#[derive(Clone, Copy, Debug)]
+pub struct Absent;
+
+impl std::fmt::Display for Absent {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str("the task lacked this method when its environment was built")
+    }
+}
+
+impl std::error::Error for Absent {}
+
 /// The result of a task's method.
 pub type Result<T = (), E = Failure> = std::result::Result<T, E>;
 
@@ -181,15 +195,6 @@ pub trait Task: Sized + Send + Sync + 'static {
     /// Increase it when the task changes, so that snapshots of the old task are refused.
     const REVISION: i32 = 0;
 
-    /// Whether the task has the method [`Task::before_step`]: Rust cannot see whether it was written.
-    const BEFORE_STEP: bool = false;
-
-    /// Whether the task has the method [`Task::before_substep`].
-    const BEFORE_SUBSTEP: bool = false;
-
-    /// Whether the task has the method [`Task::compute_reward`].
-    const COMPUTE_REWARD: bool = false;
-
     /// Reads the options and looks up names in the model.
     fn build(b: &mut Builder<'_>) -> Result<Self>;
 
@@ -199,7 +204,7 @@ pub trait Task: Sized + Send + Sync + 'static {
     /// Writes the info of a reset.
     fn reset_info(&self, sim: &Sim<'_>, info: &mut Fields<'_>) -> Result {
         let _ = (sim, info);
-        Ok(())
+        Err(Absent.into())
     }
 
     /// Writes what the next step needs to know about the present state. It is called at the end of each reset and step,
@@ -207,37 +212,34 @@ pub trait Task: Sized + Send + Sync + 'static {
     /// does not write keep their values.
     fn carry(&self, sim: &Sim<'_>, carried: &mut Carried<'_>) -> Result {
         let _ = (sim, carried);
-        Ok(())
+        Err(Absent.into())
     }
 
     /// Writes the observation, which must depend only on `sim`. An observation with a NaN is refused, unless the
     /// option `strict` is false.
     fn observe(&self, sim: &Sim<'_>, observation: &mut Fields<'_>) -> Result;
 
-    /// Turns the action into ctrl, once in each step, before its first mj_step, if [`Task::BEFORE_STEP`] is true; otherwise
-    /// ctrl is the action. In `sim`, what MuJoCo computes from the state is not valid: it belongs to other rows or older
+    /// Turns the action into ctrl, once in each step, before its first mj_step; without it, ctrl is the action. In `sim`, what MuJoCo computes from the state is not valid: it belongs to other rows or older
     /// states. A control that is not finite is refused, unless the option `strict` is false.
     fn before_step(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
         let _ = (sim, row, control);
-        Ok(())
+        Err(Absent.into())
     }
 
-    /// Changes ctrl or forces before each mj_step, if [`Task::BEFORE_SUBSTEP`] is true. `sim` is as valid as in
-    /// [`Task::before_step`].
+    /// Changes ctrl or forces before each mj_step. `sim` is as valid as in [`Task::before_step`].
     fn before_substep(&self, sim: &Sim<'_>, row: &mut Row<'_>, control: &mut Control<'_>) -> Result {
         let _ = (sim, row, control);
-        Ok(())
+        Err(Absent.into())
     }
 
     /// Computes the reward of one pair of goals, for hindsight experience replay
-    /// ([`Env::compute_reward`](crate::Env::compute_reward)), if [`Task::COMPUTE_REWARD`] is true. The observation needs the
-    /// groups or terms `achieved_goal` and `desired_goal`. `step` may call it, too.
+    /// ([`Env::compute_reward`](crate::Env::compute_reward)). The observation needs the groups or terms `achieved_goal` and `desired_goal`. `step` may call it, too.
     ///
     /// # Errors
     /// The reason why it failed.
     fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64> {
         let _ = (achieved, desired);
-        Err("the task has no compute_reward".into())
+        Err(Absent.into())
     }
 
     /// Computes the reward, the info and whether the episode has terminated. It is called once in each step, after the

@@ -80,6 +80,7 @@ impl Task for Misbehaves {
         let place = b.text("place", "nowhere", &[], "where it misbehaves");
         let how =
             b.text("how", "text", &["text", "string", "number", "payload", "error", "parse"], "how it misbehaves");
+        let _: Carry<1> = b.carry(); // the library calls carry only if there is a number to write
         let this = Self { place, how };
         if b.sim().is_some() {
             this.act("build", 1.0)?;
@@ -790,8 +791,6 @@ impl Task for Follow {
     const MODEL: Model = Model::Text(include_str!("../../../../../tests/tasks/follow.xml"));
     const FRAME_SKIP: u32 = 4;
     const TIME_LIMIT: u64 = 50;
-    const BEFORE_STEP: bool = true;
-    const BEFORE_SUBSTEP: bool = true;
 
     fn build(b: &mut Builder) -> Result<Self> {
         b.action(&[-1.0..=1.0, -1.0..=1.0]);
@@ -923,7 +922,6 @@ impl Task for Goals {
            </body></worldbody></mujoco>"#,
     );
     const TIME_LIMIT: u64 = 9;
-    const COMPUTE_REWARD: bool = true;
 
     fn build(b: &mut Builder) -> Result<Self> {
         Ok(Self { target: b.carry() })
@@ -1195,4 +1193,83 @@ fn tasks_can_be_registered_by_many_threads() {
 fn a_file_that_is_no_plug_in_is_refused() {
     let error = load_tasks(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Task);
+}
+
+/// Methods under options.
+struct Optional {
+    maps: bool,
+    pushes: bool,
+    carries: bool,
+    carried: Carry<1>,
+}
+
+impl Task for Optional {
+    const ID: &'static str = "tests/RustOptional-v0";
+    const MODEL: Model = Model::Text(
+        r#"<mujoco><worldbody><body><joint name="x" type="slide" axis="1 0 0"/><geom size=".1"/></body></worldbody>
+           <actuator><motor joint="x" ctrllimited="true" ctrlrange="-9 9"/></actuator></mujoco>"#,
+    );
+
+    fn build(b: &mut Builder) -> Result<Self> {
+        Ok(Self {
+            maps: b.flag("maps", false, ""),
+            pushes: b.flag("pushes", true, ""),
+            carries: b.flag("carries", false, ""),
+            carried: b.carry(),
+        })
+    }
+
+    fn reset(&self, _: &mut Start, _: &mut Rng) -> Result {
+        Ok(())
+    }
+
+    fn carry(&self, _: &Sim, carried: &mut Carried) -> Result {
+        if !self.carries {
+            return Err(Absent.into());
+        }
+        carried.set(self.carried, [70.0]);
+        Ok(())
+    }
+
+    fn before_step(&self, _: &Sim, _: &mut Row, control: &mut Control) -> Result {
+        if !self.maps {
+            return Err(Absent.into());
+        }
+        control.set(0, 3.0);
+        Ok(())
+    }
+
+    fn before_substep(&self, _: &Sim, _: &mut Row, control: &mut Control) -> Result {
+        if !self.pushes {
+            return Err(Absent.into());
+        }
+        control.set(0, control.get(0) + 4.0);
+        Ok(())
+    }
+
+    fn observe(&self, sim: &Sim, observation: &mut Fields) -> Result {
+        observation.put_all("qpos", sim.qpos());
+        Ok(())
+    }
+
+    fn step(&self, sim: &Sim, row: &mut Row, _: &mut Fields) -> Result<Outcome> {
+        Ok(Outcome { reward: sim.ctrl()[0] + row.carried.get(self.carried)[0], terminated: false })
+    }
+}
+
+#[test]
+fn methods_under_options_are_called_where_they_are_on() {
+    register::<Optional>().unwrap();
+    for chosen in 0..8 {
+        let (maps, pushes, carries) = (chosen & 1 != 0, chosen & 2 != 0, chosen & 4 != 0);
+        let mut env = env_with(Optional::ID, |options| {
+            options.set("maps", maps).unwrap().set("pushes", pushes).unwrap().set("carries", carries).unwrap();
+        })
+        .unwrap();
+        let mut batch = env.batch::<f64>();
+        env.reset(.., &mut batch).unwrap();
+        env.step(.., &vec![1.0f64; env.rows()], &mut batch).unwrap();
+        let ctrl = if maps { 3.0 } else { 1.0 } + if pushes { 4.0 } else { 0.0 };
+        assert_eq!(batch.reward()[0], ctrl + if carries { 70.0 } else { 0.0 });
+    }
 }
