@@ -338,10 +338,14 @@ void evaluate_policy(Environment& env, const Policy& policy, mjenv_precision pre
   std::vector<std::uint8_t> playing(rows), begins(rows);
   std::vector<std::uint64_t> seeds(rows);
   std::vector<float> actions(rows * policy.actuators());
+  // The rows as they are now. An episode may leave things that a reset keeps, such as values that it has drawn.
+  std::vector<std::vector<std::byte>> images(rows);
+  for (std::size_t row = 0; row < rows; ++row) env.save(images[row], static_cast<std::int64_t>(row));
   std::int64_t next = 0;
   const auto begin = [&](std::size_t row) {
     playing[row] = begins[row] = next < episodes;
     if (begins[row] == 0) return;
+    env.restore(images[row].data(), images[row].size(), static_cast<std::int64_t>(row));
     seeds[row] = seed + static_cast<std::uint64_t>(next);
     episode[row] = next++;
     total[row] = 0;

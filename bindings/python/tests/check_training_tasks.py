@@ -47,6 +47,20 @@ class Blind(Slide):
         return {"policy": sim.qpos, "critic": np.concatenate([sim.qpos, sim.qvel], 1)}
 
 
+class Counts(Slide):
+    """The reward counts the episodes of the row, in a number that resets keep."""
+
+    state = {"episodes": ()}  # noqa: RUF012
+    kept = ("episodes",)
+
+    def reset(self, rng: Any, rows: int) -> Any:
+        return *super().reset(rng, rows), {"episodes": rng.kept["episodes"] + 1}
+
+    def step(self, sim: Any, action: Any) -> Any:
+        return sim.episodes.copy(), np.zeros(len(action), bool), {}
+
+
+mjenv.register("Counts-v0", Counts)
 mjenv.register("Slide-v0", Slide)
 mjenv.register("Blind-v0", Blind)
 
@@ -75,6 +89,12 @@ def test_groups() -> None:
     assert mjenv.evaluate(training.policy(), 3).lengths.tolist() == [200] * 3
     told = mjenv.train("Blind-v0", steps=1, settings={**SHORT, "actor_obs": (True, True, True)})
     assert (np.array(told.policy().layers[0].weights)[:, 2] != 0).any()
+
+
+def test_evaluated_episodes_are_first_ones() -> None:
+    policy = mjenv.train("Counts-v0", steps=1, settings=SHORT).policy()
+    for rows in (1, 4):
+        assert mjenv.evaluate(policy, 4, rows=rows).returns.tolist() == [200] * 4
 
 
 def test_a_suite_task_and_randomisation() -> None:

@@ -308,6 +308,20 @@ def test_evaluation_plays_the_policy(precision: str) -> None:
                 assert got.returns[episode] == pytest.approx(total, rel=0.05)
 
 
+def test_episodes_do_not_depend_on_each_other() -> None:
+    """Draws and noise of an episode do not reach the next one of its row."""
+    policy = trained(steps=1).policy()
+    options: dict[str, Any] = {
+        "randomize": {"body_mass": mjenv.Scale(0.5, 2.0), "dof_damping": mjenv.Offset(0.0, 0.5)},
+        "noise": mjenv.Noise(action=0.1, observation=0.1),
+        "delay": mjenv.Delay(action=(0, 2)),
+        "max_episode_steps": 30,
+    }
+    alone = [mjenv.evaluate(policy, 1, seed=k, **options).returns[0] for k in range(7)]
+    for rows, threads in ((1, 1), (3, 2), (7, 1)):
+        assert mjenv.evaluate(policy, 7, rows=rows, threads=threads, **options).returns.tolist() == alone
+
+
 @pytest.mark.parametrize("activation", ["relu", "elu"])
 def test_activations(activation: str) -> None:
     policy = trained(steps=1).policy()

@@ -506,9 +506,9 @@ def evaluate(
 ) -> Evaluation:
     """Plays whole episodes of a deterministic policy without Python between the steps.
 
-    policy: a Policy, or the path of a policy.txt. id: another id than the policy's. Episode k begins with
-    reset(seed=seed + k), so that the result does not depend on rows and threads. precision: "float64" gives the bits of
-    Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
+    policy: a Policy, or the path of a policy.txt. id: another id than the policy's. Episode k is the first one of a new
+    environment, with reset(seed=seed + k), so the result does not depend on rows and threads. precision: "float64" gives
+    the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
     """
     chosen = policy if isinstance(policy, policies.Policy) else policies.Policy.load(policy)
     precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
@@ -544,7 +544,9 @@ def _evaluate_here(
     """The same for tasks in NumPy, whose rows Python steps: groups of episodes, one episode in each row."""
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
     actuators, obs = envs.single_action_space.shape[0], envs._pool.outputs.obs
+    image = envs.snapshot()  # an episode may leave things that resets keep
     for first in range(0, episodes, envs.num_envs):
+        envs.restore(image)
         count = min(envs.num_envs, episodes - first)
         envs.reset(seed=[seed + first + min(row, count - 1) for row in range(envs.num_envs)])
         playing = np.arange(envs.num_envs) < count
