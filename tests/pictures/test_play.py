@@ -36,7 +36,7 @@ def play(*words: str | Path, size: dict[str, int] = SIZE) -> int:
 
 def frames(id: str = "Hopper-v5", seed: int = 3, actions: Any = None) -> list[Any]:
     """Gymnasium's pictures of an episode of random actions, or of these."""
-    env = gymnasium.make(id, render_mode="rgb_array", **SIZE)
+    env = gymnasium.make(id, render_mode="rgb_array", camera_name="track", **SIZE)
     env.action_space.seed(seed)
     env.reset(seed=seed)
     found = [env.render()]

@@ -368,8 +368,48 @@ def test_rewards_of_goals() -> None:
         mjenv.InvalidValueError, match=r"Reach-v0: compute_reward: the goals have the shapes \(4, 1\) and \(3"
     ):
         envs.compute_reward(achieved[:, 0], achieved[:3, 0], {})
-    with pytest.raises(mjenv.TaskError, match="Hopper-v5 has no compute_reward"):
-        mjenv.make("Hopper-v5").compute_reward(achieved, achieved, {})
+
+
+@pytest.mark.parametrize("id", ["Ant-v5", "Hopper-v4", "Model-v0", "NumpyHopper-v5"])
+def test_only_tasks_with_goals_have_compute_reward(id: str) -> None:
+    """Stable-Baselines3, for one, takes an environment with compute_reward for one with goals."""
+    options = {"xml_string": PENDULUM} if id == "Model-v0" else {}
+    envs = mjenv.make_vec(id, **options)
+    for env in (mjenv.make(id, **options), envs, envs.envs[0]):
+        assert not hasattr(env, "compute_reward")
+    with pytest.raises(AttributeError, match=f"{id} has no compute_reward"):
+        envs.call("compute_reward")
+
+
+class Flags(Reach):
+    """Its infos are bools."""
+
+    def reset_info(self, sim: Sim) -> dict[str, Any]:
+        return {"still": sim.qvel[:, 0] == 0}
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        return sim.qpos[:, 0], sim.qpos[:, 0] > 9, {"is_success": sim.qpos[:, 0] > 0, "signs": sim.qpos > [[0, -9]]}
+
+
+mjenv.register("Flags-v0", Flags)
+
+
+def test_bools_in_infos() -> None:
+    """Python's bools in single environments, of which Gymnasium's vectors make arrays of bools."""
+    envs, env = mjenv.make_vec("Flags-v0", 8, autoreset_mode="same_step"), mjenv.make("Flags-v0")
+    ones = gymnasium.vector.SyncVectorEnv([lambda: mjenv.make("Flags-v0")] * 8, autoreset_mode="SameStep")
+    results = [(each.reset(seed=1), *(each.step(np.ones((8, 1))) for _ in range(6))) for each in (envs, ones)]
+    assert flat(results[0][0][1]) == flat(results[1][0][1])
+    assert results[0][0][1]["still"].dtype == np.bool_
+    for ours, theirs in zip(results[0][1:], results[1][1:], strict=True):
+        assert flat(ours[4]) == flat(theirs[4])
+    info = results[0][1][4]
+    assert info["is_success"].dtype == info["signs"].dtype == np.bool_
+    assert 0 < info["is_success"].sum() < 8
+    assert env.reset(seed=1)[1]["still"] is True
+    info = env.step(np.ones(1))[4]
+    assert isinstance(info["is_success"], bool)
+    assert info["signs"].dtype == np.bool_
 
 
 class Pendulum(mjenv.Task):

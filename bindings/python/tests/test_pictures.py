@@ -153,6 +153,15 @@ def test_unknown_camera_name_is_the_free_camera() -> None:
     assert not np.array_equal(free.render(), make(camera_name="track").render())
 
 
+def test_default_camera_config_of_a_model_without_a_task() -> None:
+    """Model-v0 and users' tasks take it, as Gymnasium's MujocoEnv does."""
+    configs = {"distance": 3.0}, {"distance": 9.0}, {"distance": 3.0}
+    envs = [make(id="Model-v0", xml_file="hopper.xml", default_camera_config=config) for config in configs]
+    near, far, again = (env.render() for env in envs)
+    assert np.array_equal(near, again)
+    assert not np.array_equal(near, far)
+
+
 def test_groups() -> None:
     """Hopper's geoms are in group 0. tests/pictures compares with what MuJoCo draws."""
     shown, hidden = make().render(), make(geomgroup={0: False}).render()

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
-from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
+from gymnasium.wrappers import RecordEpisodeStatistics, TimeAwareObservation, TimeLimit
 
 import mjenv
 
@@ -104,7 +104,28 @@ def test_our_make_takes_the_registered_spec() -> None:
     assert play(mjenv.make(spec), 3) == play(mjenv.make("Hopper-v5", 3), 3)
 
 
+def test_time_aware() -> None:
+    """The time needs the limit of steps, which gymnasium.make does not pass to the environment."""
+    made = gymnasium.make("mjenv/Reacher-v5", time_aware=True)
+    wanted = play(TimeAwareObservation(gymnasium.make("mjenv/Reacher-v5"), normalize_time=True), 60)
+    for env in (made, gymnasium.make(made.spec), mjenv.make(made.spec), mjenv.make(made.unwrapped.spec)):
+        assert play(env, 60) == wanted
+    spec = mjenv.make("Reacher-v5", 20, time_aware=True).spec
+    short = gymnasium.make("mjenv/Reacher-v5", max_episode_steps=20)
+    wanted = play(TimeAwareObservation(short, normalize_time=True), 60)
+    for env in (gymnasium.make(spec), mjenv.make(spec)):
+        assert play(env, 60) == wanted
+    envs = mjenv.make_vec("Reacher-v5", max_episode_steps=20, time_aware=True)
+    assert play(gymnasium.make_vec(spec), 60) == play(envs, 60)
+
+
 # ---- other processes ----
+
+
+def test_dm_control_without_dm_env_says_what_to_install() -> None:
+    id = "dm_control/cheetah-run-v0"
+    text = f"import sys, gymnasium; sys.modules['dm_env'] = None; gymnasium.make('mjenv.dm_control:{id}')"
+    assert 'mjenv.dm_control needs dm_env: pip install "mjenv[dm_control]"' in python(text).stderr
 
 
 def python(text: str, **environment: str) -> "subprocess.CompletedProcess[str]":

@@ -14,7 +14,10 @@ Float64Array = NDArray[np.float64]
 # The dtypes in which the library takes actions and gives observations.
 FLOATS: dict[np.dtype[Any], Dtype] = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
 
-DTYPES: dict[int, type[np.generic]] = {
+# The type of bools in infos of NumPy tasks.
+BOOL = np.dtype(np.bool_)
+
+DTYPES: dict[Any, type[np.generic]] = {
     Dtype.FLOAT64: np.float64,
     Dtype.INT64: np.int64,
     Dtype.FLOAT32: np.float32,

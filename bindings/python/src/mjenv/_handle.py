@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 else:
     np, _draws, _dtypes, errors = map(lazy, ("numpy", "mjenv._draws", "mjenv._dtypes", "mjenv.errors"))
 
+GoalRewards = Callable[[Any, Any, Any], "NDArray[Any]"]
 # What mjenv_get_stream reads of a RandomState.
 _RANDOM_STATE_WORDS = 627
 
@@ -193,9 +194,13 @@ def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> errors.O
     """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
     import difflib
 
-    similar = difflib.get_close_matches(name, [*schema, *Rendering.__annotations__, *RANDOMIZING, "engine"], 1)
+    known = {*schema, *Rendering.__annotations__, *RANDOMIZING, "engine"} - {name}
+    similar = difflib.get_close_matches(name, sorted(known), 1)
     hint = f". Did you mean {similar[0]!r}?" if similar else ""
-    return errors.OptionError(f"{id} has no option {name!r}; it has {', '.join(schema)}{hint}", Status.E_NAME)
+    # Begins with Python's words, by which programs recognise a keyword that they can do without.
+    return errors.OptionError(
+        f"{id} got an unexpected keyword argument {name!r}; its options are {', '.join(schema)}{hint}", Status.E_NAME
+    )
 
 
 def _is_integer(value: Any) -> bool:
@@ -259,6 +264,8 @@ class Rows:
         self._read_into(nq, 0, "nq", 1)
         self._init_qpos = (c_double * int(nq[0]))()
         self._read_into(self._init_qpos, 0, "qpos0", len(self._init_qpos))
+        # Whether the task computes the rewards of goals. The library refuses even no goals if it does not.
+        self.has_goals: bool = engine.mjenv_compute_reward(self._pointer, nq, nq, 0, nq, 0) == Status.OK
         if options.get("randomize") is not None:
             self.randomize(options["randomize"])
         if any(options.get(name) is not None for name in RANDOMIZING[1:]):
@@ -328,6 +335,13 @@ class Rows:
         """Plays `steps` actions of each row."""
         address, code = actions.ctypes.data, _dtypes.FLOATS[actions.dtype]
         self.check(self.engine.mjenv_rollout(self.pointer, address, actions.size, code, steps, out))
+
+    @property
+    def goal_rewards(self) -> GoalRewards:
+        """compute_reward. Raises AttributeError if the task has no goals, because programs tell by that if it has."""
+        if not self.has_goals:
+            raise AttributeError(f"{self.id} has no compute_reward, because its task has none")
+        return self.compute_reward
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
         """The rewards that the task computes for goals. Only NumPy tasks use info."""

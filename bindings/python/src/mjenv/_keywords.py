@@ -29,7 +29,7 @@ class Rendering(TypedDict, total=False):
     tendongroup: Groups | None
     actuatorgroup: Groups | None
     skingroup: Groups | None
-    default_camera_config: Mapping[str, Any] | None  # only the v5 ids and Swimmer-v4 take it
+    default_camera_config: Mapping[str, Any] | None  # the v4 ids except Swimmer-v4 refuse it
 
 
 class Randomizing(TypedDict, total=False):

@@ -35,7 +35,10 @@ def make(
     asked = spec_asked(id, options.get("engine"))
     chosen = {**copy.deepcopy(asked.kwargs), **options}
     own = spec(asked.id, chosen.get("engine"))
-    limit = asked.max_episode_steps if max_episode_steps is None else max_episode_steps
+    limits = [max_episode_steps, asked.max_episode_steps, chosen.pop("max_episode_steps", None)]
+    if chosen.get("time_aware"):
+        limits.append(own.max_episode_steps)  # for the spec of an environment within gymnasium.make's TimeLimit
+    limit = next((limit for limit in limits if limit is not None), None)
     mode = chosen.get("render_mode")
     single = mode.removesuffix("_list") if isinstance(mode, str) else mode
     listed = single != mode and single in RENDER_MODES
@@ -43,7 +46,8 @@ def make(
     env = MujocoEnv(own.id, -1 if limit is None else limit, **given)
     own.max_episode_steps = None if limit == -1 else limit
     own.disable_env_checker = asked.disable_env_checker if disable_env_checker is None else disable_env_checker
-    own.kwargs = given
+    # gymnasium.make(env.spec) passes no limit to the environment, but the time needs it.
+    own.kwargs = {**given, "max_episode_steps": limit} if given.get("time_aware") else given
     env.spec = own
     if listed:
         return RenderCollection(env)  # type: ignore[return-value]

@@ -12,6 +12,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_uint64
+from dataclasses import replace
 from functools import partial
 from typing import Any, NoReturn
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from mjenv import _abi
 from mjenv._abi import Dtype, Role, Status
-from mjenv._dtypes import Float64Array
+from mjenv._dtypes import BOOL, Float64Array
 from mjenv._engine import ENGINES, Engine
 from mjenv._handle import Batch, Options, Rows, check_goals, open_rows, pointer_to
 from mjenv._keywords import RANDOMIZING
@@ -107,6 +108,7 @@ class NumpyRows(Rows):
         self._resetting = Resetting(id, self._task) if registered.resets_rows else None
         registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
         self.options = dict(options)
+        self.has_goals = overrides(self._task, "compute_reward")
         self._checked = Checked(id, self._task, count)
         self._maps = overrides(self._task, "before_step")
 
@@ -171,8 +173,6 @@ class NumpyRows(Rows):
         self._refuse("rollout")
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
-        if not overrides(self._task, "compute_reward"):
-            return super().compute_reward(achieved_goal, desired_goal, info)
         achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
         check_goals(self.id, achieved, desired)
         rewards = np.asarray(self._task.compute_reward(achieved, desired, info))
@@ -188,6 +188,11 @@ class NumpyRows(Rows):
 
     def _refuse(self, name: str) -> NoReturn:
         raise TaskError(_works_only_in_code(self.id, name), Status.E_TASK)
+
+    def _read_fields(self, role: Role) -> Iterator[Field]:
+        for field in super()._read_fields(role):
+            is_bool = role in (Role.INFO, Role.RESET_INFO) and field.type == Dtype.UINT8
+            yield replace(field, type=BOOL) if is_bool else field
 
     def fields(self, role: Role) -> tuple[Field, ...]:
         bounds = self._task.action_bounds

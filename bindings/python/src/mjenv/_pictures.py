@@ -26,7 +26,7 @@ Picture = Colours | Depth | tuple[Colours, Depth]
 RENDER_MODES: tuple[str, ...] = get_args(RenderMode)
 SIZE = 480  # Gymnasium's default, pixels
 MAX_GEOM = 1000  # Gymnasium's default
-# default_camera_config is missing here, because only some ids take it: see camera_config_of.
+# default_camera_config is missing here, because some ids refuse it: see camera_config_of.
 KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
 # The keywords, and arrays of mjvOption, that choose the groups of objects that are drawn.
 GROUPS = ("geomgroup", "sitegroup", "jointgroup", "tendongroup", "actuatorgroup", "skingroup")
@@ -38,6 +38,11 @@ _UNNAMED = "track" if tuple(map(int, gymnasium.__version__.split(".")[:2])) < (1
 _FLAGS: dict[str, tuple[_abi.Visual | None, ...]] = {
     "4.0": (*tuple(_abi.Visual)[:15], None, *tuple(_abi.Visual)[15:]),
 }
+# The ids whose classes in Gymnasium do not take default_camera_config.
+_WITHOUT_CONFIG = (
+    "Ant-v4 HalfCheetah-v4 Hopper-v4 Humanoid-v4 HumanoidStandup-v4 InvertedDoublePendulum-v4 InvertedPendulum-v4 "
+    "Pusher-v4 Reacher-v4 Walker2d-v4"
+).split()
 _NUMBERS = ("distance", "azimuth", "elevation")
 _WITHOUT_EFFECT = ("trackbodyid", "type", "fixedcamid")
 
@@ -239,13 +244,11 @@ class _Window:
 def camera_config_of(engine: Engine, id: str, options: dict[str, Any]) -> dict[str, Any] | None:
     """The environment's default_camera_config.
 
-    Removes the keyword from the options if Gymnasium's class of the id has it. Otherwise it stays and is refused as an
-    unknown option.
+    Removes the keyword from the options, unless Gymnasium's class of the id lacks it. Then it is refused as an unknown
+    option.
     """
     config = camera_config(engine, id)
-    if id.endswith("-v5") or id == "Swimmer-v4":
-        return options.pop("default_camera_config", config)  # type: ignore[no-any-return]
-    return config
+    return config if id in _WITHOUT_CONFIG else options.pop("default_camera_config", config)
 
 
 def _show_groups(name: str, flags: Any, given: Groups) -> None:

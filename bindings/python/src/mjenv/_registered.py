@@ -56,7 +56,11 @@ CONTACT = {
     "force": (6,),
 }
 _METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep", "compute_reward")
-_TYPES = {np.dtype(np.float64): Dtype.FLOAT64, np.dtype(np.float32): Dtype.FLOAT32}
+_TYPES = {
+    np.dtype(np.float64): Dtype.FLOAT64,
+    np.dtype(np.float32): Dtype.FLOAT32,
+    np.dtype(np.bool_): Dtype.UINT8,  # NumpyRows shows these as bools
+}
 _FIELD_TYPES: dict[Any, Dtype] = {
     float: Dtype.NATIVE_FLOAT,
     int: Dtype.NATIVE_INT,

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mjenv._abi import Dtype, Kind
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 @dataclass(frozen=True)
@@ -41,5 +44,5 @@ class Field:
     shape: tuple[int, ...]
     offset: int  # of the first element within one row's record
     count: int
-    type: Dtype
+    type: Dtype | np.dtype[np.bool_]  # bool in infos of NumPy tasks alone: the library has no type for it
     doc: str

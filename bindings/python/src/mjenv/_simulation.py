@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from mjenv._abi import Role, Status
 from mjenv._dtypes import Float64Array
-from mjenv._handle import Rows
+from mjenv._handle import GoalRewards, Rows
 from mjenv._mujoco import Arrays, Data, Model, Parameters
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, UnknownNameError
@@ -52,9 +51,11 @@ class Simulation:
         """The live parameters of the task: ``env.unwrapped.parameters["speed"] = 0.5``. Resets leave them."""
         return Parameters(lambda role, prefix: Arrays(self._rows, self._row, role, self._changed, prefix))
 
-    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: Any) -> NDArray[Any]:
-        """The rewards (...) of goals (..., n) by the task's compute_reward, as gymnasium-robotics' GoalEnv has it."""
-        return self._rows.compute_reward(achieved_goal, desired_goal, info)
+    @property
+    def compute_reward(self) -> GoalRewards:
+        """compute_reward(achieved_goal, desired_goal, info): the rewards (...) of goals (..., n) by the task's
+        compute_reward, as gymnasium-robotics' GoalEnv has it. Environments of other tasks lack this attribute."""
+        return self._rows.goal_rewards
 
     def set_constants(self) -> None:
         """Calls mj_setConst(model, data): computes anew what MuJoCo derives from masses, sizes and qpos0.

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Dtype, Status
-from mjenv._dtypes import FLOATS, Float64Array
+from mjenv._dtypes import BOOL, FLOATS, Float64Array
 from mjenv._handle import Rows
 from mjenv._schema import Field
 from mjenv.errors import InvalidValueError, OptionError
@@ -32,7 +32,7 @@ _FLOAT64, _FLOAT32 = np.dtype(np.float64), np.dtype(np.float32)
 # A value that the library, which writes 0 or 1, never writes to was_reset.
 _UNTOUCHED = 2
 # The types that are Python's own. The others are NumPy's scalars.
-_PYTHON = (Dtype.NATIVE_FLOAT, Dtype.NATIVE_INT)
+_PYTHON = (Dtype.NATIVE_FLOAT, Dtype.NATIVE_INT, BOOL)
 
 
 class Step(Generic[Results]):
@@ -114,7 +114,7 @@ def wrong_shape(actions: Any, shape: tuple[int, ...], rows: Rows) -> InvalidValu
     )
 
 
-def dtype_of(kind: Dtype, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
+def dtype_of(kind: Any, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
     """The dtype that a value has in Gymnasium, or for a Python number would have in an array."""
     if kind == Dtype.ACTION:
         return action_dtype
@@ -122,7 +122,8 @@ def dtype_of(kind: Dtype, action_dtype: np.dtype[Any]) -> np.dtype[Any]:
 
 
 # Converts an np.float64 to the type that the value has in Gymnasium or in a registered task.
-CONVERTERS: dict[Dtype, type[Any]] = {
+CONVERTERS: dict[Any, type[Any]] = {
+    BOOL: bool,
     Dtype.NATIVE_FLOAT: float,
     Dtype.NATIVE_INT: int,
     Dtype.INT64: np.int64,

@@ -10,6 +10,13 @@ from mjenv.registration import spec
 from mjenv.vector import VectorEnv
 
 
+def _single(id: str, **options: Any) -> MujocoEnv:
+    """Without a limit of steps, because gymnasium.make adds its own, but does not say which. The time that the option
+    time_aware adds needs one: the id's own, unless options has another."""
+    limit = None if options.get("time_aware") else -1
+    return MujocoEnv(id, **{"max_episode_steps": limit, **options})
+
+
 def __getattr__(name: str) -> Callable[..., Any]:
     id = name.removesuffix("/vector")
     try:
@@ -18,8 +25,7 @@ def __getattr__(name: str) -> Callable[..., Any]:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}: {error}") from None
     if name != id:
         return functools.partial(VectorEnv, id)
-    # Without a limit: gymnasium.make adds its own.
-    creator = functools.partial(MujocoEnv, id, -1)
+    creator = functools.partial(_single, id)
     # By these, gymnasium.make adds wrappers for other render modes.
     creator.metadata = MujocoEnv.metadata  # type: ignore[attr-defined]
     return creator

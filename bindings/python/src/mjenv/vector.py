@@ -27,7 +27,7 @@ from mjenv._arguments import (
 from mjenv._counts import count_of, time_limit_of
 from mjenv._dtypes import FLOATS, Float64Array
 from mjenv._engine import ENGINES
-from mjenv._handle import Batch, Rows, open_rows
+from mjenv._handle import Batch, GoalRewards, Rows, open_rows
 from mjenv._mujoco import Parameters, RowArrays
 from mjenv._outputs import BoolArray
 from mjenv._pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
@@ -361,9 +361,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         self._pool.rows.set_constants(ALL_ROWS)
         self._changed()
 
-    def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: Any) -> Array:
-        """The rewards (...) of goals (..., n) by the task's compute_reward, as gymnasium-robotics' GoalEnv has it."""
-        return self._pool.rows.compute_reward(achieved_goal, desired_goal, info)
+    @property
+    def compute_reward(self) -> GoalRewards:
+        """The same as compute_reward of a single environment."""
+        return self._pool.rows.goal_rewards
 
     def randomize(self, draws: Draws | None) -> None:
         """Replaces the draws of resets. Takes the values of make_vec's keyword randomize; None: resets draw nothing."""
