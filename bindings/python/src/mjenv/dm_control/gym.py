@@ -11,15 +11,14 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import dm_env
 import gymnasium
 import numpy as np
-from dm_env import specs
 from gymnasium.spaces import Box, Dict
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._pictures import Pictures
 from mjenv.dm_control import suite
+from mjenv.dm_control._dm_env import dm_env, specs
 from mjenv.dm_control.suite import ALL_TASKS
 from mjenv.errors import InvalidValueError
 from mjenv.vector import VectorEnv

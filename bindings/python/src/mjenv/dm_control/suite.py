@@ -12,15 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-import dm_env
 import numpy as np
-from dm_env import specs
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv._abi import Role
 from mjenv._handle import Rows
 from mjenv._make import make
 from mjenv._schema import Field
+from mjenv.dm_control._dm_env import dm_env, specs
 from mjenv.dm_control.physics import Physics
 from mjenv.env import MujocoEnv
 
