@@ -7,7 +7,6 @@
 
 #include "engine/errors.hpp"
 #include "engine/load.hpp"
-#include "engine/memory_file.hpp"
 #include "engine/mujoco.hpp"
 #include "error.hpp"
 #include "system/platform.hpp"
@@ -26,12 +25,14 @@ std::string with_version(std::string reason) {
 
 }  // namespace
 
-mjModel* compile(const std::string& folder, const std::string& text, std::int64_t hull_limit) {
+mjModel* compile(const std::string& folder, const std::string& text, Files files, std::int64_t hull_limit) {
   const platform::ClassicLocale locale;
   const ErrorTrap trap;
-  const MemoryFile file(folder, text);
+  if (text.empty()) fail(MJENV_E_MODEL, "it is empty");
+  const std::string path = folder + "<model>";
+  files[path] = std::make_shared<const std::string>(text);
   std::string reason;
-  if (mjModel* model = load(file.path(), file.files(), hull_limit, reason)) {
+  if (mjModel* model = load(path, files, hull_limit, reason)) {
     std::unique_ptr<mjModel, void (*)(mjModel*)> owned(model, mj_deleteModel);
     check_supported(*owned);
     return owned.release();
@@ -40,7 +41,7 @@ mjModel* compile(const std::string& folder, const std::string& text, std::int64_
   fail(MJENV_E_MODEL, with_version(reason));
 }
 
-std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, std::int64_t at_most) {
+std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, const Files& files, std::int64_t at_most) {
   tinyxml2::XMLDocument document;
   auto* root = document.NewElement("mujoco");
   document.InsertEndChild(root);
@@ -57,7 +58,8 @@ std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, std::int
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   try {
-    const std::unique_ptr<mjModel, void (*)(mjModel*)> model(compile("", printer.CStr(), 0), mj_deleteModel);
+    const std::unique_ptr<mjModel, void (*)(mjModel*)> model(
+        compile("", printer.CStr(), {{mesh_file, files.at(mesh_file)}}, 0), mj_deleteModel);
     return model->mesh_graph[model->mesh_graphadr[0]];
   } catch (const Error&) {
     return std::nullopt;

@@ -3,14 +3,25 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <string>
 
-// NOLINTBEGIN(bugprone-reserved-identifier): MuJoCo's names
+// NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 struct mjModel_;
-struct mjVFS_;
-// NOLINTEND(bugprone-reserved-identifier)
 
 namespace mjenv::core {
+
+// The files that MuJoCo reads, by their paths. Null: MuJoCo finds no file at that path.
+using Files = std::map<std::string, std::shared_ptr<const std::string>>;
+
+// The last part of a path, in lower case.
+inline std::string name_of(const std::string& path) {
+  std::string name = path.substr(path.find_last_of("/\\") + 1);
+  for (char& letter : name)
+    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+  return name;
+}
 
 // Whether load() limits the work on convex hulls. If not, the vertices of the hulls must be counted before the model is
 // loaded.
@@ -19,8 +30,8 @@ extern const bool kLoadLimitsHulls;
 // ranges.
 extern const bool kLengthRangesEnd;
 
-// Parses and compiles the model at this path, which may be one of the files in memory. If MuJoCo refuses the model,
-// returns null and sets `reason`. kHullWork explains the unit of hull_limit.
-mjModel_* load(const std::string& path, const mjVFS_& files, std::int64_t hull_limit, std::string& reason);
+// Parses and compiles the model at this path, which is one of the files. If MuJoCo refuses the model, returns null and
+// sets `reason`. kHullWork explains the unit of hull_limit.
+mjModel_* load(const std::string& path, const Files& files, std::int64_t hull_limit, std::string& reason);
 
 }  // namespace mjenv::core

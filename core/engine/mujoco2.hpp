@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
-#include <new>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "engine/errors.hpp"
+#include "engine/load.hpp"
 #include "engine/pairs.hpp"
 
 // MuJoCo exports these functions for its own language bindings. They set handlers for one thread only.
@@ -69,12 +71,37 @@ inline void restore_handlers(const Handlers& previous) {
 
 // ---- Models ----
 
-// Makes the text available under the last part of the path.
-inline void add_file(mjVFS& files, const std::string& path, const std::string& text) {
-  const std::string name = path.substr(path.find_last_of("/\\") + 1);
-  if (mj_makeEmptyFileVFS(&files, name.c_str(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();
-  std::memcpy(files.filedata[0], text.data(), text.size());
-}
+#ifdef MJ_STATIC
+// Whether MuJoCo tells files in memory apart by their paths, not only by their names.
+constexpr bool kKnowsFilesByPath = true;  // cmake/engine/load.cc
+#else
+constexpr bool kKnowsFilesByPath = false;
+
+// MuJoCo's view of files in memory. Of several files with the same name, and of too many files, MuJoCo reads some from
+// the disk.
+class VirtualFiles {
+ public:
+  explicit VirtualFiles(const Files& files) {
+    std::map<std::string, int> names;
+    for (const auto& [path, content] : files) ++names[name_of(path)];
+    for (const auto& [path, content] : files) {
+      const std::string name = name_of(path);
+      if (names[name] > 1) continue;
+      const int index = vfs_->nfile;
+      if (mj_makeEmptyFileVFS(vfs_.get(), name.c_str(), static_cast<int>(content->size())) == 0)
+        std::memcpy(vfs_->filedata[index], content->data(), content->size());
+    }
+  }
+  const mjVFS* get() const { return vfs_.get(); }
+
+ private:
+  static void release(mjVFS* vfs) {
+    mj_deleteVFS(vfs);
+    delete vfs;
+  }
+  std::unique_ptr<mjVFS, void (*)(mjVFS*)> vfs_{new mjVFS{}, release};
+};
+#endif
 
 // Advice for a model with an element or attribute that this version does not know.
 constexpr const char* kNewerEngine =

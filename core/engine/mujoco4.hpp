@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "engine/errors.hpp"
+#include "engine/load.hpp"
 #include "engine/pairs.hpp"
 #include "error.hpp"
 
@@ -27,7 +28,7 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
 // All functions of MuJoCo that the core calls.
 // clang-format off
 #define MJENV_MUJOCO_FUNCTIONS(X) \
-  X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_addBufferVFS) X(mj_loadXML) \
+  X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_mountVFS) X(mj_loadXML) \
   X(mj_freeLastXML) X(mj_saveModel) X(mj_sizeModel) X(mj_copyModel) X(mj_deleteModel) X(mj_setConst) X(mj_makeData) \
   X(mj_resetData) X(mj_deleteData) X(mj_step) X(mj_step1) X(mj_step2) X(mj_forward) X(mj_camlight) \
   X(mj_rnePostConstraint) X(mj_contactForce) X(mj_local2Global) X(mj_name2id) X(mj_id2name) X(mj_stateSize) \
@@ -70,10 +71,27 @@ inline void restore_handlers(const Handlers& previous) {
 
 // ---- Models ----
 
-// Makes the text available under the path.
-inline void add_file(mjVFS& files, const std::string& path, const std::string& text) {
-  if (mj_addBufferVFS(&files, path.c_str(), text.data(), static_cast<int>(text.size())) != 0) throw std::bad_alloc();
-}
+// MuJoCo's view of files in memory.
+class VirtualFiles {
+ public:
+  explicit VirtualFiles(const Files& files);
+  ~VirtualFiles() { mj_deleteVFS(&vfs_); }
+  VirtualFiles(const VirtualFiles&) = delete;
+  VirtualFiles& operator=(const VirtualFiles&) = delete;
+  const mjVFS* get() const { return &vfs_; }
+
+ private:
+  struct Provider : mjpResourceProvider {
+    const std::string* content;
+    std::string fingerprint;
+  };
+  static const Provider& of(const mjResource& file) { return *static_cast<const Provider*>(file.provider); }
+  std::vector<Provider> providers_;
+  mjVFS vfs_{};
+};
+
+// Whether MuJoCo tells files in memory apart by their paths, not only by their names.
+constexpr bool kKnowsFilesByPath = true;
 
 // The advice for an unknown element or attribute: none, because mjenv has no build for a newer MuJoCo.
 constexpr const char* kNewerEngine = "";

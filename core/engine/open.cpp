@@ -151,9 +151,9 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
       const platform::ClassicLocale locale;
       const bool built_in = source.origin == Origin::built_in;
       const Limits limits(source.origin != Origin::untrusted);
-      const Mjcf given = built_in ? Mjcf{source.text, false} : checked(source.path, source.text, limits.trusted());
-      refers_to_files = given.refers_to_files;
-      compiled.reset(compile(folder_of(source.path), given.text, limits.of(kHullWork)));
+      const Mjcf given = built_in ? Mjcf{source.text, {}} : checked(source.path, source.text, limits.trusted());
+      refers_to_files = !given.files.empty();
+      compiled.reset(compile(folder_of(source.path), given.text, given.files, limits.of(kHullWork)));
       if (given.must_state_ranges) check_length_ranges(*compiled);
     });
   });

@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "error.hpp"
-#include "system/platform.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -29,7 +28,11 @@ std::FILE* create_beside(const std::string& path, std::string& beside) {
 
 std::string read_file(const std::string& path, std::int64_t max_bytes, const char* what, mjenv_status unreadable,
                       mjenv_status too_large) {
-  const platform::InputFile file(path);
+  return read_file(platform::InputFile(path), path, max_bytes, what, unreadable, too_large);
+}
+
+std::string read_file(const platform::InputFile& file, const std::string& path, std::int64_t max_bytes,
+                      const char* what, mjenv_status unreadable, mjenv_status too_large) {
   const auto cannot = [&](const char* why) { fail(unreadable, what + quoted(path) + " cannot be read: " + why); };
   if (!file.is_open()) cannot(std::strerror(errno));
   const platform::FileStatus status = file.status();

@@ -109,7 +109,9 @@ FileStatus status_of(const std::string& path);
 // A file that is open for reading. Opening never waits, not even for a pipe.
 class InputFile {
  public:
-  explicit InputFile(const std::string& path);
+  // refused: the path is a real_path(), and opening fails if one of its parts has become a link since.
+  enum class Links { followed, refused };
+  explicit InputFile(const std::string& path, Links links = Links::followed);
   ~InputFile();
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;

@@ -29,6 +29,21 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
   return real(thread, attributes, start, argument);
 }
 
+// ---- A realpath after which a file or a folder becomes a link ----
+
+static const char *swapped, *target;
+
+char* realpath(const char* path, char* to) {
+  static char* (*real)(const char*, char*);
+  if (!real) {
+    void* found = dlsym(RTLD_NEXT, "realpath");
+    memcpy(&real, &found, sizeof real);
+  }
+  char* resolved = real(path, to);
+  if (swapped && strstr(path, "part.xml") && (rename(swapped, "kept") != 0 || symlink(target, swapped) != 0)) abort();
+  return resolved;
+}
+
 static int count_entries(const char* folder) {
   DIR* directory = opendir(folder);
   if (!directory) return -1;
@@ -333,6 +348,74 @@ static void test_unwritten_rows(void** state) {
   in_child(unwritten_rows);
 }
 
+static bool write_text(const char* path, const char* text) {
+  FILE* file = fopen(path, "w");
+  return file && fputs(text, file) >= 0 && fclose(file) == 0;
+}
+
+// A stranger's model includes a file of its folder. While it is loaded, the file, or the folder that contains it, becomes
+// a link to another folder.
+static bool swapped_files(void) {
+  static const char* const part = "<x><worldbody><geom size='1'/></worldbody></x>";
+  static const char* const swaps[][2] = {{"model/in/part.xml", "../../secret/part.xml"}, {"model/in", "../secret"}};
+  mjenv_options* options = NULL;
+  mjenv_env* env = NULL;
+  bool fine = mkdir("secret", 0700) == 0 && mkdir("model", 0700) == 0 && mkdir("model/in", 0700) == 0 &&
+              write_text("secret/part.xml", part) && write_text("model/in/part.xml", part) &&
+              write_text("model/m.xml", "<mujoco><include file='in/part.xml'/></mujoco>") &&
+              mjenv_options_create("Model-v0", &options) == MJENV_OK &&
+              mjenv_options_set_string(options, "xml_file", "./model/m.xml") == MJENV_OK &&
+              mjenv_options_set_string(options, "trust_xml", "no") == MJENV_OK;
+  fine = fine && mjenv_create(options, 1, &env) == MJENV_OK;
+  mjenv_destroy(env);
+  for (size_t i = 0; fine && i < COUNT(swaps); ++i) {
+    swapped = swaps[i][0];
+    target = swaps[i][1];
+    fine = mjenv_create(options, 1, &env) == MJENV_E_MODEL && strstr(mjenv_last_error(), "cannot be read");
+    swapped = NULL;
+    fine = fine && unlink(swaps[i][0]) == 0 && rename("kept", swaps[i][0]) == 0;
+  }
+  mjenv_options_destroy(options);
+  static const char* const made[] = {"secret/part.xml", "model/in/part.xml", "model/in", "model/m.xml", "model",
+                                     "secret"};
+  for (size_t i = 0; i < COUNT(made); ++i) fine = remove(made[i]) == 0 && fine;
+  return fine;
+}
+
+// A mesh of half the size is in the file as soon as the first one has been loaded.
+static bool edited_files(void) {
+  static const char* const sizes[] = {"2", "1"};
+  mjenv_options* options = NULL;
+  bool fine = write_text("m.xml",
+                         "<mujoco><asset><mesh name='m' file='m.obj'/></asset><worldbody><body><joint/>"
+                         "<geom type='mesh' mesh='m'/></body></worldbody></mujoco>") &&
+              mjenv_options_create("Model-v0", &options) == MJENV_OK &&
+              mjenv_options_set_string(options, "xml_file", "./m.xml") == MJENV_OK;
+  double mass[2][2] = {{0}};
+  for (int i = 0; fine && i < 2; ++i) {
+    char text[200];
+    mjenv_env* env = NULL;
+    int64_t count;
+    snprintf(text, sizeof text, "v 0 0 0\nv %s 0 0\nv 0 %s 0\nv 0 0 %s\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", sizes[i],
+             sizes[i], sizes[i]);
+    fine = write_text("m.obj", text) && mjenv_create(options, 1, &env) == MJENV_OK &&
+           mjenv_read(env, 0, "body_mass", mass[i], 2, &count) == MJENV_OK;
+    mjenv_destroy(env);
+  }
+  mjenv_options_destroy(options);
+  return remove("m.xml") == 0 && remove("m.obj") == 0 && fine && mass[0][1] == 8 * mass[1][1];
+}
+
+static void test_edited_files(void** state) {
+  (void)state;
+  in_child(edited_files);
+}
+
+static void test_swapped_files(void** state) {
+  (void)state;
+  in_child(swapped_files);
+}
+
 // Everything that MuJoCo itself reports by printing and by writing MUJOCO_LOG.TXT.
 static bool complaints(void) {
   mjenv_options* options = NULL;
@@ -419,6 +502,8 @@ int main(void) {
       cmocka_unit_test(test_little_address_space),
       cmocka_unit_test(test_too_many_dofs),
       cmocka_unit_test(test_unwritten_rows),
+      cmocka_unit_test(test_swapped_files),
+      cmocka_unit_test(test_edited_files),
       cmocka_unit_test(test_nothing_is_written),
       cmocka_unit_test(test_full_disk),
       cmocka_unit_test(test_no_files),

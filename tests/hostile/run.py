@@ -15,11 +15,13 @@ from __future__ import annotations
 import argparse
 import collections
 import concurrent.futures
+import ctypes
 import dataclasses
 import os
 import pathlib
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -46,6 +48,35 @@ def lay_out(folder: pathlib.Path, case: models.Case) -> None:
             path.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+class Reads:
+    """Counts how often the files below a folder are opened."""
+
+    def __init__(self, folder: pathlib.Path) -> None:
+        libc = ctypes.CDLL(None, use_errno=True)
+        self.events = libc.inotify_init1(os.O_NONBLOCK | os.O_CLOEXEC)
+        self.folders = {}
+        for path in (folder, *(path for path in folder.rglob("*") if path.is_dir() and not path.is_symlink())):
+            # IN_OPEN, and IN_CLOSE_NOWRITE, because the system merges equal events that follow each other.
+            number = libc.inotify_add_watch(self.events, os.fsencode(path), 0x20 | 0x10)
+            if number < 0:
+                raise OSError(ctypes.get_errno(), "inotify")
+            self.folders[number] = path.relative_to(folder)
+
+    def counts(self) -> collections.Counter[str]:
+        counts: collections.Counter[str] = collections.Counter()
+        while True:
+            try:
+                events = os.read(self.events, 1 << 16)
+            except BlockingIOError:
+                os.close(self.events)
+                return counts
+            while events:
+                number, mask, _, length = struct.unpack_from("iIII", events)
+                name, events = events[16 : 16 + length].rstrip(b"\0"), events[16 + length :]
+                if mask & 0x20 and not mask & 0x40000000:  # IN_OPEN of no folder
+                    counts[str(self.folders[number] / os.fsdecode(name))] += 1
+
+
 def play(case: models.Case, arguments: argparse.Namespace) -> tuple[models.Case, str, str, float]:
     """The case, what its player said, what is wrong with that ("" if nothing), and the seconds it took."""
     with tempfile.TemporaryDirectory(prefix="mjenv-hostile-") as outer:
@@ -62,6 +93,7 @@ def play(case: models.Case, arguments: argparse.Namespace) -> tuple[models.Case,
             resource.setrlimit(resource.RLIMIT_CPU, (arguments.seconds, arguments.seconds))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
+        reads = Reads(pathlib.Path(outer))
         start = time.monotonic()
         limit = 20 * arguments.seconds
         try:
@@ -71,12 +103,15 @@ def play(case: models.Case, arguments: argparse.Namespace) -> tuple[models.Case,
         except subprocess.TimeoutExpired:
             return case, "", "" if own else f"took more than {limit} s", limit
         seconds = time.monotonic() - start
+        # What is read a second time is perhaps not what was checked. A name that is spelled in two ways is two files.
+        repeated = [name for name, count in reads.counts().items() if count > 1 and "spelled" not in case.name]
         said, printed = done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
         if own and not case.arguments:
             case = dataclasses.replace(case, expect="either", words=())
             if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
                 return case, said, "", seconds
-        return case, said, complaint(case, done.returncode, said, printed, before != sorted(folder.rglob("*"))), seconds
+        why = complaint(case, done.returncode, said, printed, before != sorted(folder.rglob("*")))
+        return case, said, why or (f"read {repeated} more than once" if repeated else ""), seconds
 
 
 def complaint(case: models.Case, code: int, said: str, printed: str, wrote: bool) -> str:

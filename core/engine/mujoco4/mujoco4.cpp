@@ -1,7 +1,10 @@
 // Opens MuJoCo's library at run time.
 #include "engine/mujoco4.hpp"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <cstdint>
 #include <cstring>
 #include <mutex>
 #include <string>
@@ -85,5 +88,55 @@ const char* open_mujoco() {
 }
 
 bool mujoco_is_open() { return is_open; }
+
+namespace {
+
+// Returns a text that differs for different contents, also if a stranger has chosen them: the length and two
+// polynomials of the content, at points that are drawn once in each process. Returns "" if the system provides no random
+// numbers.
+std::string fingerprint(const std::string& content) {
+  constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;
+  static std::array<std::uint64_t, 2> points{};
+  static const bool drawn = platform::fill_with_entropy(points.data(), sizeof points);
+  if (!drawn) return "";
+  std::string text = std::to_string(content.size());
+  for (const std::uint64_t point : points) {
+    std::uint64_t sum = 0;
+    for (std::size_t at = 0; at < content.size(); at += sizeof(std::uint32_t)) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, &content[at], std::min(sizeof word, content.size() - at));
+      __extension__ using Product = unsigned __int128;
+      sum = static_cast<std::uint64_t>((Product{sum} * (point % prime) + word) % prime);
+    }
+    text += " " + std::to_string(sum);
+  }
+  return text;
+}
+
+}  // namespace
+
+// MuJoCo keeps the meshes and textures of a file, and uses them again if a file with the same path is not modified.
+VirtualFiles::VirtualFiles(const Files& files) : providers_(files.size()) {
+  mj_defaultVFS(&vfs_);
+  auto provider = providers_.begin();
+  for (const auto& [path, content] : files) {
+    provider->content = content.get();
+    if (content) provider->fingerprint = fingerprint(*content);
+    provider->mount = [](mjResource*) { return 1; };
+    provider->open = [](mjResource* file) {
+      file->timestamp[of(*file).fingerprint.copy(file->timestamp, sizeof file->timestamp - 1)] = '\0';
+      return static_cast<int>(of(*file).content != nullptr);
+    };
+    provider->read = [](mjResource* file, const void** bytes) {
+      *bytes = of(*file).content->data();
+      return static_cast<int>(of(*file).content->size());
+    };
+    provider->close = [](mjResource*) {};
+    provider->modified = [](const mjResource* file, const char* timestamp) {
+      return static_cast<int>(file->timestamp[0] == '\0' || std::strcmp(file->timestamp, timestamp) != 0);
+    };
+    mj_mountVFS(&vfs_, path.c_str(), &*provider++);
+  }
+}
 
 }  // namespace mjenv::core

@@ -8,7 +8,6 @@
 #include <mutex>
 
 #include "engine/load.hpp"
-#include "engine/memory_file.hpp"
 #include "engine/mujoco.hpp"
 #include "error.hpp"
 
@@ -37,9 +36,10 @@ class OtherRandom {
 
 using OwnedModel = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 
-OwnedModel load_in_any_locale(const char* path, const mjVFS& files, std::string& reason) {
+OwnedModel load_in_any_locale(const char* path, const Files& files, std::string& reason) {
+  const VirtualFiles virtual_files(files);
   std::array<char, 1000> text{};
-  OwnedModel model(mj_loadXML(path, &files, text.data(), static_cast<int>(text.size())), mj_deleteModel);
+  OwnedModel model(mj_loadXML(path, virtual_files.get(), text.data(), static_cast<int>(text.size())), mj_deleteModel);
   mj_freeLastXML();  // MuJoCo would keep the parsed XML for mj_saveLastXML, which nobody calls
   reason = text.data();
   return model;
@@ -49,9 +49,10 @@ OwnedModel load_in_any_locale(const char* path, const mjVFS& files, std::string&
 // this library must not change. So it refuses all models while that locale writes numbers in another way.
 void check_global_locale() {
   if (std::locale() == std::locale::classic()) return;
-  const MemoryFile file("", "<mujoco><option timestep='1234.5'/></mujoco>");
+  const char* const path = "<model>";
+  const Files files{{path, std::make_shared<const std::string>("<mujoco><option timestep='1234.5'/></mujoco>")}};
   std::string reason;
-  const OwnedModel model = load_in_any_locale(file.path().c_str(), file.files(), reason);
+  const OwnedModel model = load_in_any_locale(path, files, reason);
   if (!model || model->opt.timestep != 1234.5)
     fail(MJENV_E_MODEL,
          "in the global locale " + quoted(std::locale().name()) +
@@ -64,7 +65,7 @@ void check_global_locale() {
 const bool kLoadLimitsHulls = false;
 const bool kLengthRangesEnd = false;
 
-mjModel* load(const std::string& path, const mjVFS& files, std::int64_t, std::string& reason) {
+mjModel* load(const std::string& path, const Files& files, std::int64_t, std::string& reason) {
   const std::lock_guard lock(one_at_a_time);
   const OtherRandom random;
   check_global_locale();

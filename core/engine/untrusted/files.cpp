@@ -101,7 +101,7 @@ MeshSize check_msh(const std::string& content, const Limits& limits) {
 // Reads Wavefront OBJ files as tinyobjloader does, but also checks the indices.
 class Obj {
  public:
-  Obj(std::string path, const Limits& limits) : path_(std::move(path)), limits_(limits) {}
+  explicit Obj(const Limits& limits) : limits_(limits) {}
 
   MeshSize check(const std::string& content) {
     for (std::size_t at = 0; at < content.size();) {
@@ -134,7 +134,6 @@ class Obj {
              " elements so far");
   }
 
-  std::string path_;
   const Limits& limits_;
   std::int64_t positions_ = 0, normals_ = 0, texcoords_ = 0;
   std::int64_t faces_ = 0, triangles_ = 0, lines_ = 0, line_ends_ = 0;
@@ -156,7 +155,6 @@ class Obj {
   void line(std::string_view text) {
     if (text.find('\0') != std::string_view::npos) refuse("it is no text");
     text = trimmed(text);
-    if (text.substr(0, 6) == "mtllib") return materials(text.substr(6));
     const std::string_view keyword = word(text);
     if (keyword == "v") {
       check_limit(limits_, "vertices", ++positions_, kVertices);
@@ -243,24 +241,6 @@ class Obj {
     if (ends < 2) refuse("a polyline has " + std::to_string(ends) + " vertices; it needs at least 2");
     line_ends_ += ends;
   }
-
-  // tinyobjloader reads the files of materials, although MuJoCo ignores materials. It treats the name of the mesh's
-  // folder as a list of paths.
-  void materials(std::string_view names) {
-    const std::string folder = path_.substr(0, path_.find_last_of("/\\") + 1);
-    for (std::string_view name = word(names); !name.empty(); name = word(names)) {
-      while (name.substr(0, 2) == "./" || name.substr(0, 2) == ".\\") name.remove_prefix(2);
-      if (!limits_.trusted() && (name.find_first_of("/\\~:") != std::string_view::npos ||
-                                 folder.find(platform::path_separator) != std::string::npos))
-        refuse(std::string("it names materials in another folder") + kUnlessTrusted);
-      const std::string file = folder + std::string(name);
-      const platform::FileStatus status = platform::status_of(file);
-      if (!status.exists) continue;  // tinyobjloader ignores missing files
-      if (!status.is_regular)
-        refuse("its materials are in " + quoted(std::string(name)) + ", which is no regular file");
-      check_limit(limits_, "bytes of materials", status.bytes, kMaterialBytes);
-    }
-  }
 };
 
 // ---- Images ----
@@ -307,7 +287,7 @@ MeshSize check_mesh(const std::string& path, const std::string& content, const L
   const std::string kind = kind_of(path);
   if (kind == ".stl") return check_stl(content, limits);
   if (kind == ".msh") return check_msh(content, limits);
-  if (kind == ".obj") return Obj(path, limits).check(content);
+  if (kind == ".obj") return Obj(limits).check(content);
   refuse("a mesh is an .stl, .obj or .msh file");
 }
 

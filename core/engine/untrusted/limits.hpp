@@ -27,7 +27,6 @@ inline constexpr Limit kLevels{100, 100};  // of nested elements; tinyxml2 has t
 inline constexpr Limit kFiles{1'000, 100'000};
 inline constexpr Limit kFileBytes{64 * kMiB, 1024 * kMiB};
 inline constexpr Limit kAllFileBytes{512 * kMiB, 8192 * kMiB};
-inline constexpr Limit kMaterialBytes{16 * kMiB, 16 * kMiB};  // in each file that an OBJ file names
 
 // Meshes, images and height fields.
 inline constexpr Limit kVertices{600'000, 1 << 24};

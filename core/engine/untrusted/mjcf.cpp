@@ -108,7 +108,7 @@ class Check {
       refuse("an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program", root);
     read(*root, 1);
     check_sums();
-    if (!has_muscles_ && !has_meshes_) return {text, folder_.used()};
+    if (!has_muscles_ && !has_meshes_) return {text, folder_.files()};
     XMLElement* compiler = root->InsertNewChildElement("compiler");
     // An error in one of MuJoCo's own threads would end the process.
     compiler->SetAttribute("usethread", "false");
@@ -116,7 +116,7 @@ class Check {
     if (states_ranges) compiler->InsertNewChildElement("lengthrange")->SetAttribute("mode", "none");
     tinyxml2::XMLPrinter printer;
     document.Print(&printer);
-    return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.used(), states_ranges};
+    return {{printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1}, folder_.files(), states_ranges};
   }
 
  private:
@@ -169,7 +169,7 @@ class Check {
 
   // The root of a file's document, which lives as long as source_.
   const XMLElement& parse_file(const std::string& path, const std::string& name) {
-    const std::string content = folder_.read(path, name, kTextBytes);
+    const std::string& content = folder_.read(path, name, kTextBytes);
     auto document = std::make_unique<XMLDocument>();
     try {
       parse(*document, content);
@@ -224,7 +224,7 @@ class Check {
     if (name.empty()) refuse("required attribute missing: 'file'", &element.xml);
     if (kIncludesHaveFolders && is_absolute(name))
       path = name;
-    else if (kIncludesHaveFolders && !source_.including.empty() && !platform::status_of(path).exists)
+    else if (kIncludesHaveFolders && !source_.including.empty() && !folder_.has(path))
       path = source_.including + name;
     for (const auto& other : source_.included)
       if (strcasecmp(other.c_str(), path.c_str()) == 0)
@@ -573,7 +573,8 @@ class Check {
     const auto most = static_cast<std::int64_t>(std::cbrt(static_cast<double>(kHullCubes - hull_cubes_)));
     std::int64_t vertices = size.vertices;
     if (!file.empty() && vertices > std::min(kSmall, most))
-      vertices = std::min(vertices, hull_vertices(file, std::max(kSmall, most) + 1).value_or(vertices));
+      vertices =
+          std::min(vertices, hull_vertices(file, folder_.files(), std::max(kSmall, most) + 1).value_or(vertices));
     if (vertices > most)
       refuse(std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted, element);
     hull_cubes_ += vertices * vertices * vertices;
@@ -591,7 +592,8 @@ class Check {
   // Call this after all XML has been read, because the last setting of the folders applies to all files.
   void check_files() {
     for (const auto& file : source_.files) {
-      const std::string path = path_of(file), content = folder_.read(path, file.name, kFileBytes);
+      const std::string path = path_of(file);
+      const std::string& content = folder_.read(path, file.name, kFileBytes);
       check_limit("bytes in all files", file_bytes_ += static_cast<std::int64_t>(content.size()), kAllFileBytes);
       try {
         check_file(file, path, content);
@@ -613,10 +615,9 @@ class Check {
 
   // Builds the path of a file as MuJoCo does. MuJoCo 4.0 looks in the model's folder, then in the folder of the
   // included file.
-  std::string path_of(const File& file) const {
+  std::string path_of(const File& file) {
     std::string path = path_of(file, file.name);
-    if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || platform::status_of(path).exists)
-      return path;
+    if (!kIncludesHaveFolders || file.including.empty() || is_absolute(file.name) || folder_.has(path)) return path;
     return path_of(file, file.including + file.name);
   }
 

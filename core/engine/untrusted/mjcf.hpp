@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "engine/load.hpp"
+
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 struct mjModel_;
 
@@ -12,7 +14,7 @@ namespace mjenv::core {
 
 struct Mjcf {
   std::string text;
-  bool refers_to_files;
+  Files files;                     // all to which the model refers, without the model itself
   bool must_state_ranges = false;  // the compiled model must pass check_length_ranges
 };
 

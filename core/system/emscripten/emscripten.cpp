@@ -75,7 +75,7 @@ ClassicLocale::~ClassicLocale() = default;
 // ---- Files ----
 
 FileStatus status_of(const std::string&) { return {}; }
-InputFile::InputFile(const std::string&) : handle_(-1) { errno = ENOENT; }
+InputFile::InputFile(const std::string&, Links) : handle_(-1) { errno = ENOENT; }
 
 InputFile::~InputFile() = default;
 

@@ -96,6 +96,28 @@ FileStatus status_from(int error, const struct stat& status) {
   return {true, S_ISREG(status.st_mode), status.st_size};
 }
 
+constexpr int kToRead = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
+#ifdef O_PATH
+constexpr int kToEnter = O_PATH | O_DIRECTORY | O_CLOEXEC;  // needs no right to list the folder
+#else
+constexpr int kToEnter = O_RDONLY | O_DIRECTORY | O_CLOEXEC;
+#endif
+
+int open_without_links(const std::string& real_path) {
+  int folder = open("/", kToEnter);
+  for (std::size_t at = 1; folder >= 0;) {
+    const std::size_t end = real_path.find('/', at);
+    const bool is_last = end == std::string::npos;
+    const std::string name = real_path.substr(at, end - at);
+    const int found = openat(folder, name.c_str(), (is_last ? kToRead : kToEnter) | O_NOFOLLOW);
+    close(folder);
+    if (is_last) return found;
+    folder = found;
+    at = end + 1;
+  }
+  return folder;
+}
+
 }  // namespace
 
 FileStatus status_of(const std::string& path) {
@@ -103,7 +125,8 @@ FileStatus status_of(const std::string& path) {
   return status_from(lstat(path.c_str(), &status), status);
 }
 
-InputFile::InputFile(const std::string& path) : handle_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+InputFile::InputFile(const std::string& path, Links links)
+    : handle_(links == Links::refused ? open_without_links(path) : open(path.c_str(), kToRead)) {}
 
 InputFile::~InputFile() {
   if (is_open()) close(static_cast<int>(handle_));

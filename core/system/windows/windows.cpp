@@ -280,6 +280,17 @@ FileStatus status_from(HANDLE file) {
 
 HANDLE handle_of(std::intptr_t number) { return reinterpret_cast<HANDLE>(number); }
 
+// The real path of an open file or folder.
+std::string final_path(HANDLE file) {
+  const std::wstring found =
+      written([&](wchar_t* to, DWORD size) { return GetFinalPathNameByHandleW(file, to, size, FILE_NAME_NORMALIZED); });
+  if (found.empty()) set_errno();
+  std::string real = with_slashes(narrow(found));
+  const std::string local = "//?/", remote = "//?/UNC/";
+  if (real.rfind(remote, 0) == 0) return "//" + real.substr(remote.size());
+  return real.rfind(local, 0) == 0 ? real.substr(local.size()) : real;
+}
+
 }  // namespace
 
 FileStatus status_of(const std::string& path) {
@@ -287,8 +298,13 @@ FileStatus status_of(const std::string& path) {
   return file.is_open() ? status_from(file.get()) : FileStatus{};
 }
 
-InputFile::InputFile(const std::string& path)
-    : handle_(reinterpret_cast<std::intptr_t>(File(path, GENERIC_READ).release())) {}
+InputFile::InputFile(const std::string& path, Links links) : handle_(-1) {
+  File file(path, GENERIC_READ);
+  if (links == Links::refused && file.is_open() && final_path(file.get()) != path)
+    errno = ELOOP;
+  else
+    handle_ = reinterpret_cast<std::intptr_t>(file.release());
+}
 
 InputFile::~InputFile() {
   if (is_open()) CloseHandle(handle_of(handle_));
@@ -346,14 +362,7 @@ bool names_no_file(const std::string& path) {
 
 std::string real_path(const std::string& path) {
   const File file(path, 0);
-  if (!file.is_open()) return "";
-  const std::wstring found = written(
-      [&](wchar_t* to, DWORD size) { return GetFinalPathNameByHandleW(file.get(), to, size, FILE_NAME_NORMALIZED); });
-  if (found.empty()) set_errno();
-  std::string real = with_slashes(narrow(found));
-  const std::string local = "//?/", remote = "//?/UNC/";
-  if (real.rfind(remote, 0) == 0) return "//" + real.substr(remote.size());
-  return real.rfind(local, 0) == 0 ? real.substr(local.size()) : real;
+  return file.is_open() ? final_path(file.get()) : "";
 }
 
 std::FILE* create_new(const std::string& path) {
