@@ -36,7 +36,7 @@ def play(policy: Policy, backend: str, episodes: int, seed: int) -> list[tuple[i
         observation, _ = env.reset(seed=seed if episode == 0 else None)
         length, total, checksum, ended = 0, 0.0, 0xCBF29CE484222325, False
         while not ended:
-            action = policy.act(observation.tolist())
+            action = policy.act(observation)
             for word in action.view("u4").tolist():
                 checksum = (checksum ^ word) * 0x100000001B3 & MASK
             observation, reward, terminated, truncated, _ = env.step(action)

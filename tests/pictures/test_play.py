@@ -237,7 +237,7 @@ def performance(id: str, policies: Path, seed: int, count: int, fps: int) -> lis
     found = [env.render()]
     rate = round(1 / env.unwrapped.dt)
     for step in range(1, math.ceil((count - 1) * rate / fps) + 1):
-        obs, _, terminated, truncated, _ = env.step(policy.act(obs.tolist()))
+        obs, _, terminated, truncated, _ = env.step(policy.act(obs))
         if terminated or truncated:
             obs, _ = env.reset()
         if step * fps >= len(found) * rate:  # the first step at or after the picture's time

@@ -72,8 +72,8 @@ def test_the_policy_is_the_trained_one() -> None:
     for observation in rng.normal(scale=8, size=(200, 11)):
         normal = torch.as_tensor(((observation - mean) / scale).clip(-10, 10), dtype=torch.float32)
         expected = agent.actor(normal).detach().numpy()
-        np.testing.assert_allclose(policy.act(observation.tolist()), expected, rtol=0, atol=3e-5)
-    assert np.array_equal(policy.act((mean + 1e9 * scale).tolist()), policy.act((mean + 10.5 * scale).tolist()))
+        np.testing.assert_allclose(policy.act(observation), expected, rtol=0, atol=3e-5)
+    assert np.array_equal(policy.act(mean + 1e9 * scale), policy.act(mean + 10.5 * scale))
 
 
 @pytest.mark.parametrize("trainer", ["sb3", "cleanrl"])

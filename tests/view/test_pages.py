@@ -14,7 +14,6 @@ from playwright.sync_api import Browser
 import mjenv
 from commands import Command
 from mjenv.policy import Policy
-from mjenv.viewer.policies import in_all_rows
 from mjenv.viewer.session import Session
 from waiting import HANGS, wait_until
 
@@ -90,7 +89,7 @@ def is_blue(pixel: Any) -> bool:
 
 def test_the_policy_walks_with_the_bits_of_play() -> None:
     policy = Policy.load(POLICIES / "HalfCheetah-v5.txt")
-    with Session("HalfCheetah-v5", 2, policy=in_all_rows(policy), port=0) as session:
+    with Session("HalfCheetah-v5", 2, policy=policy.act, port=0) as session:
         session.do(lambda: setattr(session, "speed", 8.0))
         wait_until(lambda: session.steps[0] >= 100, "100 steps")
         session.ask(lambda: setattr(session, "playing", False))

@@ -24,10 +24,8 @@ import pytest
 import mjenv
 import mjenv.dm_control  # its ids are viewed as well
 from mjenv.cli import main
-from mjenv.policy import Policy
 from mjenv.viewer import watch
 from mjenv.viewer.notebook import html_of
-from mjenv.viewer.policies import in_all_rows
 from mjenv.viewer.poses import along, forces_of, quaternions
 from mjenv.viewer.scene import scene_of
 from mjenv.viewer.server import Server
@@ -36,7 +34,6 @@ from waiting import wait_until
 
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
 ROOT = Path(__file__).parents[2]
-POLICIES = ROOT / "examples" / "policies"
 
 # All geom types, a site, a spatial tendon, a height field, a mesh, textures, and groups.
 EVERYTHING = """
@@ -125,12 +122,6 @@ def test_contact_forces_carry_the_weight(cone: str) -> None:
         env.step(np.zeros(0))
         _, forces = forces_of(env.data)
         assert np.allclose(forces.sum(axis=0), [0, 0, 3 * 9.81], atol=1e-6)
-
-
-def test_policies_have_the_bits_of_single_rows() -> None:
-    policy = Policy.load(POLICIES / "Ant-v5.txt")
-    observations = np.random.default_rng(0).normal(size=(5, len(policy.mean)))
-    assert np.array_equal(in_all_rows(policy)(observations), [policy.act(row) for row in observations])
 
 
 def test_going_back_restores_every_bit() -> None:

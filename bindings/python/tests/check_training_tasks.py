@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import runpy
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,12 @@ import numpy as np
 import pytest
 
 import mjenv
+from mjenv.cli.policies import policy_of
 from mjenv.training import Training
 
 SHORT: dict[str, Any] = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "epochs": 2, "hidden": (16,)}
 BATCH = 8 * 32
+ROOT = Path(__file__).resolve().parents[3]
 
 
 class Slide(mjenv.Task):
@@ -79,7 +82,7 @@ def test_own_task() -> None:
     assert np.array_equal(again.returns, evaluation.returns)
 
 
-def test_groups() -> None:
+def test_groups(tmp_path: Path) -> None:
     """Each network sees its own group of the observation, unless the settings say what it sees."""
     training = mjenv.train("Blind-v0", steps=BATCH, settings=SHORT)
     weights = np.array(training.policy().layers[0].weights)
@@ -87,6 +90,20 @@ def test_groups() -> None:
     assert (weights[:, 1:] == 0).all()
     assert training.settings.critic_obs == (False, True, True)
     assert mjenv.evaluate(training.policy(), 3).lengths.tolist() == [200] * 3
+    policy = training.policy()
+    env, envs = mjenv.make("Blind-v0"), mjenv.make_vec("Blind-v0", 3)
+    obs, many = env.reset(seed=5)[0], envs.reset(seed=5)[0]
+    action = policy.act(obs)
+    assert action.shape == env.action_space.shape
+    assert np.array_equal(policy.act(many)[0], action)
+    assert np.array_equal(policy.act(np.concatenate([*obs.values()])), action)
+    policy.save(tmp_path / "policy.txt")
+    act = policy_of(tmp_path / "policy.txt", env, "PPO", None)  # what mjenv play and mjenv view call
+    assert np.array_equal(act(obs), action)
+    assert np.array_equal(act(many), policy.act(many))
+    deploy = runpy.run_path(str(ROOT / "examples" / "python" / "deploy.py"))
+    evaluation = mjenv.evaluate(policy, 1, seed=5)
+    assert deploy["play"](policy, "mjenv", 1, 5)[0][:2] == (evaluation.lengths[0], evaluation.returns[0])
     told = mjenv.train("Blind-v0", steps=1, settings={**SHORT, "actor_obs": (True, True, True)})
     assert (np.array(told.policy().layers[0].weights)[:, 2] != 0).any()
 

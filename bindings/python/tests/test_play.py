@@ -127,7 +127,7 @@ def test_a_policy_as_text(capsys: pytest.CaptureFixture[str]) -> None:
     """The normalizer belongs to model.zip; the text holds its own normalization."""
     Path("normalizer.pkl").write_bytes(pickle.dumps(Normalizer(0.25)))
     assert run("--policy", "policy.txt") == 0
-    assert capsys.readouterr().out == printed(lambda obs: POLICY.act(obs.tolist()))
+    assert capsys.readouterr().out == printed(lambda obs: POLICY.act(obs))
 
 
 @pytest.mark.parametrize(

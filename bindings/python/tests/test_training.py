@@ -300,7 +300,7 @@ def test_evaluation_plays_the_policy(precision: str) -> None:
             obs, _ = env.reset(seed=40 + episode)
             total, length, ended = 0.0, 0, False
             while not ended:
-                obs, reward, terminated, truncated, _ = env.step(policy.act(obs.tolist()))
+                obs, reward, terminated, truncated, _ = env.step(policy.act(obs))
                 total, length, ended = total + float(reward), length + 1, terminated or truncated
             if precision == "float64":
                 assert (got.returns[episode], got.lengths[episode]) == (total, length)

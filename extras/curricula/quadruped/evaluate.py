@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import mjenv
 from mjenv.policy import Policy
@@ -23,16 +22,6 @@ ID = "QuadrupedVelocity-v0"
 COMMANDED = 0.5  # m/s
 FORWARD = {"command_forward": (COMMANDED, COMMANDED), "command_left": (0, 0), "command_turn": (0, 0)}
 EPISODES, STEPS, STARTING = 20, 500, 50
-
-
-def actions(policy: Policy, observations: NDArray[Any]) -> NDArray[Any]:
-    """The actions of many rows."""
-    values = ((observations - policy.mean) / policy.scale).clip(-policy.clip, policy.clip)
-    for layer in policy.layers:
-        values = values @ np.array(layer.weights).T + layer.bias
-        if layer.activation == "tanh":
-            values = np.tanh(values)
-    return values.clip(policy.low, policy.high)
 
 
 @dataclass(frozen=True)
@@ -50,7 +39,7 @@ def evaluate(policy: Policy, seed: int = 1000, **options: Any) -> Result:
     obs, _ = envs.reset(seed=seed)
     speeds, fallen = [], np.zeros(EPISODES, bool)
     for _ in range(STEPS):
-        obs, _, terminated, _, infos = envs.step(actions(policy, obs))
+        obs, _, terminated, _, infos = envs.step(policy.act(obs))
         fallen |= terminated
         speeds.append(infos["forward"])
     speed = np.array(speeds)

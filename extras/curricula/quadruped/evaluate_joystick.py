@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import mjenv
 from joystick_options import ID, OPTIONS
@@ -19,17 +18,6 @@ from mjenv.policy import Policy
 
 HERE = Path(__file__).resolve().parent
 EPISODES, STEPS, HARDEST = 20, 500, 5.0
-
-
-def actions(policy: Policy, observations: dict[str, NDArray[Any]]) -> NDArray[Any]:
-    """The actions of many rows. The policy's weights of terms that only the critic sees are 0."""
-    seen = np.concatenate([group.reshape(len(group), -1) for group in observations.values()], axis=1)
-    values = ((seen - policy.mean) / policy.scale).clip(-policy.clip, policy.clip)
-    for layer in policy.layers:
-        values = values @ np.array(layer.weights).T + layer.bias
-        if layer.activation == "elu":
-            values = np.where(values > 0, values, np.expm1(np.minimum(values, 0)))
-    return values.clip(policy.low, policy.high)
 
 
 @dataclass(frozen=True)
@@ -46,7 +34,7 @@ def evaluate(policy: Policy, level: float = HARDEST, seed: int = 1000, **options
     obs, _ = envs.reset(seed=seed)
     errors, playing, falls = [], np.ones(EPISODES, bool), 0
     for _ in range(STEPS):
-        obs, _, terminated, _, infos = envs.step(actions(policy, obs))
+        obs, _, terminated, _, infos = envs.step(policy.act(obs))
         errors += infos["error"][playing].tolist()
         falls += int((terminated & playing).sum())
         playing &= ~terminated

@@ -26,7 +26,7 @@ def main() -> None:
     for step in range(FIRST + PICTURES * EVERY):
         if step >= FIRST and (step - FIRST) % EVERY == 0:
             pictures.append(env.render())
-        obs, *_ = env.step(policy.act(obs.tolist()))
+        obs, *_ = env.step(policy.act(obs))
     imageio.v3.imwrite(HERE / "strip.png", np.concatenate(pictures, axis=1))
 
 

@@ -11,7 +11,7 @@ import imageio.v3
 import numpy as np
 
 import mjenv
-from evaluate_joystick import HARDEST, HERE, actions
+from evaluate_joystick import HARDEST, HERE
 from joystick_options import ID, OPTIONS
 from mjenv.policy import Policy
 
@@ -30,8 +30,7 @@ def main() -> None:
     for step in range(FIRST + PICTURES * EVERY):
         if step >= FIRST and (step - FIRST) % EVERY == 0:
             pictures.append(env.render())
-        action = actions(policy, {name: np.asarray(group)[None] for name, group in obs.items()})[0]
-        obs, *_ = env.step(action)
+        obs, *_ = env.step(policy.act(obs))
     imageio.v3.imwrite(HERE / "joystick" / "strip.png", np.concatenate(pictures, axis=1))
 
 

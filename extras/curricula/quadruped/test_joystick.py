@@ -13,6 +13,7 @@ from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 
 import mjenv
+from mjenv.cli.policies import policy_of
 from mjenv.policy import Policy
 
 HERE = Path(__file__).resolve().parent
@@ -33,6 +34,15 @@ def test_gymnasium_accepts_it() -> None:
 def test_it_follows_its_commands_on_rough_ground(engine: str) -> None:
     """What docs/own-task.md states about the committed policy: 20 episodes, the mean over all of their steps."""
     assert evaluate(Policy.load(HERE / "joystick" / "policy.txt"), engine=engine).error < 0.2
+
+
+def test_its_policy_acts_on_observations_as_they_are(engine: str) -> None:
+    env, envs = (make(ID, engine=engine, **OPTIONS) for make in (mjenv.make, mjenv.make_vec))
+    act = policy_of(HERE / "joystick" / "policy.txt", env, "PPO", None)  # what mjenv play and mjenv view call
+    obs, many = env.reset(seed=3)[0], envs.reset(seed=3)[0]
+    assert set(obs) == {"policy", "critic"}
+    assert act(obs).shape == (12,)
+    assert_same(act(many), act(obs)[None])
 
 
 def test_it_does_not_without_the_policy(engine: str) -> None:

@@ -18,7 +18,7 @@ from mjenv.policy import Policy
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE))
 
-from evaluate import FORWARD, ID, actions, evaluate, evaluate_all_commands  # noqa: E402
+from evaluate import FORWARD, ID, evaluate, evaluate_all_commands  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ NUMBERS = ("forward", "error", "reward_velocity", "reward_gait", "reward_jerk", 
 def play(envs: mjenv.VectorEnv, policy: Policy, obs: NDArray[Any], steps: int) -> list[bytes]:
     played = []
     for _ in range(steps):
-        obs, rewards, terminated, truncated, infos = envs.step(actions(policy, obs) + 0.4)  # with which some fall
+        obs, rewards, terminated, truncated, infos = envs.step(policy.act(obs) + 0.4)  # with which some fall
         found = (infos, infos.get("final_info", {}))  # of rows that went on, and of those whose episode ended
         numbers = [of_rows[name] for of_rows in found for name in NUMBERS if name in of_rows]
         assert len(numbers) in (len(NUMBERS), 2 * len(NUMBERS))

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv._abi import Status
+from mjenv._dtypes import Float64Array
 from mjenv.errors import InvalidValueError
 
 HEAD = "mjenv-policy 1"
@@ -28,6 +30,9 @@ ACTIVATIONS: dict[str, Callable[[float], float]] = {
 }
 
 
+SEEN = ("policy", "actor")  # the group that a policy sees if it does not see all groups
+
+
 @dataclass(frozen=True)
 class Layer:
     """Computes activation(bias + weights x inputs). Each sum adds its terms from left to right."""
@@ -36,15 +41,20 @@ class Layer:
     weights: list[list[float]]  # [outputs][inputs]
     bias: list[float]
 
-    def __call__(self, inputs: list[float]) -> list[float]:
-        activate = ACTIVATIONS[self.activation]
-        outputs = []
-        for row, bias in zip(self.weights, self.bias, strict=True):
-            total = bias
-            for weight, value in zip(row, inputs, strict=True):
-                total += weight * value
-            outputs.append(activate(total))
-        return outputs
+    def __call__(self, inputs: Float64Array) -> Float64Array:
+        """The outputs [rows, outputs] for the inputs [rows, inputs]."""
+        totals = np.tile(np.array(self.bias, np.float64), (len(inputs), 1))
+        for weights, values in zip(self._columns, inputs.T, strict=True):
+            totals += weights * values[:, None]
+        return totals if self.activation == "identity" else self._activate(totals).astype(np.float64)
+
+    @cached_property
+    def _columns(self) -> Float64Array:
+        return np.array(self.weights, np.float64).T
+
+    @cached_property
+    def _activate(self) -> np.ufunc:
+        return np.frompyfunc(ACTIVATIONS[self.activation], 1, 1)  # because NumPy's functions give other bits
 
 
 @dataclass(frozen=True)
@@ -60,16 +70,35 @@ class Policy:
     high: list[float]
     layers: list[Layer]
 
-    def act(self, observation: Sequence[float]) -> NDArray[np.float32]:
-        """The deterministic action."""
-        values = [
-            min(max((x - mean) / scale, -self.clip), self.clip)
-            for x, mean, scale in zip(observation, self.mean, self.scale, strict=True)
-        ]
-        for layer in self.layers:
-            values = layer(values)
-        bounded = [min(max(x, low), high) for x, low, high in zip(values, self.low, self.high, strict=True)]
-        return np.array(bounded, np.float32)
+    def act(self, observation: Any) -> NDArray[np.float32]:
+        """The deterministic action, or the actions [rows, actuators] for the observations of many rows.
+
+        observation: what the environment returns, an array (or a list) or a dict of groups. If the policy sees less
+        than all groups together, it sees the group "policy" (or "actor").
+        """
+        rows, single = self._seen(observation)
+        with np.errstate(all="ignore"):
+            values = _bounded((rows - self.mean) / self.scale, -self.clip, self.clip)
+            for layer in self.layers:
+                values = layer(values)
+            actions = _bounded(values, self.low, self.high).astype(np.float32)
+        return actions[0] if single else actions
+
+    def _seen(self, observation: Any) -> tuple[Float64Array, bool]:
+        """What the policy sees [rows, numbers], and whether it is the observation of a single environment."""
+        size = len(self.mean)
+        for parts in _choices(observation):
+            arrays = [np.asarray(part, np.float64) for part in parts]
+            sizes = [math.prod(array.shape[1:]) for array in arrays]  # if there are many rows
+            counts = {len(array) if array.ndim > 1 else None for array in arrays}
+            if sum(sizes) == size and len(counts) == 1 and None not in counts:
+                return np.concatenate([a.reshape(len(a), n) for a, n in zip(arrays, sizes, strict=True)], axis=1), False
+            if sum(array.size for array in arrays) == size:
+                return np.concatenate([array.reshape(1, -1) for array in arrays], axis=1), True
+        shapes = ", ".join(str(np.shape(part)) for part in next(_choices(observation)))
+        raise InvalidValueError(
+            f"this policy of {self.id} sees {size} numbers, not an observation of the shape {shapes}", Status.E_SIZE
+        )
 
     def text(self) -> str:
         """The policy as text; parse gives back every bit."""
@@ -132,6 +161,21 @@ class Policy:
                 return False
             width = len(layer.bias)
         return len(self.scale) == len(self.mean) and len(self.low) == len(self.high) == width
+
+
+def _choices(observation: Any) -> Iterator[list[Any]]:
+    """The parts of an observation that a policy may see: all of them, or one group."""
+    if not isinstance(observation, Mapping):
+        yield [observation]
+        return
+    yield [*observation.values()]
+    yield from ([observation[name]] for name in SEEN if name in observation)
+
+
+def _bounded(values: Float64Array, low: Any, high: Any) -> Float64Array:
+    """As std::clamp, also for -0, whose sign np.clip and np.maximum may change."""
+    values = np.where(values < low, low, values)
+    return np.where(values > high, high, values)
 
 
 def _line(name: str, numbers: Sequence[float]) -> str:

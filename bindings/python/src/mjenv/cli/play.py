@@ -139,7 +139,8 @@ def play(
     writer.add(env)
     total = 0.0
     for step in range(1, steps + 1):
-        obs, reward, terminated, truncated, _ = env.step(act(obs))
+        action = np.reshape(act(obs), env.action_space.shape or ())
+        obs, reward, terminated, truncated, _ = env.step(action)
         total += float(reward)
         writer.add(env)
         advance()

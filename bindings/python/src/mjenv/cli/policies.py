@@ -23,7 +23,7 @@ _NORMALIZER = "normalizer.pkl"  # as examples/python/train_sb3.py saves it
 
 
 def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path | None) -> Action:
-    """The deterministic actions of a saved policy.
+    """The deterministic actions of a saved policy, for one or many rows.
 
     normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy. It can run code, as the
     policy's .zip can, so it is not looked for.
@@ -42,8 +42,7 @@ def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
     if policy.id != _id(env):
         raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {_id(env)}")
-    # If an observation has groups, such a policy sees the group "policy".
-    return lambda obs: policy.act((obs["policy"] if isinstance(obs, dict) else obs).tolist())
+    return policy.act
 
 
 def _id(env: mjenv.MujocoEnv) -> str:

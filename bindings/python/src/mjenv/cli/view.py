@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import mjenv
 from mjenv.cli.arguments import Commands, add_options, known_engine, load, not_negative, options_of, positive
 from mjenv.cli.policies import policy_of
-from mjenv.policy import Policy
 
 
 def add(commands: Commands) -> None:
@@ -100,10 +98,5 @@ def run(arguments: argparse.Namespace) -> int:
 
 def acting(arguments: argparse.Namespace, options: dict[str, Any]) -> Any:
     """The function that gives all rows' actions."""
-    from mjenv.viewer.policies import in_all_rows
-
     with mjenv.make(arguments.id, **options) as env:
-        act = policy_of(arguments.policy, env, arguments.algorithm, arguments.normalizer)
-    if zipfile.is_zipfile(arguments.policy):
-        return act  # Stable-Baselines3's policies take observations of many rows as well
-    return in_all_rows(Policy.load(arguments.policy))
+        return policy_of(arguments.policy, env, arguments.algorithm, arguments.normalizer)
