@@ -219,6 +219,27 @@ def test_a_strangers_checkpoint_opens_no_file(tmp_path: Path) -> None:
         assert len(again.curve) == 2
 
 
+@not_on_windows("there are links and pipes for all users")
+def test_links_and_pipes_in_a_folder(tmp_path: Path) -> None:
+    """No file outside is written, and nothing waits for the other end of a pipe."""
+    folder, outside = tmp_path / "out", tmp_path / "outside"
+    folder.mkdir()
+    outside.write_text("precious")
+    for name in ("curve.csv", "curve.svg", "training.json", "policy.txt"):
+        (folder / f"{name}.partial").symlink_to(outside)
+    trained(steps=1, out=folder)
+    assert outside.read_text() == "precious"
+    assert len([*folder.iterdir()]) == 5
+    (folder / "lock").symlink_to(tmp_path / "made")
+    with pytest.raises(OSError, match="symbolic links"):
+        mjenv.train("Hopper-v5", out=folder, resume=True)
+    assert not (tmp_path / "made").exists()
+    (folder / "lock").unlink()
+    os.mkfifo(folder / "lock")
+    with pytest.raises(OSError, match="No such device"):
+        mjenv.train("Hopper-v5", out=folder, resume=True)
+
+
 def test_the_printed_commands_name_tasks_and_models(tmp_path: Path) -> None:
     """They work as they are printed, in a process that knows the task only by --tasks."""
     task = tmp_path / "own tasks.py"

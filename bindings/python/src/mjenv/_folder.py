@@ -111,9 +111,13 @@ def _plain(value: Any) -> Any:
 
 
 def replace(path: Path, text: str) -> None:
-    """Replaces a file in one operation, so that no reader finds a part of it."""
+    """Replaces a file in one operation, so that no reader finds a part of it, even after a power cut."""
     partial = path.with_name(f"{path.name}.partial")
-    partial.write_text(text)
+    partial.unlink(missing_ok=True)
+    with partial.open("x", encoding="utf-8", newline="") as file:  # "x" follows no link
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
     os.replace(partial, path)
 
 
@@ -150,7 +154,8 @@ def _lock(path: Path) -> IO[str] | None:
         except (FileExistsError, PermissionError):
             return None
     while True:
-        file = path.open("a")
+        # Neither follows a link nor waits for the reader of a pipe.
+        file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666), "w")
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import ctypes
+import io
 import math
 import os
 import time
@@ -318,11 +319,11 @@ class Training:
         _folder.replace(folder / DESCRIPTION, self.description().text())
         _folder.replace(folder / POLICY, self._learner.policy(Learned.BEST if self.interrupted else Learned.LAST))
         names = [one.name for one in fields(Point)]
-        with (folder / f"{CURVE}.partial").open("w", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(names)
-            writer.writerows([getattr(point, name) for name in names] for point in self.curve)
-        os.replace(folder / f"{CURVE}.partial", folder / CURVE)
+        curve = io.StringIO()
+        writer = csv.writer(curve, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows([getattr(point, name) for name in names] for point in self.curve)
+        _folder.replace(folder / CURVE, curve.getvalue())
         _folder.replace(folder / PICTURE, self._picture())
 
     def _picture(self) -> str:
@@ -507,8 +508,8 @@ def evaluate(
     """Plays whole episodes of a deterministic policy without Python between the steps.
 
     policy: a Policy, or the path of a policy.txt. id: another id than the policy's. Episode k is the first one of a new
-    environment, with reset(seed=seed + k), so the result does not depend on rows and threads. precision: "float64" gives
-    the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
+    environment, with reset(seed=seed + k), so the result does not depend on rows and threads. precision: "float64"
+    gives the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
     """
     chosen = policy if isinstance(policy, policies.Policy) else policies.Policy.load(policy)
     precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
