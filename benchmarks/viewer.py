@@ -4,8 +4,8 @@
     viewer.py training [--id Ant-v5] [--steps 200000]
 
 Chromium shows the page in both, which playwright starts. A session: the pictures sent in a second, and the part of one
-CPU that the process takes for them and for the simulation. A training: examples/python/train_cleanrl.py, the part of
-its CPU time that the viewer takes, in its own thread and in viser's. It has to learn the same bits without the viewer.
+CPU that the process takes for them and for the simulation. A training: extras/curricula/python/train_cleanrl.py, the
+part of its CPU time that the viewer takes, in its own thread and in viser's. It has to learn the same bits without the viewer.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def show(browser: Browser, address: str) -> Any:
 
 
 def session(arguments: argparse.Namespace) -> None:
-    from mjenv.viewer.session import Session
+    from mjenv_viewer.session import Session
 
     pictures = 0
     with chromium() as browser, Session(arguments.id, arguments.rows, port=0) as shown:
@@ -78,11 +78,11 @@ def simulated(shown: Any) -> float:
 
 
 def training(arguments: argparse.Namespace) -> None:
-    sys.path.insert(0, str(ROOT / "examples/python"))
+    sys.path.insert(0, str(ROOT / "extras/curricula/python"))
     import torch
 
     import train_cleanrl as example
-    from mjenv.viewer.watch import View
+    from mjenv_viewer.watch import View
 
     torch.set_num_threads(1)
     settings = replace(example.SETTINGS[arguments.id], envs=64, rollout=64)

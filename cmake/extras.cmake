@@ -1,12 +1,23 @@
 # Builds the programs and plug-ins beside the library: each folder of extras/ that has a CMakeLists.txt. They use the public
 # headers, and the library builds without them.
 set(MJENV_EXTRAS all CACHE STRING "Which folders of extras/ are built: all, or a list of their names")
+set(MJENV_EXTRAS_CHOSEN "/extras/")
+if(NOT MJENV_EXTRAS STREQUAL all)
+  list(JOIN MJENV_EXTRAS "|" MJENV_EXTRAS_CHOSEN)
+  set(MJENV_EXTRAS_CHOSEN "/extras/(${MJENV_EXTRAS_CHOSEN})/")
+endif()
 file(GLOB files CONFIGURE_DEPENDS extras/*/CMakeLists.txt)
+list(FILTER files INCLUDE REGEX "${MJENV_EXTRAS_CHOSEN}")
 # The library looks for plug-ins in its own folder.
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
 if(WIN32)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
 endif()
+
+# The programs' Python packages, which the wheel has beside mjenv.
+file(GLOB MJENV_EXTRAS_PYTHON CONFIGURE_DEPENDS extras/*/python)
+list(FILTER MJENV_EXTRAS_PYTHON INCLUDE REGEX "${MJENV_EXTRAS_CHOSEN}")
+set_property(GLOBAL PROPERTY MJENV_BESIDE_PYTHON ${MJENV_EXTRAS_PYTHON})
 
 # mjenv_install_beside(TARGET [HEADERS FOLDER]): packages have this library in the folder of libmjenv, and these headers beside
 # mjenv's. A library that programs link is the component of the CMake package with the target's name without mjenv_.
@@ -34,10 +45,7 @@ endfunction()
 
 foreach(file IN LISTS files)
   get_filename_component(folder ${file} DIRECTORY)
-  get_filename_component(name ${folder} NAME)
-  if(MJENV_EXTRAS STREQUAL all OR name IN_LIST MJENV_EXTRAS)
-    add_subdirectory(${folder})
-  endif()
+  add_subdirectory(${folder})
 endforeach()
 get_property(beside GLOBAL PROPERTY MJENV_BESIDE)
 add_custom_target(extras DEPENDS ${beside})

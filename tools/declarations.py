@@ -73,7 +73,7 @@ def python_module(api: header.Header) -> str:
         ")",
         "from enum import IntEnum",
         "",
-        "from mjenv._pointers import POINTER",
+        "from mjenv.capi.pointers import POINTER",
         "",
         *(f"{name.removeprefix('MJENV_')} = {value}" for name, value in api.constants),
     ]
@@ -136,8 +136,8 @@ def python_learn_module(api: header.Header) -> str:
         ")",
         "from enum import IntEnum",
         "",
-        "from mjenv._abi import mjenv_batch, mjenv_space",
-        "from mjenv._pointers import POINTER",
+        "from mjenv.capi.declarations import mjenv_batch, mjenv_space",
+        "from mjenv.capi.pointers import POINTER",
         "",
         *(f"{name.removeprefix('MJENV_LEARN_')} = {value}" for name, value in own.constants),
         *python_enums(own),
@@ -402,8 +402,8 @@ def javascript_module(api: header.Header) -> str:
 # ---- All languages ----
 
 LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
-    "python": ("bindings/python/src/mjenv/_abi.py", python_module),
-    "python-learn": ("bindings/python/src/mjenv/_learn_abi.py", python_learn_module),
+    "python": ("bindings/python/src/mjenv/capi/declarations.py", python_module),
+    "python-learn": ("extras/learn/python/mjenv_learn/declarations.py", python_learn_module),
     "julia": ("bindings/julia/src/capi.jl", julia_module),
     "julia-learn": ("bindings/julia/src/learn_capi.jl", julia_learn_module),
     "javascript": ("bindings/javascript/src/abi.js", javascript_module),

@@ -21,7 +21,7 @@ os.environ.pop("MJENV_TASKS", None)
 
 import mjenv
 from mjenv import Kind, Option
-from mjenv._gymnasium import UNLISTED
+from mjenv.gym.namespace import UNLISTED
 
 FILE = Path(__file__).resolve().parent.parent / "bindings" / "python" / "src" / "mjenv" / "_overloads.pyi"
 WIDTH = 120
@@ -40,10 +40,10 @@ from gymnasium.envs.registration import EnvSpec
 from numpy.typing import DTypeLike
 from typing_extensions import Unpack
 
-from mjenv._arguments import AutoresetMode
-from mjenv._keywords import Randomizing, Rendering
-from mjenv.env import MujocoEnv
-from mjenv.vector import VectorEnv
+from mjenv.rows.arguments import AutoresetMode
+from mjenv.capi.keywords import Randomizing, Rendering
+from mjenv.gym.env import MujocoEnv
+from mjenv.gym.vector import VectorEnv
 '''
 
 VECTOR = """\

@@ -78,7 +78,7 @@ def mj_step(task: str) -> Task:
 
 
 def mjenv_suite(task: str) -> Task:
-    from mjenv.dm_control import suite
+    from mjenv_dm_control import suite
 
     return of_suite(suite, task)
 

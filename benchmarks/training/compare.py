@@ -22,9 +22,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mjenv import _svg as svg
+from mjenv_learn import svg as svg
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "python"
+EXAMPLES = Path(__file__).resolve().parents[2] / "extras/curricula/python"
 IDS = ("InvertedPendulum-v5", "Reacher-v5", "Hopper-v5")
 BACKENDS = ("mjenv", "gymnasium")
 COLUMNS = ("id", "steps", "mean_return", "mjenv_seconds", "gymnasium_seconds")

@@ -28,9 +28,9 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 import mjenv
-from mjenv.training import Settings, Training
+from mjenv_learn.training import Settings, Training
 
-SCRIPT = Path(__file__).resolve().parents[2] / "examples" / "python" / "train_cleanrl.py"
+SCRIPT = Path(__file__).resolve().parents[2] / "extras/curricula/python" / "train_cleanrl.py"
 IDS = tuple(path.stem for path in sorted((SCRIPT.parents[1] / "policies").glob("*.txt")))
 TABLE = Path(__file__).with_suffix(".csv")
 EPISODES, SEED = 20, 100

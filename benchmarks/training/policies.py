@@ -1,11 +1,11 @@
-"""Trains the policies of examples/policies again, each with the trainer that made it, and plays them. Another script
-trains that of HumanoidStandup.
+"""Trains the policies of extras/curricula/policies again, each with the trainer that made it, and plays them.
+Another script trains that of HumanoidStandup.
 
     policies.py [ID ...]            trains (default: all), and plays and draws
     policies.py --play [ID ...]     only plays
     policies.py --draw              only draws
 
-Writes examples/policies/ID.txt, and the curves to policies.csv and policies.svg beside this file. Prints what
+Writes extras/curricula/policies/ID.txt, and the curves to policies.csv and policies.svg beside this file. Prints what
 docs/training.md has in its table: the CPU time of the training; and over 20 episodes from seed 100, the mean and the
 standard deviation of the returns, and the length of the shortest episode. The Python of `tools/setup training` has all
 that this needs but mjenv.
@@ -24,11 +24,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mjenv import _svg as svg
+from mjenv_learn import svg as svg
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = ROOT / "examples" / "python"
-POLICIES = ROOT / "examples" / "policies"
+EXAMPLES = ROOT / "extras/curricula/python"
+POLICIES = ROOT / "extras/curricula/policies"
 TABLE = Path(__file__).with_suffix(".csv")
 POINTS = 60  # of each curve, to keep the file small
 EPISODES, SEED = 20, 100
@@ -49,7 +49,7 @@ ELSEWHERE = {"HumanoidStandup-v5": "extras/curricula/standup/train_standup.py"}
 
 sys.path.append(str(EXAMPLES))
 from deploy import play  # noqa: E402
-from mjenv.policy import Policy  # noqa: E402
+from mjenv_learn.policy import Policy  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ CACHED = {"PYTHONDONTWRITEBYTECODE": ""}  # as on a user's machine, modules are 
 # Runs `python -m mjenv train ID`, but ends where the first update would begin.
 COMMAND = """
 import os, runpy, sys
-from mjenv.training import Training
+from mjenv_learn.training import Training
 Training.update = lambda training: os._exit(0)
 sys.argv[1:] = ["train", {id!r}, "--out", {out!r}]
 runpy.run_module("mjenv", run_name="__main__", alter_sys=True)

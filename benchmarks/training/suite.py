@@ -1,12 +1,12 @@
-"""Trains the policies of examples/policies/dm_control with the native learner, and plays them.
+"""Trains the policies of extras/curricula/policies/dm_control with the native learner, and plays them.
 
     suite.py [TASK ...]          trains (default: all), and plays
     suite.py --play [TASK ...]   only plays
 
-Writes examples/policies/dm_control/TASK-v0.txt. Prints what docs/training.md has in its table: the steps and the CPU
-time of the training with the start of Python; and over 20 episodes from seed 100, the mean and the standard deviation
-of the returns of the deterministic policy. Episodes have 1,000 steps, so a return is at most 1,000. Needs mjenv with
-libmjenv-learn.so and libmjenv-dm_control.so beside its library.
+Writes extras/curricula/policies/dm_control/TASK-v0.txt. Prints what docs/training.md has in its table: the
+steps and the CPU time of the training with the start of Python; and over 20 episodes from seed 100, the mean and the
+standard deviation of the returns of the deterministic policy. Episodes have 1,000 steps, so a return is at most 1,000.
+Needs mjenv with libmjenv-learn.so and libmjenv-dm_control.so beside its library.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 
 import mjenv
 
-POLICIES = Path(__file__).resolve().parents[2] / "examples" / "policies" / "dm_control"
+POLICIES = Path(__file__).resolve().parents[2] / "extras/curricula/policies" / "dm_control"
 EPISODES, SEED = 20, 100
 # The settings that differ from the defaults of `mjenv train`.
 SETTINGS = {

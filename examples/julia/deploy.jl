@@ -1,9 +1,9 @@
-# Plays a policy that examples/python/train_*.py saved. It needs neither Python nor a learning library.
+# Plays a policy that extras/curricula/python/train_*.py saved. It needs neither Python nor a learning library.
 #
 #     julia --project=bindings/julia examples/julia/deploy.jl POLICY [EPISODES [SEED]]        (3 episodes from seed 100)
 #
 # Prints a line for each episode: its length, its return as a hexadecimal float, and a checksum over the bits of all
-# actions. examples/cpp/deploy.cpp, examples/python/deploy.py and examples/rust/src/bin/deploy.rs print the same.
+# actions. examples/cpp/deploy.cpp, extras/curricula/python/deploy.py and examples/rust/src/bin/deploy.rs print the same.
 # docs/training.md describes the file.
 
 using MJEnv

@@ -21,8 +21,9 @@ import numpy as np
 import pytest
 
 import mjenv
+import mjenv_command
 from conftest import IDS
-from mjenv import cli, verify
+from mjenv import verify
 from mjenv.verify import DifferenceError, Run, check_same, play
 
 HERE = Path(__file__).resolve().parent
@@ -127,7 +128,7 @@ def test_verify_for_users() -> None:
 def test_verify_tells_of_a_difference(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     make = mjenv.make
     monkeypatch.setattr(mjenv, "make", lambda id, **options: make(id, **{**options, "ctrl_cost_weight": 0.7}))
-    assert cli.main(["verify", "Hopper-v5", "--option-sets", "2", "--seeds", "1", "--steps", "5"]) == 1
+    assert mjenv_command.main(["verify", "Hopper-v5", "--option-sets", "2", "--seeds", "1", "--steps", "5"]) == 1
     out = capsys.readouterr().out
     assert "Hopper-v5: DIFFERS after 0 equal runs: Hopper-v5 {} seed" in out
     assert "1 of 1 ids differ" in out
@@ -138,11 +139,11 @@ def test_verify_goes_on_after_an_id_that_gymnasium_lacks(
 ) -> None:
     monkeypatch.delitem(gymnasium.registry, "Ant-v5")
     arguments = ("--option-sets", "1", "--seeds", "1", "--steps", "5")
-    assert cli.main(["verify", "Ant-v5", "Hopper-v5", *arguments]) == 0
+    assert mjenv_command.main(["verify", "Ant-v5", "Hopper-v5", *arguments]) == 0
     _, ant, hopper = capsys.readouterr().out.splitlines()
     assert ant.startswith("Ant-v5: not compared, because Gymnasium cannot build it: ")
     assert hopper.endswith("every bit equal")
-    assert cli.main(["verify", "Ant-v5", *arguments]) == 2
+    assert mjenv_command.main(["verify", "Ant-v5", *arguments]) == 2
     assert "nothing was compared" in capsys.readouterr().err
 
 

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 import mjenv
-from mjenv.viewer.skins import skins_of
+from mjenv_viewer.skins import skins_of
 
 MODEL = """
 <mujoco><worldbody>

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv import locomotion
+from mjenv.task import locomotion
 
 # A free body, whose quaternion MuJoCo 2.2.2 normalises; contacts, sensors of all stages, an activation.
 MODEL = """

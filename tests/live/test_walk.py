@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.locomotion import Terrain, air_time, touching
+from mjenv.task.locomotion import Terrain, air_time, touching
 
 FOLDER = Path(os.environ["MJENV_LIBRARY"]).parent / "tests" / "tasks"
 mjenv.load_tasks(FOLDER / "libwalk.so")

@@ -23,7 +23,8 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv import cli, verify
+import mjenv_command
+from mjenv import verify
 from mjenv.verify import check_same
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -355,7 +356,7 @@ def test_flags_that_are_not_drawn() -> None:
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     def output(*words: str | Path) -> Any:
-        assert cli.main([*map(str, words), "--json"]) == 0
+        assert mjenv_command.main([*map(str, words), "--json"]) == 0
         return json.loads(capsys.readouterr().out)
 
     assert output("engines") == [
@@ -373,13 +374,13 @@ def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
         env.reset(seed=1)
         file.write_bytes(env.snapshot())
     assert output("snapshot", "show", file)["engine"] == "4.0"
-    assert cli.main(["--engine", "2.2.2", "snapshot", "show", str(file), "--id", "Hopper-v5"]) == 2
+    assert mjenv_command.main(["--engine", "2.2.2", "snapshot", "show", str(file), "--id", "Hopper-v5"]) == 2
     assert "was made on MuJoCo 4.0" in capsys.readouterr().err
 
 
 def test_an_id_that_the_default_engine_lacks() -> None:
     """Gymnasium has no Pusher-v4 on MuJoCo 4.0."""
-    text = "import sys; from mjenv import cli; sys.exit(cli.main(['--engine', '{}', 'info', 'Pusher-v4', '--json']))"
+    text = "import sys, mjenv_command as c; sys.exit(c.main(['--engine', '{}', 'info', 'Pusher-v4', '--json']))"
     for default, chosen in (("4.0", "2.2.2"), ("2.2.2", "2.2.2")):
         assert json.loads(printed(text.format(chosen), MJENV_ENGINE=default))["engine"] == chosen
     for default in ("4.0", "2.2.2"):
@@ -405,7 +406,7 @@ def test_every_field_of_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture
             env.step(np.full(1, 0.5))
         file.write_bytes(env.snapshot())
         words = "snapshot", "show", str(file), "--id", "Model-v0", "--option", f"xml_file={model}", "--json"
-        assert cli.main([*words]) == 0
+        assert mjenv_command.main([*words]) == 0
         [row] = json.loads(capsys.readouterr().out)["rows"]
         assert before.any()
         assert row["history"] == env.data.history.tolist()
@@ -421,12 +422,12 @@ def test_a_relative_path_of_a_library() -> None:
 
 def test_verify_where_no_engine_fits(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(mujoco, "__version__", "3.3.7")
-    assert cli.main(["verify", "Ant-v5"]) == 2
+    assert mjenv_command.main(["verify", "Ant-v5"]) == 2
     told = capsys.readouterr().err
     assert told.startswith("mjenv: MuJoCo 3.3.7 is installed")
     assert "pip install mujoco==2.2.2" in told
     words = "--engine", "4.0", "verify", "Hopper-v5", "--option-sets", "1", "--seeds", "1", "--steps", "5"
-    assert cli.main([*words]) == 0
+    assert mjenv_command.main([*words]) == 0
 
 
 # ---- bad input ----
@@ -440,7 +441,7 @@ def test_an_unknown_engine(engine: str) -> None:
             make(id, engine=engine)
         assert isinstance(caught.value, ImportError)
     with pytest.raises(SystemExit, match="2"):
-        cli.main(["--engine", engine, "list"])
+        mjenv_command.main(["--engine", engine, "list"])
 
 
 def test_an_engine_of_another_type() -> None:

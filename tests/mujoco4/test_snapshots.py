@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from mjenv import _abi
-from mjenv.cli import snapshots
+from mjenv.capi import declarations
+from mjenv_command import snapshots
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "golden"))
 from episodes import Checksum
@@ -24,7 +24,7 @@ PAIRS = [("2.2.2", "4.0.0"), ("4.0.0", "2.2.2")]
 
 class Env:
     def __init__(self, version: str, id: str, xml: str = "") -> None:
-        self.library: Any = _abi.Library(LIBRARIES[version])
+        self.library: Any = declarations.Library(LIBRARIES[version])
         assert f"(MuJoCo {version})" in self.library.mjenv_version().decode()
         options, self.handle = c_void_p(), c_void_p()
         self.check(self.library.mjenv_options_create(id.encode(), byref(options)))
@@ -34,7 +34,7 @@ class Env:
         self.reset()
 
     def check(self, status: int) -> None:
-        assert status == _abi.Status.OK, self.library.mjenv_last_error().decode()
+        assert status == declarations.Status.OK, self.library.mjenv_last_error().decode()
 
     def reset(self) -> None:
         self.check(self.library.mjenv_reset(self.handle, None, None))
@@ -49,9 +49,9 @@ class Env:
     def restore(self, image: bytes) -> str:
         """Returns the reason of a refusal, or an empty text."""
         status = self.library.mjenv_restore(self.handle, 0, image, len(image))
-        if status == _abi.Status.OK:
+        if status == declarations.Status.OK:
             return ""
-        assert status == _abi.Status.E_SNAPSHOT
+        assert status == declarations.Status.E_SNAPSHOT
         return str(self.library.mjenv_last_error().decode())
 
 
@@ -106,7 +106,7 @@ def forged(image: bytes, offset: int, value: float) -> bytes:
 def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, part: str) -> None:
     env = Env("4.0.0", "Model-v0", DELAYS)
     library, numbers = env.library, (c_double * 2)(0, 0)
-    env.check(library.mjenv_step(env.handle, None, numbers, 2, _abi.Dtype.FLOAT64, None))
+    env.check(library.mjenv_step(env.handle, None, numbers, 2, declarations.Dtype.FLOAT64, None))
     env.check(library.mjenv_set_state(env.handle, 0, numbers, 1, numbers, 1))
     env.check(library.mjenv_set_constants(env.handle, None))
     image = env.image()

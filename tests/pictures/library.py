@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv import _abi
+from mjenv.capi import declarations
 
-LIBRARY = _abi.Library(os.environ["MJENV_LIBRARY"])
+LIBRARY = declarations.Library(os.environ["MJENV_LIBRARY"])
 
 Picture = tuple[NDArray[np.uint8], NDArray[np.float32]]
 
 
 def check(status: int) -> None:
     if status:
-        raise RuntimeError(f"{_abi.Status(status).name}: {LIBRARY.mjenv_last_error().decode()}")
+        raise RuntimeError(f"{declarations.Status(status).name}: {LIBRARY.mjenv_last_error().decode()}")
 
 
 def _pointer(array: NDArray[Any], ctype: Any) -> Any:
@@ -48,7 +48,7 @@ class Env:
 
     def step(self, action: NDArray[np.float32]) -> None:
         action = np.ascontiguousarray(action, np.float32)
-        check(LIBRARY.mjenv_step(self.handle, None, action.ctypes.data, action.size, _abi.Dtype.FLOAT32, None))
+        check(LIBRARY.mjenv_step(self.handle, None, action.ctypes.data, action.size, declarations.Dtype.FLOAT32, None))
 
     def set_state(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
         arrays = (_pointer(qpos, c_double), qpos.size, _pointer(qvel, c_double), qvel.size)
@@ -59,7 +59,7 @@ class Renderer:
     """Gymnasium's arguments by their names, default_camera_config by its keys."""
 
     def __init__(self, env: Env, width: int, height: int, visual_options: dict[int, bool] | None = None, **given: Any):
-        settings = _abi.mjenv_render_settings(struct_size=sizeof(_abi.mjenv_render_settings))
+        settings = declarations.mjenv_render_settings(struct_size=sizeof(declarations.mjenv_render_settings))
         check(LIBRARY.mjenv_render_defaults(env.handle, byref(settings)))
         settings.width, settings.height = width, height
         for name, value in given.items():

@@ -21,7 +21,7 @@ from library import LIBRARY, Env, Renderer, check
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv import _abi
+from mjenv.capi import declarations
 
 WIDTH, HEIGHT = 301, 203
 PATIENCE = 60.0  # s
@@ -46,7 +46,7 @@ def tell(*what: str) -> None:
 
 class Window:
     def __init__(self, env: Env) -> None:
-        settings = _abi.mjenv_render_settings(struct_size=sizeof(_abi.mjenv_render_settings))
+        settings = declarations.mjenv_render_settings(struct_size=sizeof(declarations.mjenv_render_settings))
         check(LIBRARY.mjenv_render_defaults(env.handle, byref(settings)))
         settings.width, settings.height = WIDTH, HEIGHT
         self.handle = c_void_p()
@@ -234,7 +234,7 @@ def test_several_windows_and_an_end_of_the_environment() -> None:
 @pytest.mark.parametrize(("width", "height"), [(0, 5), (5, -1), (16385, 5)])
 def test_sizes_refused(width: int, height: int) -> None:
     env = Env("Reacher-v5")
-    settings = _abi.mjenv_render_settings(struct_size=sizeof(_abi.mjenv_render_settings))
+    settings = declarations.mjenv_render_settings(struct_size=sizeof(declarations.mjenv_render_settings))
     check(LIBRARY.mjenv_render_defaults(env.handle, byref(settings)))
     settings.width, settings.height = width, height
     with closing(env), pytest.raises(RuntimeError, match=r"E_VALUE: (width|height) is"):
@@ -259,8 +259,8 @@ def test_pictures_of_an_invisible_window() -> None:
     with closing(env):
         for width, height in ((WIDTH, HEIGHT), (1500, 1100)):
             with (
-                closing(Renderer(env, width, height, gl=_abi.Gl.GLFW)) as ours,
-                closing(Renderer(env, width, height, gl=_abi.Gl.EGL)) as other,
+                closing(Renderer(env, width, height, gl=declarations.Gl.GLFW)) as ours,
+                closing(Renderer(env, width, height, gl=declarations.Gl.EGL)) as other,
             ):
                 for mine, theirs in zip(ours.render(), other.render(), strict=True):
                     assert np.array_equal(mine, theirs)
@@ -270,4 +270,4 @@ def test_pictures_of_an_invisible_window() -> None:
 def test_sizes_refused_of_an_invisible_window(width: int, height: int) -> None:
     env = Env("Reacher-v5")
     with closing(env), pytest.raises(RuntimeError, match=r"E_VALUE: .* more than .* this OpenGL draws \(glfw,"):
-        Renderer(env, width, height, gl=_abi.Gl.GLFW)
+        Renderer(env, width, height, gl=declarations.Gl.GLFW)

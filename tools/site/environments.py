@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import mjenv
-from mjenv.cli import catalogue
+from mjenv_command import catalogue
 
 CORE = Path(__file__).resolve().parents[2] / "core" / "robots"
 # How many elements of mjData's arrays belong to a joint: free, ball, slide, hinge.

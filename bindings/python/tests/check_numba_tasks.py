@@ -10,7 +10,7 @@ import pytest
 import mjenv
 import mjenv.task
 from check_python_tasks import check_steps, flat, pair
-from mjenv import jit
+from mjenv.task import jit
 from tasks_of_numba import NumbaHopper
 
 mjenv.register("NumbaHopper-v5", NumbaHopper)

@@ -18,10 +18,10 @@ import pytest
 
 import mjenv
 from interrupts import interrupted_before
-from mjenv import _handle, _task_abi
-from mjenv._engine import ENGINES, Engines
-from mjenv._registered import Registered
+from mjenv.capi import handle, task_declarations
+from mjenv.capi.engine import ENGINES, Engines
 from mjenv.task import Field, Random, Setting, Sim
+from mjenv.task.registered import Registered
 from tasks_of_python import NumpyHopper
 
 INCLUDE = Path(__file__).resolve().parents[3] / "capi" / "include"
@@ -698,7 +698,7 @@ def test_structs_are_those_of_the_header(tmp_path: Path) -> None:
     assert len(shown.splitlines()) == 10
     for line in shown.splitlines():
         name, size, offset = line.split()
-        struct = getattr(_task_abi, name)
+        struct = getattr(task_declarations, name)
         assert (ctypes.sizeof(struct), getattr(struct, struct._fields_[-1][0]).offset) == (int(size), int(offset)), name
 
 
@@ -758,7 +758,7 @@ def test_functions_of_a_shared_object(tmp_path: Path) -> None:
 
 
 def is_numpy_rows(code: CodeType) -> bool:
-    return code.co_filename == mjenv._numpy_rows.__file__
+    return code.co_filename == mjenv.task.numpy_rows.__file__
 
 
 @pytest.mark.parametrize("mode", ["disabled", "next_step"])
@@ -790,7 +790,7 @@ def test_an_interrupted_reset_keeps_the_random_streams(mode: str) -> None:
 
 def builds_a_task(code: CodeType) -> bool:
     names = ("create", "_build_environment", "prepare", "_describe_numpy", "open")
-    return code.co_name in names and code.co_filename == mjenv._registered.__file__
+    return code.co_name in names and code.co_filename == mjenv.task.registered.__file__
 
 
 def test_an_interrupt_of_a_build_is_a_keyboard_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -804,7 +804,7 @@ def test_an_interrupt_of_a_build_is_a_keyboard_interrupt(monkeypatch: pytest.Mon
 
 
 def tells_engines(code: CodeType) -> bool:
-    files = mjenv._engine.__file__, mjenv._registered.__file__, mjenv.registration.__file__
+    files = mjenv.capi.engine.__file__, mjenv.task.registered.__file__, mjenv.registration.__file__
     return code.co_filename in files and code.co_name in ("get", "_load", "register", "_register", "registration")
 
 
@@ -835,7 +835,7 @@ def test_an_interrupt_while_an_engine_is_loaded() -> None:
         engines.register(Registered(id, NumpyHopper).register)
         if not interrupted_before(engines.get, instruction, tells_engines):
             break
-        assert id in _handle.ids(engines.get())
+        assert id in handle.ids(engines.get())
         instruction += 1
     assert instruction > 50
 

@@ -19,7 +19,7 @@ import pytest
 
 import golden
 import mjenv
-from mjenv.cli import main
+from mjenv_command import main
 from test_golden import TRAJECTORIES, by_name, check_trajectory
 
 BUILT = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from mjenv import jit
-from mjenv._abi import Dtype
-from mjenv.task import Model
+from mjenv.capi.declarations import Dtype
+from mjenv.task import Model, jit
 from tasks_of_python import CodeHopper
 
 _FLOAT32 = int(Dtype.FLOAT32)

@@ -6,8 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from mjenv import _abi
-from mjenv._engine import ENGINES
+from mjenv.capi import declarations
+from mjenv.capi.engine import ENGINES
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADER = (ROOT / "capi/include/mjenv/mjenv.h").read_text()
@@ -26,9 +26,9 @@ def test_every_function_and_struct_of_the_header_is_declared() -> None:
     structs = set(re.findall(r"^\} (mjenv_\w+);", HEADER, re.M)) - set(re.findall(r"typedef enum (mjenv_\w+)", HEADER))
     assert {"mjenv_batch", "mjenv_option", "mjenv_field", "mjenv_space", "mjenv_spec"} <= structs
     for name in structs:
-        assert issubclass(getattr(_abi, name), ctypes.Structure)
+        assert issubclass(getattr(declarations, name), ctypes.Structure)
 
 
 def test_status_names() -> None:
-    for status in _abi.Status:
+    for status in declarations.Status:
         assert ENGINES.get().mjenv_status_name(status) == f"MJENV_{status.name}".encode()

@@ -22,9 +22,9 @@ import pytest
 
 import mjenv
 from interrupts import interrupted_before
-from mjenv._engine import ENGINES
-from mjenv._handle import Rows
-from mjenv._turns import Turns
+from mjenv.capi.engine import ENGINES
+from mjenv.capi.handle import Rows
+from mjenv.capi.turns import Turns
 from systems import needs_alarms, needs_fork, needs_signals
 
 # ---- Threads ----
@@ -226,7 +226,7 @@ def handles(monkeypatch: pytest.MonkeyPatch) -> set[int]:
 
 def makes_an_environment(code: CodeType) -> bool:
     return code.co_name in ("__init__", "_prepare", "_restored") and code.co_filename in (
-        module.__file__ for module in (mjenv._handle, mjenv._pool, mjenv.env, mjenv.vector)
+        module.__file__ for module in (mjenv.capi.handle, mjenv.rows.pool, mjenv.gym.env, mjenv.gym.vector)
     )
 
 

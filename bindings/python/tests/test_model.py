@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv.cli import main
+from mjenv_command import main
 
 PENDULUM = """<mujoco><worldbody><body pos="0 0 1"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 0.3"/></body>
 </worldbody></mujoco>"""

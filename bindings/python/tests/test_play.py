@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv.cli import main, play
-from mjenv.policy import Layer, Policy
+from mjenv_command import main, play
+from mjenv_learn.policy import Layer, Policy
 
 LINEAR = np.arange(22.0).reshape(2, 11)[:, :10] / 20  # Reacher's actions from its observations
 POLICY = Policy(

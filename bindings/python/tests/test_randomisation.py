@@ -17,7 +17,7 @@ from gymnasium.envs.registration import EnvSpec
 
 import mjenv
 from mjenv import Delay, Noise, Offset, Push, Same, Scale, Value
-from mjenv.cli import main
+from mjenv_command import main
 
 SETTINGS: dict[str, Any] = {
     "randomize": {

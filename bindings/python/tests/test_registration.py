@@ -124,8 +124,8 @@ def test_time_aware() -> None:
 
 def test_dm_control_without_dm_env_says_what_to_install() -> None:
     id = "dm_control/cheetah-run-v0"
-    text = f"import sys, gymnasium; sys.modules['dm_env'] = None; gymnasium.make('mjenv.dm_control:{id}')"
-    assert 'mjenv.dm_control needs dm_env: pip install "mjenv[dm_control]"' in python(text).stderr
+    text = f"import sys, gymnasium; sys.modules['dm_env'] = None; gymnasium.make('mjenv_dm_control:{id}')"
+    assert 'mjenv_dm_control needs dm_env: pip install "mjenv[dm_control]"' in python(text).stderr
 
 
 def python(text: str, **environment: str) -> "subprocess.CompletedProcess[str]":

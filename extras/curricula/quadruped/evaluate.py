@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 import mjenv
-from mjenv.policy import Policy
-from mjenv.training import Evaluation
+from mjenv_learn.policy import Policy
+from mjenv_learn.training import Evaluation
 
 HERE = Path(__file__).resolve().parent
 ID = "QuadrupedVelocity-v0"

@@ -14,7 +14,7 @@ import numpy as np
 
 import mjenv
 from joystick_options import ID, OPTIONS
-from mjenv.policy import Policy
+from mjenv_learn.policy import Policy
 
 HERE = Path(__file__).resolve().parent
 EPISODES, STEPS, HARDEST = 20, 500, 5.0

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.locomotion import Terrain, air_time, touching
 from mjenv.task import Model, Random, Setting, Sim
+from mjenv.task.locomotion import Terrain, air_time, touching
 
 ID = "QuadrupedJoystickNumPy-v0"
 LEVELS, TYPES, PATCH, EPISODE = 6, 3, 6, 500

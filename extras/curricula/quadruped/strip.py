@@ -12,7 +12,7 @@ import numpy as np
 
 import mjenv
 from evaluate import FORWARD, HERE, ID
-from mjenv.policy import Policy
+from mjenv_learn.policy import Policy
 
 PICTURES, EVERY, FIRST = 8, 4, 100  # a picture every 0.08 s, after 2 s
 

@@ -13,7 +13,7 @@ import numpy as np
 import mjenv
 from evaluate_joystick import HARDEST, HERE
 from joystick_options import ID, OPTIONS
-from mjenv.policy import Policy
+from mjenv_learn.policy import Policy
 
 PICTURES, EVERY, FIRST = 8, 10, 100  # a picture every 0.2 s, after 2 s
 AHEAD = {"command_forward": (0.6, 0.6), "command_left": (0, 0), "command_turn": (0, 0)}

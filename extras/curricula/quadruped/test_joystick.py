@@ -13,8 +13,8 @@ from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.cli.policies import policy_of
-from mjenv.policy import Policy
+from mjenv_command.policies import policy_of
+from mjenv_learn.policy import Policy
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE))

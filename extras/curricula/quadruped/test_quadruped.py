@@ -13,7 +13,7 @@ from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.policy import Policy
+from mjenv_learn.policy import Policy
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE))

@@ -9,7 +9,7 @@ import argparse
 
 import mjenv
 from joystick_options import ID, OPTIONS
-from mjenv.training import Training
+from mjenv_learn.training import Training
 
 STEPS = 1_871_872
 SETTINGS = {

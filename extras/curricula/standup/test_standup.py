@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv.policy import Policy
+from mjenv_learn.policy import Policy
 
 HERE = Path(__file__).resolve().parent
 ID, LESSON = "HumanoidStandup-v5", "StandupLesson-v0"
@@ -61,7 +61,7 @@ def test_a_row_can_begin_upright() -> None:
 
 def test_the_policy_stands_up() -> None:
     """What docs/training.md states: it stands within 3 s, and until the end of the episode."""
-    policy = Policy.load(HERE.parents[2] / "examples/policies" / f"{ID}.txt")
+    policy = Policy.load(HERE.parent / "policies" / f"{ID}.txt")
     with mjenv.make(ID) as env:
         for seed in range(3):
             obs, _ = env.reset(seed=seed)

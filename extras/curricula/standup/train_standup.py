@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import mjenv
-from mjenv.training import Training
+from mjenv_learn.training import Training
 
 ID, LESSON = "HumanoidStandup-v5", "StandupLesson-v0"
 STEPS, ROWS, UPRIGHT_ROWS = 12_000_000, 64, 16

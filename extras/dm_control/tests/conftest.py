@@ -10,11 +10,9 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
-HERE = Path(__file__).resolve().parent
-TESTS = HERE.parents[2] / "tests"
-sys.path.insert(0, str(TESTS / "models"))  # compiled_model.py
-sys.path.insert(0, str(HERE / "golden"))
-sys.path.append(str(TESTS / "pictures"))  # display.py; not its conftest.py
+sys.path.insert(0, str(Path(__file__).parents[3] / "tests/models"))  # compiled_model.py
+sys.path.insert(0, str(Path(__file__).parent / "golden"))
+sys.path.append(str(Path(__file__).parents[3] / "tests/pictures"))  # display.py; not its conftest.py
 
 # original_suite sets what NumPy reads when it is imported.
 from original_suite import ABSENT, TASKS, flat

@@ -14,7 +14,7 @@ import numpy as np
 from dm_control import viewer
 from numpy.typing import NDArray
 
-from mjenv.dm_control import suite
+from mjenv_dm_control import suite
 
 
 def main() -> None:

@@ -22,7 +22,7 @@ from test_suite import assert_same_episodes, assert_same_step
 import mjenv
 from conftest import TASKS as ALL
 from conftest import actions
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 # Of each kind: free joints, tendons, mocap bodies, actuators with a state, sensors.
 TASKS = [

@@ -12,7 +12,7 @@ from dm_control.mujoco.wrapper import MjvOption
 from dm_control.suite.wrappers import pixels
 from test_suite import assert_same_step, pair
 
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 SIZE = {"height": 60, "width": 84}
 

@@ -16,7 +16,7 @@ from test_suite import assert_same_step, pair
 import mjenv
 from compiled_model import differences, fields
 from conftest import actions
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 
 # Tasks whose resets change the model: springs, tendons, the ground.

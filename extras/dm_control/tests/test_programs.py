@@ -17,7 +17,7 @@ from dm_control.suite import base
 from dm_control.suite.wrappers import action_scale, pixels
 from dm_env import specs
 
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 # ---- DrQ-v2: pictures of repeated actions, stacked ----
 

@@ -11,7 +11,7 @@ from dm_control import suite as theirs
 from test_suite import assert_same_step
 
 from conftest import TASKS, actions
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 STEPS = 8
 # Tasks whose sparse rewards random actions do not reach, but random positions do.

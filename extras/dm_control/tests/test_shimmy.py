@@ -14,11 +14,12 @@ from shimmy import DmControlCompatibilityV0
 from test_suite import assert_same_types
 
 import mjenv
+import mjenv_dm_control
 from conftest import TASKS
-from mjenv.dm_control import gym
+from mjenv_dm_control import gym
 
 # Shimmy registers the same ids when it is imported. The one that is imported last has them.
-importlib.reload(mjenv.dm_control)
+importlib.reload(mjenv_dm_control)
 
 SIZE = {"height": 48, "width": 64}
 

@@ -1,4 +1,4 @@
-"""mjenv.dm_control.suite in the place of dm_control.suite: values, types, specs, arguments and errors."""
+"""mjenv_dm_control.suite in the place of dm_control.suite: values, types, specs, arguments and errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from dm_control import suite as theirs
 
 from conftest import ABSENT, TASKS, actions
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 
 def assert_same_types(got: Any, want: Any) -> None:

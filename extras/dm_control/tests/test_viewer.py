@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from test_suite import assert_same_step
 
 from conftest import flat
-from mjenv.dm_control import suite as ours
+from mjenv_dm_control import suite as ours
 
 WIDTH, HEIGHT = 160, 120
 PERIOD = 1 / 30  # s

@@ -29,7 +29,7 @@ const ROBOTS = [
 ];
 /** Of dm_control's suite: how many tasks there are, and those with a policy. */
 const TASKS = 46;
-const PLAYED = (await readdir(new URL("../../../examples/policies/dm_control", import.meta.url))).map(
+const PLAYED = (await readdir(new URL("../../curricula/policies/dm_control", import.meta.url))).map(
   (name) => `dm_control/${name.replace(".txt", "")}`,
 );
 const SECONDS = 5;

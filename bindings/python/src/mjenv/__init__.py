@@ -10,15 +10,14 @@ make("Ant-v5", engine="4.0") computes with MuJoCo 4.0 instead of 2.2.2. engines(
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from mjenv._engine import ENGINES
-from mjenv._gymnasium import follow_gymnasium
+from mjenv.beside import value_of
+from mjenv.capi.engine import ENGINES
+from mjenv.gym.namespace import follow_gymnasium
 
 if TYPE_CHECKING:
-    from mjenv._abi import Kind, Status
-    from mjenv._arguments import AutoresetMode
     from mjenv._overloads import make, make_vec  # the same functions, with the keywords of each id
-    from mjenv._schema import EngineInfo, Option
-    from mjenv.env import MujocoEnv
+    from mjenv.capi.declarations import Kind, Status
+    from mjenv.capi.schema import EngineInfo, Option
     from mjenv.errors import (
         AlreadyPendingCallError,
         BusyError,
@@ -42,32 +41,29 @@ if TYPE_CHECKING:
         UnknownIdError,
         UnknownNameError,
     )
+    from mjenv.gym.env import MujocoEnv
+    from mjenv.gym.vector import VectorEnv
     from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
     from mjenv.registration import engine, engines, ids, load_tasks, model_xml, options, register, spec, version
+    from mjenv.rows.arguments import AutoresetMode
     from mjenv.task import Task
-    from mjenv.training import evaluate, train
-    from mjenv.vector import VectorEnv
-    from mjenv.viewer import view
 
 # The modules with the names that the package has from each of them. A module is imported when one of its names, or the
 # module itself, is first used. So `mjenv train`, which needs neither NumPy nor Gymnasium, starts without them.
 _NAMES = {
-    "_abi": "Kind Status",
-    "_arguments": "AutoresetMode",
-    "_make": "make",
-    "_make_vec": "make_vec",
-    "_schema": "EngineInfo Option",
-    "env": "MujocoEnv",
+    "capi.declarations": "Kind Status",
+    "capi.schema": "EngineInfo Option",
+    "gym.env": "MujocoEnv",
+    "gym.make": "make",
+    "gym.make_vec": "make_vec",
+    "gym.vector": "VectorEnv",
+    "rows.arguments": "AutoresetMode",
     "errors": "AlreadyPendingCallError BusyError ClosedError EngineError Error ForkedError InternalError "
     "InvalidValueError ModelError ModelFileError NoAsyncCallError OptionError OutOfMemoryError PhysicsError "
     "RenderError RenderSettingError ResetNeeded SnapshotError TaskError UnknownIdError UnknownNameError",
-    "policy": "",
     "randomization": "Delay Noise Offset Push Same Scale Value",
     "registration": "engine engines ids load_tasks model_xml options register spec version",
     "task": "Task",
-    "training": "evaluate train",
-    "vector": "VectorEnv",
-    "viewer": "view",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
@@ -110,7 +106,6 @@ __all__ = [
     "VectorEnv",
     "engine",
     "engines",
-    "evaluate",
     "ids",
     "load_tasks",
     "make",
@@ -119,9 +114,7 @@ __all__ = [
     "options",
     "register",
     "spec",
-    "train",
     "version",
-    "view",
 ]
 
 
@@ -134,7 +127,9 @@ if not TYPE_CHECKING:  # with this function, type checkers would accept every na
             return value
         if name in _NAMES:
             return importlib.import_module(f"mjenv.{name}")
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if name.startswith("__"):
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return value_of(name)  # of a program beside this package
 
 
 def __dir__() -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import gymnasium
 
-from mjenv._abi import Status
+from mjenv.capi.declarations import Status
 
 
 class Error(gymnasium.error.Error):

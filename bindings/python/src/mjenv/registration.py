@@ -8,11 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mjenv import _gymnasium, _handle
-from mjenv._abi import Status
-from mjenv._engine import ENGINES, Engine
-from mjenv._lazy import lazy
-from mjenv._schema import EngineInfo, Option
+from mjenv.capi import handle
+from mjenv.capi.declarations import Status
+from mjenv.capi.engine import ENGINES, Engine
+from mjenv.capi.lazy import lazy
+from mjenv.capi.schema import EngineInfo, Option
+from mjenv.gym import namespace
 
 if TYPE_CHECKING:
     from gymnasium.envs.registration import EnvSpec
@@ -65,12 +66,12 @@ def ids(engine: str | None = None) -> tuple[str, ...]:
 
     The list does not contain "Model-v0", which steps the model of the option xml_file or xml_string without a task.
     """
-    return _handle.ids(ENGINES.get(engine))
+    return handle.ids(ENGINES.get(engine))
 
 
 def options(id: str, engine: str | None = None) -> dict[str, Option]:
     """The constructor options of an id by name: first Gymnasium's, in its order, then those that only mjenv has."""
-    schema = _handle.Options(ENGINES.get(engine), own_id(id)).schema()
+    schema = handle.Options(ENGINES.get(engine), own_id(id)).schema()
     return schema | {name: replace(schema[name], vector_default=value) for name, value in VECTOR_DEFAULTS.items()}
 
 
@@ -82,14 +83,14 @@ def spec(id: str, engine: str | None = None) -> EnvSpec:
     from gymnasium.envs.registration import EnvSpec
 
     id = own_id(id)
-    description = _gymnasium.description(ENGINES.get(engine), id)
+    description = namespace.description(ENGINES.get(engine), id)
     return EnvSpec(id=id, **description, kwargs={} if engine is None else {"engine": engine})
 
 
 def model_xml(id: str, engine: str | None = None) -> str:
     """The text (MJCF) of an id's default model, from which you can make your own."""
     id = own_id(id)
-    text = _handle.spec_of(ENGINES.get(engine), id).model_xml
+    text = handle.spec_of(ENGINES.get(engine), id).model_xml
     if text is not None:
         return str(text.decode())
     file = options(id, engine)["xml_file"].default
@@ -113,9 +114,9 @@ def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise errors.OptionError(f"a plug-in is given by the path of its file, not {path!r}", Status.E_TYPE)
         # An absolute path, because engines that are loaded later load the plug-in then.
-        file = _handle.encoded(os.path.abspath(os.fspath(path)), "the path of a plug-in")
+        file = handle.encoded(os.path.abspath(os.fspath(path)), "the path of a plug-in")
     ENGINES.register(lambda engine: engine.check(engine.mjenv_load_tasks(file)))
-    _gymnasium.register_ids()
+    namespace.register_ids()
     if path is not None:
         loaded(path)
 
@@ -137,7 +138,7 @@ def own_id(id: Any) -> str:
         raise errors.OptionError(
             f"the id is a str, 'Ant-v5' for example, or an EnvSpec, not {id!r}{hint}", Status.E_TYPE
         )
-    return id.removeprefix(f"{_gymnasium.NAMESPACE}/")
+    return id.removeprefix(f"{namespace.NAMESPACE}/")
 
 
 def register(id: str, task: type[Task]) -> None:
@@ -147,9 +148,9 @@ def register(id: str, task: type[Task]) -> None:
 
     A child process that was not forked has to import the module that calls this function.
     """
-    from mjenv._numpy_rows import NumpyRows
-    from mjenv._registered import Registered
     from mjenv.task import Task
+    from mjenv.task.numpy_rows import NumpyRows
+    from mjenv.task.registered import Registered
 
     if not isinstance(task, type) or not issubclass(task, Task):
         raise errors.OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)
@@ -157,7 +158,7 @@ def register(id: str, task: type[Task]) -> None:
 
     def registration(engine: Engine) -> None:
         registered.register(engine)
-        _handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
+        handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
 
     ENGINES.register(registration)
-    _gymnasium.register_ids()
+    namespace.register_ids()

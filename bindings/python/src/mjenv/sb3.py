@@ -9,11 +9,11 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
-from mjenv._abi import Role
-from mjenv._arguments import AutoresetMode
-from mjenv._make_vec import make_vec
-from mjenv._row import Row
-from mjenv._step import Info, Step, infos_of_rows
+from mjenv.capi.declarations import Role
+from mjenv.gym.make_vec import make_vec
+from mjenv.rows.arguments import AutoresetMode
+from mjenv.rows.row import Row
+from mjenv.rows.step import Info, Step, infos_of_rows
 
 try:
     from stable_baselines3.common.vec_env import VecEnv as _VecEnv  # type: ignore[import-not-found, unused-ignore]

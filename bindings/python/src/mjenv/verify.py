@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 import mjenv
 from mjenv import Kind, Option
-from mjenv._abi import Role
-from mjenv._engine import FILES, name_of
-from mjenv._written import WrittenArray
+from mjenv.capi.declarations import Role
+from mjenv.capi.engine import FILES, name_of
 from mjenv.errors import EngineError
+from mjenv.rows.written import WrittenArray
 
 # The ways to draw actions, each with the multiple of the action's bounds that it can reach.
 SCALES = {"inside": 1.0, "three times out of bounds": 3.0, "wild": 1e6}

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mjenv.env import MujocoEnv
+    from mjenv.gym.env import MujocoEnv
 
 GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 

@@ -16,8 +16,8 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 import mjenv
-from mjenv.cli import main
 from mjenv.sb3 import VecEnv
+from mjenv_command import main
 
 pytestmark = pytest.mark.filterwarnings("default")
 

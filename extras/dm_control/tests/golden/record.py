@@ -16,8 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "disabled")
-HERE = Path(__file__).resolve().parent
-sys.path.append(str(HERE.parents[3] / "tests/golden"))  # episodes.py and machine.py
+sys.path.append(str(Path(__file__).resolve().parents[4] / "tests/golden"))  # episodes.py and machine.py
 
 # original_suite sets what NumPy reads when it is imported.
 from original_suite import TASKS, flat, suite
@@ -29,6 +28,7 @@ import numpy as np
 from episodes import Checksum
 from machine import WITHOUT_FMA, libm, norm_rounding
 
+HERE = Path(__file__).resolve().parent
 SEED, EPISODES, STEPS = 42, 3, 50
 
 

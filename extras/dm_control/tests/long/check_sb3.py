@@ -14,7 +14,7 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecNormalize
 
-ID = "mjenv.dm_control:dm_control/cartpole-swingup-v0"
+ID = "mjenv_dm_control:dm_control/cartpole-swingup-v0"
 ENOUGH, STEPS, ROWS = 800, 1_500_000, 16
 
 
@@ -35,4 +35,4 @@ def test_cartpole_swingup() -> None:
     mean, _ = evaluate_policy(model, envs, n_eval_episodes=ROWS)
     print(f"{model.num_timesteps} steps, mean return {mean:.1f} of {ROWS} episodes")
     assert mean > ENOUGH
-    assert type(gymnasium.make(ID).unwrapped).__module__ == "mjenv.dm_control.gym"
+    assert type(gymnasium.make(ID).unwrapped).__module__ == "mjenv_dm_control.gym"

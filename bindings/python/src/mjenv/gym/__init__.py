@@ -1,0 +1,1 @@
+"""Gymnasium's API: environments, vector environments, and the ids that Gymnasium knows."""

@@ -1,0 +1,405 @@
+"""env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names.
+
+Each access returns a new copy. An assignment to a writable array, or to its elements, changes the simulation.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, MutableMapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv.capi.declarations import Role, Status
+from mjenv.capi.handle import Rows
+from mjenv.capi.schema import Field
+from mjenv.errors import UnknownNameError
+from mjenv.rows.written import WrittenArray, written_array
+
+# Which part of an array belongs to an object: a row, or a range of elements that begins at the object's address.
+_ROW, _QPOS, _DOF, _SENSOR, _MOMENT = "row", "qpos", "dof", "sensor", "moment"
+
+_BODY = (
+    "xfrc_applied xpos xquat xmat xipos ximat xiquat subtree_com cinert crb cvel subtree_linvel subtree_angmom cacc "
+    "cfrc_int cfrc_ext"
+)
+_DOFS = (
+    "qvel qacc qacc_warmstart qacc_smooth qfrc_applied qfrc_passive qfrc_bias qfrc_actuator qfrc_smooth "
+    "qfrc_constraint qfrc_inverse cdof cdof_dot"
+)
+
+# Arrays of mjData by kind of object: attribute -> (array, part). Some exist only in MuJoCo 4.0.
+_DATA: dict[str, dict[str, tuple[str, str]]] = {
+    "body": {name: (name, _ROW) for name in _BODY.split()},
+    "joint": {name: (name, _DOF) for name in _DOFS.split()}
+    | {"qpos": ("qpos", _QPOS), "xanchor": ("xanchor", _ROW), "xaxis": ("xaxis", _ROW)},
+    "geom": {name: (f"geom_{name}", _ROW) for name in ("xpos", "xmat", "xquat")},
+    "site": {name: (f"site_{name}", _ROW) for name in ("xpos", "xmat", "xquat")},
+    "camera": {"xpos": ("cam_xpos", _ROW), "xmat": ("cam_xmat", _ROW)},
+    "light": {"xpos": ("light_xpos", _ROW), "xdir": ("light_xdir", _ROW)},
+    "actuator": {name: (f"actuator_{name}", _ROW) for name in ("force", "length", "velocity")}
+    | {"ctrl": ("ctrl", _ROW), "moment": ("actuator_moment", _MOMENT)},
+    "tendon": {name: (f"ten_{name}", _ROW) for name in ("length", "velocity")},
+    "sensor": {"data": ("sensordata", _SENSOR)},
+}
+
+# The prefixes of mjModel's arrays by kind of object. An attribute belongs to the first prefix that has an array for it.
+_MODEL: dict[str, tuple[tuple[str, str], ...]] = {
+    "body": (("body_", _ROW),),
+    "joint": (("dof_", _DOF), ("jnt_", _ROW)),
+    "geom": (("geom_", _ROW),),
+    "site": (("site_", _ROW),),
+    "camera": (("cam_", _ROW),),
+    "light": (("light_", _ROW),),
+    "actuator": (("actuator_", _ROW),),
+    "tendon": (("tendon_", _ROW),),
+    "sensor": (("sensor_", _ROW),),
+}
+_QPOS_OF_MODEL = ("qpos0", "qpos_spring")
+
+# The writable arrays of mjData. MuJoCo computes all others from them.
+INPUTS = frozenset(
+    "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata eq_active".split()
+)
+# In MuJoCo 4.0, these attributes belong to the joint and not to its degrees of freedom.
+_OF_JOINTS = ("solref", "solimp")
+
+
+class _Attributes:
+    """Attributes that come from the library."""
+
+    __slots__ = ()
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{name!r} is read-only, because MuJoCo computes it")
+
+    def _missing(self, name: str) -> AttributeError:
+        return AttributeError(f"{type(self).__name__} has no {name!r}; dir() lists what it has")
+
+
+class Arrays(_Attributes):
+    """Arrays by name. Each access returns a new copy."""
+
+    __slots__ = ("_changed", "_prefix", "_role", "_row", "_rows")
+
+    def __init__(self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
+        values = {"_rows": rows, "_row": row, "_role": role, "_changed": changed, "_prefix": prefix}
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        field = self._rows.array(self._role, self._prefix + name)
+        if field is None:
+            raise self._missing(name)
+        array = self._read(field)
+        if not array.shape:
+            return array.item()
+        if not self._is_written(field.name):
+            return array
+        return written_array(array, lambda: self._read(field), lambda new: self._write(field, new))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        field = self._rows.array(self._role, self._prefix + name)
+        if field is None:
+            raise self._missing(name)
+        if not self._is_written(field.name):
+            super().__setattr__(name, value)
+        array = getattr(self, name)
+        if isinstance(array, WrittenArray):
+            array[...] = value
+        else:
+            self._write(field, value)
+
+    def _is_written(self, array: str) -> bool:
+        """Whether an assignment is passed to the library, which itself refuses some arrays of mjModel and says why."""
+        return self._role in (Role.MODEL, Role.PARAMETERS) or array in INPUTS
+
+    def _read(self, field: Field) -> NDArray[Any]:
+        array: NDArray[Any] = self._rows.read(self._row, field)
+        return array
+
+    def _write(self, field: Field, values: Any) -> None:
+        self._rows.write(self._row, field.name, values)
+        self._changed()
+
+    def __dir__(self) -> list[str]:
+        names = {name.removeprefix(self._prefix) for name in self._all() if name.startswith(self._prefix)}
+        return sorted({*object.__dir__(self), *(name for name in names if "." not in name)})
+
+    def _all(self) -> list[str]:
+        return [field.name for field in self._rows.fields(self._role)]
+
+
+class Contacts(Arrays):
+    """data.contact: arrays of all contacts, such as contact.dist[ncon], and single contacts: data.contact[0]."""
+
+    __slots__ = ()
+
+    def __init__(self, data: Data) -> None:
+        super().__init__(data._rows, data._row, Role.DATA, data._changed, "contact.")
+
+    def __getattr__(self, name: str) -> Any:
+        return super().__getattr__(name)[: len(self)]
+
+    def __len__(self) -> int:
+        return int(self._rows.value(Role.DATA, "ncon", self._row))
+
+    def __getitem__(self, index: int) -> Contact:
+        count = len(self)
+        number = operator.index(index)
+        if not -count <= number < count:
+            raise UnknownNameError(f"contact {number} does not exist; there are {count} contacts", Status.E_NAME)
+        return Contact(self, number % count)
+
+
+class Contact(_Attributes):
+    """One contact: geom1, geom2, dist, pos, frame and so on."""
+
+    __slots__ = ("_contacts", "_index")
+
+    def __init__(self, contacts: Contacts, index: int) -> None:
+        for slot, value in (("_contacts", contacts), ("_index", index)):
+            object.__setattr__(self, slot, value)
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._contacts, name)[self._index]
+        return value if value.shape else value.item()
+
+    def __dir__(self) -> list[str]:
+        return dir(self._contacts)
+
+    def __repr__(self) -> str:
+        return f"<contact {self._index} of geoms {self.geom1} and {self.geom2}>"
+
+
+class View(_Attributes):
+    """One object of the model: id, name, and its part of each array."""
+
+    __slots__ = ("_arrays", "_kind", "id", "name")
+
+    def __init__(self, arrays: _Named, kind: str, key: str | int) -> None:
+        if isinstance(key, str):
+            name, index = key, arrays._rows.object_index(kind, key)
+        else:
+            index = operator.index(key)
+            name = arrays._rows.object_name(kind, index)
+        for slot, value in (("_arrays", arrays), ("_kind", kind), ("id", index), ("name", name)):
+            object.__setattr__(self, slot, value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        found = self._arrays._part(self._kind, name)
+        if found is None:
+            raise self._missing(name)
+        array, part = found
+        values = getattr(self._arrays, array)
+        if part == _MOMENT and values.ndim == 1:
+            return self._moment(values)
+        if part in (_ROW, _MOMENT):
+            return values.reshape(values.shape[0], -1)[self.id]
+        first, last = self._range(part, len(values))
+        return values[first:last]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        part = getattr(self, name)
+        if not isinstance(part, WrittenArray):
+            super().__setattr__(name, value)
+        part[...] = value
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *self._arrays._names(self._kind)})
+
+    def __repr__(self) -> str:
+        return f"<{self._kind} {self.id} {self.name!r}>"
+
+    def _moment(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """An actuator's row of actuator_moment, which is a sparse matrix in MuJoCo 4.0."""
+        first, count = (int(getattr(self._arrays, name)[self.id]) for name in ("moment_rowadr", "moment_rownnz"))
+        row = np.zeros(int(self._arrays._rows.value(Role.MODEL, "nv")))
+        row[self._arrays.moment_colind[first : first + count]] = values[first : first + count]
+        row.flags.writeable = False
+        return row
+
+    def _range(self, part: str, end: int) -> tuple[int, int]:
+        address = {_QPOS: "jnt_qposadr", _DOF: "jnt_dofadr", _SENSOR: "sensor_adr"}[part]
+        starts = self._arrays._rows.value(Role.MODEL, address)
+        return int(starts[self.id]), int(starts[self.id + 1]) if self.id + 1 < len(starts) else end
+
+
+class _Named(Arrays):
+    """Arrays that can also be accessed by object: data.body("torso").xpos."""
+
+    __slots__ = ()
+
+    def body(self, key: str | int) -> View:
+        return View(self, "body", key)
+
+    def joint(self, key: str | int) -> View:
+        return View(self, "joint", key)
+
+    def geom(self, key: str | int) -> View:
+        return View(self, "geom", key)
+
+    def site(self, key: str | int) -> View:
+        return View(self, "site", key)
+
+    def camera(self, key: str | int) -> View:
+        return View(self, "camera", key)
+
+    def light(self, key: str | int) -> View:
+        return View(self, "light", key)
+
+    def actuator(self, key: str | int) -> View:
+        return View(self, "actuator", key)
+
+    def tendon(self, key: str | int) -> View:
+        return View(self, "tendon", key)
+
+    def sensor(self, key: str | int) -> View:
+        return View(self, "sensor", key)
+
+    # MuJoCo's short names.
+    jnt, cam, ten = joint, camera, tendon
+
+    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+        """The array that holds an object's attribute, and which part of the array belongs to the object."""
+        raise NotImplementedError
+
+    def _names(self, kind: str) -> list[str]:
+        """The attributes of an object of that kind."""
+        raise NotImplementedError
+
+
+class Data(_Named):
+    """mjData as it is after the last reset, step or set_state."""
+
+    __slots__ = ()
+
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+        super().__init__(rows, row, Role.DATA, changed)
+
+    @property
+    def contact(self) -> Contacts:
+        """The contacts that the last mj_step or mj_forward found."""
+        return Contacts(self)
+
+    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+        found = _DATA[kind].get(name)
+        return found if found and self._rows.array(Role.DATA, found[0]) else None
+
+    def _names(self, kind: str) -> list[str]:
+        return [name for name in _DATA[kind] if self._part(kind, name)]
+
+
+class Visual(_Attributes):
+    """The part of model.vis that pictures need: vis.global_.azimuth, vis.map.znear and so on. Read-only."""
+
+    __slots__ = ("global_", "map")
+
+    global_: Arrays
+    map: Arrays
+
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+        for name in ("global", "map"):
+            arrays = Arrays(rows, row, Role.MODEL, changed, f"vis.{name}.")
+            object.__setattr__(self, "global_" if name == "global" else name, arrays)
+
+
+class Model(_Named):
+    """mjModel: sizes (nq), arrays (body_mass), and opt, stat and vis."""
+
+    __slots__ = ("opt", "stat", "vis")
+
+    opt: Arrays
+    stat: Arrays
+    vis: Visual
+
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+        super().__init__(rows, row, Role.MODEL, changed)
+        for name in ("opt", "stat"):
+            object.__setattr__(self, name, Arrays(rows, row, Role.MODEL, changed, f"{name}."))
+        object.__setattr__(self, "vis", Visual(rows, row, changed))
+
+    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+        if kind == "joint" and name in _QPOS_OF_MODEL:
+            return name, _QPOS
+        prefixes = _MODEL[kind]
+        if name in _OF_JOINTS and self._rows.engine.name != "2.2.2":
+            prefixes = prefixes[::-1]
+        found = ((prefix + name, part) for prefix, part in prefixes)
+        return next((array for array in found if self._rows.array(Role.MODEL, array[0])), None)
+
+    def _names(self, kind: str) -> list[str]:
+        own = list(_QPOS_OF_MODEL) if kind == "joint" else []
+        for prefix, _ in _MODEL[kind]:
+            own += [name.removeprefix(prefix) for name in self._all() if name.startswith(prefix)]
+        return own
+
+
+class RowArrays(Arrays):
+    """The arrays of all rows by name, [rows, ...]. An assignment writes the rows whose values it changes."""
+
+    __slots__ = ()
+
+    def __init__(self, rows: Rows, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
+        super().__init__(rows, 0, role, changed, prefix)
+
+    def __getattr__(self, name: str) -> Any:
+        if self._role == Role.MODEL and not self._prefix and name in ("opt", "stat"):
+            return RowArrays(self._rows, self._role, self._changed, f"{name}.")
+        return super().__getattr__(name)
+
+    def __dir__(self) -> list[str]:
+        groups = ("opt", "stat") if self._role == Role.MODEL and not self._prefix else ()
+        return sorted({*super().__dir__(), *groups})
+
+    def _read(self, field: Field) -> NDArray[Any]:
+        array = np.stack([self._rows.read(row, field) for row in range(self._rows.count)])
+        array.flags.writeable = False
+        return array
+
+    def _write(self, field: Field, values: NDArray[Any]) -> None:
+        differs = (values != self._read(field)).reshape(self._rows.count, -1).any(axis=1)
+        self._rows.write_rows(differs, field.name, values)
+        self._changed()
+
+
+class Parameters(MutableMapping[str, Any]):
+    """The live parameters of a task by name. Assign to an array or its elements to change the rows' numbers."""
+
+    __slots__ = ("_arrays",)
+
+    def __init__(self, arrays: Callable[[Role, str], Arrays]) -> None:
+        """arrays: returns the arrays of a role whose names have a prefix."""
+        self._arrays = arrays(Role.PARAMETERS, "parameters.")
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self:
+            raise UnknownNameError(
+                f"there is no live parameter {name!r}; this task has {', '.join(self) or 'none'}", Status.E_NAME
+            )
+        return getattr(self._arrays, name)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self[name]
+        setattr(self._arrays, name, value)
+
+    def __delitem__(self, name: str) -> None:
+        raise TypeError("live parameters cannot be deleted")
+
+    def __contains__(self, name: object) -> bool:
+        return name in list(self)
+
+    def __iter__(self) -> Iterator[str]:
+        return (name.removeprefix("parameters.") for name in self._arrays._all())
+
+    def __len__(self) -> int:
+        return len(self._arrays._all())
+
+    def __repr__(self) -> str:
+        return f"Parameters({dict(self)})"

@@ -1,0 +1,3 @@
+"""What the converter adds to mjenv."""
+
+COMMANDS = {"convert": "mjenv_convert.command"}

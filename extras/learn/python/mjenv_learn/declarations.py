@@ -1,0 +1,213 @@
+"""learn.h in ctypes. Written by tools/declarations.py: do not edit."""
+# ruff: noqa: N801
+
+from ctypes import (
+    CDLL,
+    Structure,
+    c_char_p,
+    c_double,
+    c_float,
+    c_int32,
+    c_int64,
+    c_uint8,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
+from enum import IntEnum
+
+from mjenv.capi.declarations import mjenv_batch, mjenv_space
+from mjenv.capi.pointers import POINTER
+
+ABI_VERSION = 1
+
+
+class Activation(IntEnum):
+    TANH = 1
+    RELU = 2
+    ELU = 3
+
+
+class Instructions(IntEnum):
+    AUTO = 0
+    SSE2 = 1
+    AVX2 = 2
+    AVX512 = 3
+    NEON = 4
+
+
+class Learned(IntEnum):
+    LAST = 1
+    BEST = 2
+
+
+class Precision(IntEnum):
+    FLOAT64 = 1
+    FLOAT32 = 2
+
+
+class mjenv_learn_calls(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("last_error", c_void_p),
+        ("info_of", c_void_p),
+        ("options_of", c_void_p),
+        ("options_get_string", c_void_p),
+        ("space_of", c_void_p),
+        ("seed", c_void_p),
+        ("reset", c_void_p),
+        ("step", c_void_p),
+        ("snapshot", c_void_p),
+        ("restore", c_void_p),
+    )
+
+
+class mjenv_learn_settings(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("activation", c_int32),
+        ("id", c_char_p),
+        ("rows", c_int64),
+        ("steps", c_int64),
+        ("rollout_steps", c_int64),
+        ("epochs", c_int64),
+        ("minibatch_size", c_int64),
+        ("decay_steps", c_int64),
+        ("learning_rate", c_double),
+        ("final_learning_rate", c_double),
+        ("gamma", c_double),
+        ("gae_lambda", c_double),
+        ("clip", c_double),
+        ("value_clip", c_double),
+        ("value_coef", c_double),
+        ("entropy_coef", c_double),
+        ("max_grad_norm", c_double),
+        ("target_kl", c_double),
+        ("initial_std", c_double),
+        ("obs_clip", c_double),
+        ("reward_clip", c_double),
+        ("normalize_obs", c_int32),
+        ("normalize_reward", c_int32),
+        ("normalize_advantage", c_int32),
+        ("scale_actions", c_int32),
+        ("hidden", POINTER(c_int64)),
+        ("hidden_count", c_int64),
+        ("actor_obs", POINTER(c_uint8)),
+        ("critic_obs", POINTER(c_uint8)),
+        ("obs_count", c_int64),
+        ("seed", c_uint64),
+        ("threads", c_int32),
+        ("instructions", c_int32),
+        ("window", c_int64),
+    )
+
+
+class mjenv_learn_report(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("updates", c_int64),
+        ("steps", c_int64),
+        ("episodes", c_int64),
+        ("mean_return", c_double),
+        ("mean_length", c_double),
+        ("learning_rate", c_double),
+        ("policy_loss", c_double),
+        ("value_loss", c_double),
+        ("entropy", c_double),
+        ("approx_kl", c_double),
+        ("clip_fraction", c_double),
+        ("grad_norm", c_double),
+        ("explained_variance", c_double),
+        ("std", c_double),
+        ("epochs", c_int64),
+    )
+
+
+class Library(CDLL):
+    def __init__(self, path: str) -> None:
+        super().__init__(path)
+        self.mjenv_learn_abi_version.argtypes = ()
+        self.mjenv_learn_abi_version.restype = c_uint32
+        self.mjenv_learn_last_error.argtypes = ()
+        self.mjenv_learn_last_error.restype = c_char_p
+        self.mjenv_learn_instructions.argtypes = ()
+        self.mjenv_learn_instructions.restype = c_char_p
+        self.mjenv_learn_defaults.argtypes = (c_char_p, POINTER(mjenv_learn_settings))
+        self.mjenv_learn_defaults.restype = c_int32
+        self.mjenv_learner_create.argtypes = (
+            POINTER(mjenv_learn_calls),
+            c_void_p,
+            POINTER(mjenv_learn_settings),
+            POINTER(c_void_p),
+        )
+        self.mjenv_learner_create.restype = c_int32
+        self.mjenv_learner_create_apart.argtypes = (
+            POINTER(mjenv_space),
+            POINTER(mjenv_space),
+            POINTER(mjenv_learn_settings),
+            POINTER(c_double),
+            c_int64,
+            POINTER(c_void_p),
+        )
+        self.mjenv_learner_create_apart.restype = c_int32
+        self.mjenv_learner_destroy.argtypes = (c_void_p,)
+        self.mjenv_learner_destroy.restype = None
+        self.mjenv_learner_train.argtypes = (c_void_p, c_int64)
+        self.mjenv_learner_train.restype = c_int32
+        self.mjenv_learner_act.argtypes = (c_void_p, POINTER(c_float), c_int64)
+        self.mjenv_learner_act.restype = c_int32
+        self.mjenv_learner_feed.argtypes = (c_void_p, POINTER(mjenv_batch))
+        self.mjenv_learner_feed.restype = c_int32
+        self.mjenv_learner_restart.argtypes = (c_void_p, POINTER(c_double), c_int64)
+        self.mjenv_learner_restart.restype = c_int32
+        self.mjenv_learner_set_env.argtypes = (c_void_p, c_void_p)
+        self.mjenv_learner_set_env.restype = c_int32
+        self.mjenv_learner_set.argtypes = (c_void_p, POINTER(mjenv_learn_settings))
+        self.mjenv_learner_set.restype = c_int32
+        self.mjenv_learner_report.argtypes = (c_void_p, POINTER(mjenv_learn_report))
+        self.mjenv_learner_report.restype = c_int32
+        self.mjenv_learner_report_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_learn_report))
+        self.mjenv_learner_report_at.restype = c_int32
+        self.mjenv_learner_save.argtypes = (c_void_p, c_char_p, c_char_p)
+        self.mjenv_learner_save.restype = c_int32
+        self.mjenv_checkpoint_note.argtypes = (c_char_p, c_char_p, c_int64, POINTER(c_int64))
+        self.mjenv_checkpoint_note.restype = c_int32
+        self.mjenv_learner_load.argtypes = (c_void_p, c_char_p)
+        self.mjenv_learner_load.restype = c_int32
+        self.mjenv_learner_policy.argtypes = (c_void_p, c_int32, c_char_p, c_int64, POINTER(c_int64))
+        self.mjenv_learner_policy.restype = c_int32
+        self.mjenv_learner_save_policy.argtypes = (c_void_p, c_int32, c_char_p)
+        self.mjenv_learner_save_policy.restype = c_int32
+        self.mjenv_policy_parse.argtypes = (c_char_p, c_int64, POINTER(c_void_p))
+        self.mjenv_policy_parse.restype = c_int32
+        self.mjenv_policy_load.argtypes = (c_char_p, POINTER(c_void_p))
+        self.mjenv_policy_load.restype = c_int32
+        self.mjenv_policy_destroy.argtypes = (c_void_p,)
+        self.mjenv_policy_destroy.restype = None
+        self.mjenv_policy_id.argtypes = (c_void_p,)
+        self.mjenv_policy_id.restype = c_char_p
+        self.mjenv_policy_sizes.argtypes = (c_void_p, POINTER(c_int64), POINTER(c_int64))
+        self.mjenv_policy_sizes.restype = c_int32
+        self.mjenv_policy_act.argtypes = (
+            c_void_p,
+            c_int32,
+            c_int64,
+            POINTER(c_double),
+            c_int64,
+            POINTER(c_float),
+            c_int64,
+        )
+        self.mjenv_policy_act.restype = c_int32
+        self.mjenv_evaluate.argtypes = (
+            POINTER(mjenv_learn_calls),
+            c_void_p,
+            c_void_p,
+            c_int32,
+            c_uint64,
+            c_int64,
+            POINTER(c_double),
+            POINTER(c_int64),
+        )
+        self.mjenv_evaluate.restype = c_int32

@@ -1,0 +1,668 @@
+"""Training by the native learner (libmjenv-learn), and playing policies: mjenv.train and mjenv.evaluate."""
+
+from __future__ import annotations
+
+import csv
+import ctypes
+import io
+import math
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, nullcontext
+from ctypes import c_int64, c_uint8
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mjenv.capi.counts import count_of, seed_of, time_limit_of
+from mjenv.capi.declarations import Role, Status
+from mjenv.capi.engine import ENGINES
+from mjenv.capi.handle import Options, Rows, encoded, open_rows
+from mjenv.capi.keywords import RANDOMIZING
+from mjenv.capi.lazy import lazy
+from mjenv.capi.schema import Field
+from mjenv.registration import loaded_tasks, own_id
+from mjenv_learn import saved
+from mjenv_learn.declarations import Activation, Learned, Precision
+from mjenv_learn.learner import Learner, PolicyHandle, defaults_of, space_of
+from mjenv_learn.saved import CHECKPOINT as CHECKPOINT
+from mjenv_learn.saved import CURVE, DESCRIPTION
+from mjenv_learn.saved import MODEL_OPTIONS as MODEL_OPTIONS
+from mjenv_learn.saved import PICTURE as PICTURE
+from mjenv_learn.saved import POLICY as POLICY
+from mjenv_learn.saved import Description as Description
+from mjenv_learn.saved import Stage as Stage
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from mjenv import errors
+    from mjenv.capi.dtypes import Float64Array
+    from mjenv.gym import make_vec, vector
+    from mjenv.gym.vector import VectorEnv
+    from mjenv_learn import policy as policies
+    from mjenv_learn import svg
+    from mjenv_learn.policy import Policy
+else:
+    np, errors = map(lazy, ("numpy", "mjenv.errors"))
+    make_vec, svg = map(lazy, ("mjenv.gym.make_vec", "mjenv_learn.svg"))
+    policies, vector = map(lazy, ("mjenv_learn.policy", "mjenv.gym.vector"))
+
+SAVE_SECONDS = 10.0  # how often a training with a folder saves
+
+_ACTIVATIONS = {"tanh": Activation.TANH, "relu": Activation.RELU, "elu": Activation.ELU}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings of PPO, which learn.h describes. Settings.of(id) returns the defaults of an id."""
+
+    steps: int  # of all rows together
+    rows: int
+    rollout_steps: int  # the steps of each row between two updates
+    epochs: int
+    minibatch_size: int
+    decay_steps: int  # the learning rate falls to final_learning_rate in so many steps; 0: in all steps
+    learning_rate: float
+    final_learning_rate: float
+    gamma: float
+    gae_lambda: float
+    clip: float
+    value_clip: float  # 0: values are not clipped
+    value_coef: float
+    entropy_coef: float
+    max_grad_norm: float  # 0: gradients are not clipped
+    target_kl: float  # 0: no limit
+    initial_std: float
+    obs_clip: float
+    reward_clip: float
+    normalize_obs: bool
+    normalize_reward: bool
+    normalize_advantage: bool
+    scale_actions: bool  # True: -1 .. 1 of the network's outputs are the bounds of the action
+    window: int  # of how many last episodes the curve has the mean return
+    hidden: tuple[int, ...] = (64, 64)
+    activation: str = "tanh"  # or "relu", "elu"
+    actor_obs: tuple[bool, ...] | None = None  # which elements of the observation the actor sees; None: all
+    critic_obs: tuple[bool, ...] | None = None  # the same for the critic
+
+    @classmethod
+    def of(cls, id: str) -> Settings:
+        """The tuned settings of a v5 id of Gymnasium; for all other ids one set of defaults."""
+        struct = defaults_of(id)
+        values: dict[str, Any] = {name: getattr(struct, name) for name in _NUMBERS}
+        values.update((name, bool(getattr(struct, name))) for name in _FLAGS)
+        values["hidden"] = tuple(struct.hidden[: struct.hidden_count])
+        values["activation"] = next(name for name, value in _ACTIVATIONS.items() if value == struct.activation)
+        return cls(**values)
+
+    def with_values(self, values: Mapping[str, Any]) -> Settings:
+        """These settings with some others. Raises OptionError if there is no such setting."""
+        known = {one.name for one in fields(self)}
+        for name in values:
+            if name not in known:
+                raise errors.OptionError(
+                    f"there is no setting {name!r}; there are {', '.join(sorted(known))}", Status.E_NAME
+                )
+        return replace(self, **values)
+
+    def struct(self, id: str, seed: int, threads: int) -> tuple[Any, list[Any]]:
+        """The mjenv_learn_settings, and the objects to which it points, which must live as long."""
+        struct = defaults_of(id)
+        kept: list[Any] = [encoded(id, "the id")]
+        struct.id = kept[0]
+        for name in (*_NUMBERS, *_FLAGS):
+            _set_number(struct, name, getattr(self, name))
+        _set_number(struct, "seed", seed)
+        _set_number(struct, "threads", threads)
+        if self.activation not in _ACTIVATIONS:
+            raise errors.InvalidValueError(f"activation is {self.activation!r}, not one of {', '.join(_ACTIVATIONS)}")
+        struct.activation = _ACTIVATIONS[self.activation]
+        hidden = _array("hidden", c_int64, self.hidden)
+        struct.hidden, struct.hidden_count = hidden, len(hidden)
+        kept.append(hidden)
+        for name in ("actor_obs", "critic_obs"):
+            mask = getattr(self, name)
+            if mask is None:
+                continue
+            array = _array(name, c_uint8, mask)
+            kept.append(array)
+            setattr(struct, name, ctypes.cast(array, type(getattr(struct, name))))
+            if struct.obs_count not in (0, len(array)):
+                raise errors.InvalidValueError("actor_obs and critic_obs have different lengths", Status.E_SIZE)
+            struct.obs_count = len(array)
+        return struct, kept
+
+
+_FLAGS = ("normalize_obs", "normalize_reward", "normalize_advantage", "scale_actions")
+_NUMBERS = tuple(
+    one.name for one in fields(Settings) if one.name not in (*_FLAGS, "hidden", "activation", "actor_obs", "critic_obs")
+)
+
+
+def _set_number(struct: Any, name: str, value: Any) -> None:
+    kind = type(getattr(struct, name))
+    try:
+        setattr(struct, name, value)
+    except (OverflowError, TypeError):
+        article = "an" if kind is int else "a"
+        raise errors.OptionError(
+            f"the setting {name} is {article} {kind.__name__}, not {value!r}", Status.E_TYPE
+        ) from None
+    if kind is int and getattr(struct, name) != value:  # ctypes cuts off what does not fit
+        raise errors.InvalidValueError(f"settings.{name} is {value}, which is out of range", Status.E_VALUE)
+
+
+def _array(name: str, kind: type[Any], numbers: Any) -> Any:
+    """The numbers as an array for C."""
+    try:
+        array = (kind * len(numbers))(*numbers)
+    except TypeError:
+        raise errors.OptionError(f"the setting {name} is a tuple of numbers, not {numbers!r}", Status.E_TYPE) from None
+    if [*array] != [*numbers]:
+        raise errors.InvalidValueError(f"settings.{name} has a number that is out of range", Status.E_VALUE)
+    return array
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of the learning curve: the results of one update, and of the episodes before it."""
+
+    updates: int
+    steps: int
+    episodes: int
+    mean_return: float  # of the last episodes of the exploring policy; nan if none has ended
+    mean_length: float
+    learning_rate: float
+    policy_loss: float
+    value_loss: float
+    entropy: float
+    approx_kl: float
+    clip_fraction: float
+    grad_norm: float
+    explained_variance: float
+    std: float
+    epochs: int
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Episodes that a policy has played."""
+
+    returns: Float64Array
+    lengths: NDArray[np.int64]
+
+    @property
+    def mean_return(self) -> float:
+        return float(self.returns.mean())
+
+    @property
+    def std_return(self) -> float:
+        return float(self.returns.std())
+
+
+class Training:
+    """A training: its environments, its learner and its curve. mjenv.train makes and runs one.
+
+    settings: those of now. curve: a Point for each update.
+    """
+
+    def __init__(
+        self,
+        envs: VectorEnv | Rows,
+        settings: Settings,
+        *,
+        seed: int = 1,
+        threads: int = 1,
+        stepped_here: bool = False,
+    ) -> None:
+        """stepped_here: the environments are stepped by Python, as for mjenv.view, with the same bits."""
+        self._envs = envs
+        self.settings, self.seed, self.threads = settings, seed_of(seed), threads
+        # The options of make_vec in all stages, the present stage, and the options that set_options has changed in it.
+        self.options: dict[str, Any] = {}
+        self.stages: Sequence[Stage] = ()
+        self.stage = 0
+        self.changed: dict[str, Any] = {}
+        self.stopped = False
+        self.interrupted = False  # whether an error or Ctrl-C has ended the training
+        rows = _rows_of(envs)
+        self._struct, self._kept = settings.struct(rows.id, seed, threads)
+        self._here = stepped_here or type(rows) is not Rows
+        _check_mode(envs)
+        self._learner = Learner(rows, self._struct, self._first() if self._here else None)
+        self.curve: list[Point] = []
+
+    def close(self) -> None:
+        self._learner.close()
+
+    @property
+    def envs(self) -> VectorEnv:
+        """The environments. A callback may write their live parameters and rows."""
+        if isinstance(self._envs, Rows):
+            self._envs = make_vec.around(self._envs)
+        return self._envs
+
+    @property
+    def id(self) -> str:
+        return _rows_of(self._envs).id
+
+    @property
+    def steps(self) -> int:
+        """The steps of all rows so far."""
+        return self.curve[-1].steps if self.curve else 0
+
+    def update(self) -> Point:
+        """Plays a rollout and updates the networks."""
+        if self._here:
+            self._play()
+        else:
+            self._learner.train()
+        self.curve.append(_point(self._learner.report()))
+        return self.curve[-1]
+
+    def set(self, **values: Any) -> None:
+        """Changes settings from the next rollout on. The settings of the networks and the number of rows cannot
+        change."""
+        settings = self.settings.with_values(values)
+        struct, kept = settings.struct(self.id, self.seed, self.threads)
+        self._learner.set(struct)
+        self.settings, self._struct, self._kept = settings, struct, kept
+
+    def set_options(self, **options: Any) -> None:
+        """Continues in new environments with other options: the next lesson of a curriculum."""
+        spec = self.envs.spec
+        assert spec is not None
+        given = {name: value for name, value in spec.kwargs.items() if name not in ("vectorization_mode", "num_envs")}
+        self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
+        self.changed.update(options)
+
+    def set_envs(self, envs: VectorEnv | Rows) -> None:
+        """Continues in other environments with the same spaces and number of rows."""
+        _check_mode(envs)
+        if not self._here:
+            self._learner.set_rows(_rows_of(envs))
+        self._envs = envs
+        if self._here:
+            self._learner.restart(self._first())
+
+    def stop(self) -> None:
+        """Ends the training after this update."""
+        self.stopped = True
+
+    def policy(self, *, best: bool = False) -> Policy:
+        """The deterministic policy of the last update. best: that of the rollout with the greatest mean return."""
+        return policies.Policy.parse(self._learner.policy(Learned.BEST if best else Learned.LAST))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Saves a checkpoint. It contains the image of all rows, unless Python steps them."""
+        self._learner.save(path, self.description().text())
+
+    def load(self, path: str | os.PathLike[str]) -> None:
+        """Continues from a checkpoint. If Python steps the rows, new episodes begin."""
+        self._learner.load(path)
+        if self._here:
+            self._learner.restart(self._first())
+        count = _point(self._learner.report()).updates
+        self.curve[:] = [_point(self._learner.report(update)) for update in range(1, count + 1)]
+
+    def description(self) -> Description:
+        """What a checkpoint and training.json keep of the training."""
+        tasks, settings = loaded_tasks(), asdict(self.settings)
+        engine = {"engine": _rows_of(self._envs).engine.name}
+        options, stages = {**self.options, **engine}, [*self.stages]
+        return Description(self.id, self.seed, tasks, options, stages, self.stage, self.changed, settings)
+
+    def write(self, folder: Path) -> None:
+        """Writes the checkpoint, what it says of the training, the policy, and the curve as CSV and as a picture."""
+        self.save(folder / CHECKPOINT)
+        saved.replace(folder / DESCRIPTION, self.description().text())
+        saved.replace(folder / POLICY, self._learner.policy(Learned.BEST if self.interrupted else Learned.LAST))
+        names = [one.name for one in fields(Point)]
+        curve = io.StringIO()
+        writer = csv.writer(curve, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows([getattr(point, name) for name in names] for point in self.curve)
+        saved.replace(folder / CURVE, curve.getvalue())
+        saved.replace(folder / PICTURE, self._picture())
+
+    def _picture(self) -> str:
+        # Without nan, and what is too large to be drawn.
+        played = [(point.steps / 1e6, point.mean_return) for point in self.curve if abs(point.mean_return) < 1e300]
+        line = svg.Line(self.id, played or [(self.steps / 1e6 or 1.0, 0.0)])
+        return svg.drawing(
+            [svg.Panel(self.id, "steps, million", f"mean return of {self.settings.window} episodes", [line])]
+        )
+
+    def _first(self) -> Float64Array:
+        """Begins new episodes, with the seeds that the library's learner uses. Returns their first observations."""
+        self.envs.reset(seed=self.seed)
+        return np.array(self.envs._pool.outputs.obs)
+
+    def _play(self) -> None:
+        outputs = self.envs._pool.outputs
+        try:
+            for _ in range(self.settings.rollout_steps):
+                self.envs.step(self._learner.act())
+                self._learner.feed(
+                    outputs.obs, outputs.final_obs, outputs.reward, outputs.terminated, outputs.truncated
+                )
+        except BaseException:  # also KeyboardInterrupt: the rollout under way is given up
+            self._learner.restart(self._first())
+            raise
+
+
+def train(
+    id: str | VectorEnv,
+    *,
+    steps: int | None = None,
+    seconds: float | None = None,
+    seed: int | None = None,
+    threads: int = 1,
+    settings: Settings | Mapping[str, Any] | None = None,
+    stages: Sequence[Stage] = (),
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    callback: Callable[[Training], None] | None = None,
+    every: int = 1,
+    view: bool = False,
+    **options: Any,
+) -> Training:
+    """Trains a policy by PPO in the library's own learner, and returns the Training, with its curve and policy.
+
+    id: one of ids(), or a VectorEnv whose autoreset_mode is SAME_STEP. steps: of all rows together; the default depends
+    on the id. seconds: stop after so many seconds. seed: by default 1. threads: of the environments and the networks;
+    they change no bit. settings: a Settings, or some of its values. stages: parts of the training, whose options are
+    added to `options`; their steps replace `steps`. out: a folder. It receives policy.txt, curve.csv, curve.svg and a
+    checkpoint from time to time and at the end. If Ctrl-C or an error ends the training, policy.txt is the best policy
+    so far. resume: continue from the checkpoint in `out`, with its seed and with the settings, stages and options that
+    are not given here; a model that only the checkpoint names is read with trust_xml="no", and a NumPy task begins new
+    episodes. overwrite: replace the training in `out`, which is otherwise refused. callback: called with the Training
+    after each `every` updates; it may change its settings, options and environments, or stop it. view: show the
+    environments in a browser. options: those of make_vec.
+    """
+    envs = None if isinstance(id, str) or not isinstance(id, vector.VectorEnv) else id
+    if envs is not None and (options or stages):
+        raise errors.OptionError("options and stages need an id, not environments", Status.E_TYPE)
+    name = _rows_of(envs).id if envs is not None else own_id(id)
+    folder = Path(out) if out is not None else None
+    if resume and folder is None:
+        raise errors.OptionError("resume needs the folder `out`", Status.E_TYPE)
+    if resume and overwrite:
+        raise errors.OptionError("a training is either resumed or overwritten", Status.E_TYPE)
+    with ExitStack() as held:
+        kept = None
+        if resume and folder is not None:
+            held.enter_context(saved.locked(folder))
+            kept = _kept(folder, name, seed, options)
+        if envs is not None:
+            options = _given_to(envs)
+        elif kept is not None:
+            options = kept.options
+        chosen = _settings_of(name, settings, kept)
+        if envs is not None:
+            size = min(chosen.minibatch_size, envs.num_envs * chosen.rollout_steps)
+            chosen = replace(chosen, rows=envs.num_envs, minibatch_size=size)
+        parts = _parts_of(stages, steps, kept) or [Stage(chosen.steps)]
+        if any(part.steps < 1 for part in parts):
+            raise errors.InvalidValueError("a training, and each of its stages, needs at least one step")
+        chosen = replace(chosen, steps=sum(part.steps for part in parts))
+
+        def make(part: Stage, changed: Mapping[str, Any]) -> VectorEnv | Rows:
+            if envs is not None:
+                return envs
+            return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options, **changed})
+
+        first, changed = (min(kept.stage, len(parts) - 1), kept.changed) if kept is not None else (0, {})
+        first_envs = make(parts[first], changed)
+        chosen = _with_groups(chosen, _rows_of(first_envs))
+        number = kept.seed if kept is not None else 1 if seed is None else seed
+        training = Training(first_envs, chosen, seed=number, threads=threads, stepped_here=view)
+        training.options, training.stages, training.stage, training.changed = options, parts, first, changed
+        if folder is not None and resume:
+            training.load(folder / CHECKPOINT)
+        elif folder is not None:
+            description = training.description().text()
+            folder.mkdir(parents=True, exist_ok=True)
+            held.enter_context(saved.locked(folder))
+            saved.clear(folder, overwrite)
+            saved.replace(folder / DESCRIPTION, description)
+        _Run(training, parts, first, make, seconds, callback, every, folder, view).run()
+    return training
+
+
+class _Run:
+    """The work of one call of train."""
+
+    def __init__(
+        self,
+        training: Training,
+        parts: Sequence[Stage],
+        first: int,
+        make: Callable[[Stage, Mapping[str, Any]], VectorEnv | Rows],
+        seconds: float | None,
+        callback: Callable[[Training], None] | None,
+        every: int,
+        folder: Path | None,
+        view: bool,
+    ) -> None:
+        self.training, self._parts, self._make, self._callback = training, parts, make, callback
+        self._first, self._every, self._folder, self._view = first, max(1, every), folder, view
+        self._end = math.inf if seconds is None else time.perf_counter() + seconds
+        self._next_save = time.perf_counter() + SAVE_SECONDS
+
+    def run(self) -> None:
+        try:
+            self._stages()
+        except BaseException:
+            self.training.interrupted = True
+            raise
+        finally:
+            if self._folder is not None:
+                self.training.write(self._folder)
+
+    def _stages(self) -> None:
+        for index in range(self._first, len(self._parts)):
+            if index > self._first:
+                self.training.set_envs(self._make(self._parts[index], {}))
+                self.training.stage, self.training.changed = index, {}
+            end = sum(part.steps for part in self._parts[: index + 1])
+            with self._shown():
+                while self.training.steps < end and not self._is_over():
+                    self._update()
+            if self._is_over():  # resumed in this stage
+                return
+
+    def _shown(self) -> Any:
+        """A context in which a browser shows the environments, if it is to."""
+        if self._view:
+            from mjenv_viewer import view
+
+            return view(self.training.envs)
+        return nullcontext()
+
+    def _is_over(self) -> bool:
+        return self.training.stopped or time.perf_counter() >= self._end
+
+    def _update(self) -> None:
+        point = self.training.update()
+        if self._folder is not None and time.perf_counter() >= self._next_save:
+            self.training.write(self._folder)
+            self._next_save = time.perf_counter() + SAVE_SECONDS
+        if self._callback is not None and point.updates % self._every == 0:
+            self._callback(self.training)
+
+
+def evaluate(
+    policy: Policy | str | os.PathLike[str],
+    episodes: int = 1000,
+    *,
+    id: str | None = None,
+    seed: int = 0,
+    rows: int = 64,
+    threads: int = 1,
+    precision: str = "float64",
+    **options: Any,
+) -> Evaluation:
+    """Plays whole episodes of a deterministic policy without Python between the steps.
+
+    policy: a Policy, or the path of a policy.txt. id: another id than the policy's. Episode k is the first one of a new
+    environment, with reset(seed=seed + k), so the result does not depend on rows and threads. precision: "float64"
+    gives the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
+    """
+    chosen = policy if isinstance(policy, policies.Policy) else policies.Policy.load(policy)
+    precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
+    if precision not in precisions:
+        raise errors.InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
+    if episodes < 1:
+        raise errors.InvalidValueError(f"episodes is {episodes}, less than 1")
+    seed = seed_of(seed)
+    handle = PolicyHandle(chosen.text())
+    envs = vector.VectorEnv(
+        own_id(id or chosen.id),
+        max(1, min(rows, episodes)),
+        num_threads=threads,
+        autoreset_mode="disabled",
+        **{"lanes": -2, **options},
+    )
+    try:
+        plays = _evaluate if type(envs._pool.rows) is Rows else _evaluate_here
+        return Evaluation(*plays(envs, handle, precisions[precision], seed, episodes))
+    finally:
+        envs.close()
+
+
+def _evaluate(
+    envs: VectorEnv, handle: PolicyHandle, precision: Precision, seed: int, episodes: int
+) -> tuple[Float64Array, NDArray[np.int64]]:
+    return handle.evaluate(envs._pool.rows, precision, seed, episodes)
+
+
+def _evaluate_here(
+    envs: VectorEnv, handle: PolicyHandle, precision: Precision, seed: int, episodes: int
+) -> tuple[Float64Array, NDArray[np.int64]]:
+    """The same for tasks in NumPy, whose rows Python steps: groups of episodes, one episode in each row."""
+    returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
+    actuators, obs = envs.single_action_space.shape[0], envs._pool.outputs.obs
+    image = envs.snapshot()  # an episode may leave things that resets keep
+    for first in range(0, episodes, envs.num_envs):
+        envs.restore(image)
+        count = min(envs.num_envs, episodes - first)
+        envs.reset(seed=[seed + first + min(row, count - 1) for row in range(envs.num_envs)])
+        playing = np.arange(envs.num_envs) < count
+        while playing.any():
+            _, reward, terminated, truncated, _ = envs.step(handle.act(obs, actuators, precision))
+            returns[first : first + count] += np.where(playing, reward, 0)[:count]
+            lengths[first : first + count] += playing[:count]
+            ended = terminated | truncated
+            playing &= ~ended
+            if ended.any():  # ended rows play another episode, because a step needs all rows
+                envs.reset(options={"reset_mask": ended})
+    return returns, lengths
+
+
+def _point(report: Any) -> Point:
+    return Point(**{one.name: getattr(report, one.name) for one in fields(Point)})
+
+
+def _with_groups(settings: Settings, rows: Rows) -> Settings:
+    """Lets each network see its own group, if the observation has the groups policy (or actor) and critic.
+
+    Settings that say what a network sees are not changed.
+    """
+    groups = {group.name: group for group in rows.fields(Role.GROUPS)}
+    policy, critic = groups.get("policy", groups.get("actor")), groups.get("critic")
+    if policy is None or critic is None:
+        return settings
+    count = space_of(rows, Role.OBSERVATION).count
+
+    def mask(group: Field) -> tuple[bool, ...]:
+        return tuple(group.offset <= index < group.offset + group.count for index in range(count))
+
+    return replace(
+        settings,
+        actor_obs=settings.actor_obs or mask(policy),
+        critic_obs=settings.critic_obs or mask(critic),
+    )
+
+
+def _rows_of(envs: VectorEnv | Rows) -> Rows:
+    return envs if isinstance(envs, Rows) else envs._pool.rows
+
+
+def _check_mode(envs: VectorEnv | Rows) -> None:
+    if isinstance(envs, Rows):  # of _made
+        return
+    if envs.autoreset_mode.name != "SAME_STEP":
+        raise errors.OptionError(
+            f"the environments have the autoreset mode {envs.autoreset_mode.name}; training needs SAME_STEP",
+            Status.E_VALUE,
+        )
+    if envs._pool.outputs.obs.dtype != np.float64:
+        raise errors.OptionError("training needs observations of dtype float64", Status.E_VALUE)
+
+
+def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
+    """Environments with the options of make_vec: rows alone if all of these are options of the library."""
+    # -2: as many lanes as the CPU has. Their memory is small beside the learner's.
+    given = {"lanes": -2, **options, "autoreset_mode": "same_step"}
+    engine = ENGINES.get(given.get("engine"))
+    if not given.keys() <= {*Options(engine, id).schema(), *RANDOMIZING, "engine"}:
+        return make_vec.make_vec(id, count, **given)
+    given.pop("engine", None)
+    limit = given.pop("max_episode_steps", None)
+    if limit is not None:
+        given["max_episode_steps"] = time_limit_of(limit)
+    return open_rows(engine, id, given, count_of(count))
+
+
+def _given_to(envs: VectorEnv) -> dict[str, Any]:
+    """The options with which environments were made."""
+    kwargs = envs.spec.kwargs if envs.spec is not None else {}
+    return {name: value for name, value in kwargs.items() if name not in ("vectorization_mode", "num_envs")}
+
+
+def _kept(folder: Path, id: str, seed: int | None, options: Mapping[str, Any]) -> Description:
+    """What the checkpoint in a folder says of its training. Raises InvalidValueError if this is another one."""
+    kept = Description.read(folder)
+    if kept.id != id:
+        raise errors.InvalidValueError(f"{folder} holds a training of {kept.id}, not of {id}")
+    if seed is not None and seed != kept.seed:
+        raise errors.InvalidValueError(f"{folder} holds a training with the seed {kept.seed}, not {seed}")
+    names_model = any(name in options for name in MODEL_OPTIONS)
+
+    def merged(theirs: Mapping[str, Any]) -> dict[str, Any]:
+        safe = theirs if names_model else saved.without_trust(theirs)
+        return {name: options.get(name, value) for name, value in safe.items()}
+
+    return replace(
+        kept,
+        options={**merged(kept.options), **options},
+        stages=[Stage(stage.steps, merged(stage.options)) for stage in kept.stages],
+        changed=merged(kept.changed),
+    )
+
+
+def _settings_of(id: str, given: Settings | Mapping[str, Any] | None, kept: Description | None) -> Settings:
+    """The settings of a training. kept: of the training that continues; settings that are not given are its."""
+    if isinstance(given, Settings):
+        return given
+    if kept is None:
+        return Settings.of(id).with_values(given or {})
+    tuples = {name: tuple(value) for name, value in kept.settings.items() if isinstance(value, list)}
+    return Settings.of(id).with_values({**kept.settings, **tuples}).with_values(given or {})
+
+
+def _parts_of(stages: Sequence[Stage], steps: int | None, kept: Description | None) -> list[Stage]:
+    """The stages of a training, of which `steps` sets the end if they are not given; [] for the settings' steps."""
+    parts = [*stages] or (kept.stages if kept is not None else [])
+    if stages or steps is None:
+        return parts
+    before, last = parts[:-1], parts[-1].options if parts else {}
+    left = steps - sum(part.steps for part in before)
+    if left < 1 and before:
+        raise errors.InvalidValueError(f"steps is {steps}, but the last stage begins after {steps - left} steps")
+    return [*before, Stage(left, last)]

@@ -1,0 +1,136 @@
+"""mjenv.train with tasks that do not belong to mjenv, in a process of their own, because ids stay registered."""
+
+from __future__ import annotations
+
+import math
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv_command.policies import policy_of
+from mjenv_learn.training import Training
+
+SHORT: dict[str, Any] = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "epochs": 2, "hidden": (16,)}
+BATCH = 8 * 32
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class Slide(mjenv.Task):
+    """A mass that is to stay near 0, in NumPy."""
+
+    model = (
+        "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' damping='20'/><geom size='0.1'/></body>"
+        "</worldbody><actuator><motor joint='x' ctrlrange='-1 1' ctrllimited='true' gear='50'/></actuator></mujoco>"
+    )
+    frame_skip = 5
+    time_limit = 200
+    fault = ""
+
+    def reset(self, rng: Any, rows: int) -> Any:
+        return rng.uniform(-1, 1, (rows, 1)), np.zeros((rows, 1))
+
+    def observe(self, sim: Any) -> Any:
+        return np.concatenate([sim.qpos, sim.qvel], 1)
+
+    def step(self, sim: Any, action: Any) -> Any:
+        reward = -np.abs(sim.qpos[:, 0])
+        if self.fault:
+            reward[3] = np.inf
+        return reward, np.zeros(len(reward), bool), {}
+
+
+class Blind(Slide):
+    """The policy does not see the speed, the critic does."""
+
+    def observe(self, sim: Any) -> Any:
+        return {"policy": sim.qpos, "critic": np.concatenate([sim.qpos, sim.qvel], 1)}
+
+
+class Counts(Slide):
+    """The reward counts the episodes of the row, in a number that resets keep."""
+
+    state = {"episodes": ()}  # noqa: RUF012
+    kept = ("episodes",)
+
+    def reset(self, rng: Any, rows: int) -> Any:
+        return *super().reset(rng, rows), {"episodes": rng.kept["episodes"] + 1}
+
+    def step(self, sim: Any, action: Any) -> Any:
+        return sim.episodes.copy(), np.zeros(len(action), bool), {}
+
+
+mjenv.register("Counts-v0", Counts)
+mjenv.register("Slide-v0", Slide)
+mjenv.register("Blind-v0", Blind)
+
+
+def test_own_task() -> None:
+    """A task in NumPy learns, and its policy plays."""
+    settings = {"rows": 16, "rollout_steps": 50, "minibatch_size": 200, "learning_rate": 3e-3, "gamma": 0.95}
+    training = mjenv.train("Slide-v0", steps=60_000, settings=settings)
+    played = [point.mean_return for point in training.curve if not math.isnan(point.mean_return)]
+    first, last = played[0], played[-1]
+    assert last > first / 4  # less than a quarter as far away
+    evaluation = mjenv.evaluate(training.policy(), 40, rows=16)
+    assert evaluation.mean_return > first / 4
+    assert (evaluation.lengths == 200).all()
+    again = mjenv.evaluate(training.policy(), 40, rows=16)
+    assert np.array_equal(again.returns, evaluation.returns)
+
+
+def test_groups(tmp_path: Path) -> None:
+    """Each network sees its own group of the observation, unless the settings say what it sees."""
+    training = mjenv.train("Blind-v0", steps=BATCH, settings=SHORT)
+    weights = np.array(training.policy().layers[0].weights)
+    assert (weights[:, 0] != 0).any()
+    assert (weights[:, 1:] == 0).all()
+    assert training.settings.critic_obs == (False, True, True)
+    assert mjenv.evaluate(training.policy(), 3).lengths.tolist() == [200] * 3
+    policy = training.policy()
+    env, envs = mjenv.make("Blind-v0"), mjenv.make_vec("Blind-v0", 3)
+    obs, many = env.reset(seed=5)[0], envs.reset(seed=5)[0]
+    action = policy.act(obs)
+    assert action.shape == env.action_space.shape
+    assert np.array_equal(policy.act(many)[0], action)
+    assert np.array_equal(policy.act(np.concatenate([*obs.values()])), action)
+    policy.save(tmp_path / "policy.txt")
+    act = policy_of(tmp_path / "policy.txt", env, "PPO", None)  # what mjenv play and mjenv view call
+    assert np.array_equal(act(obs), action)
+    assert np.array_equal(act(many), policy.act(many))
+    deploy = runpy.run_path(str(ROOT / "extras/curricula/python" / "deploy.py"))
+    evaluation = mjenv.evaluate(policy, 1, seed=5)
+    assert deploy["play"](policy, "mjenv", 1, 5)[0][:2] == (evaluation.lengths[0], evaluation.returns[0])
+    told = mjenv.train("Blind-v0", steps=1, settings={**SHORT, "actor_obs": (True, True, True)})
+    assert (np.array(told.policy().layers[0].weights)[:, 2] != 0).any()
+
+
+def test_evaluated_episodes_are_first_ones() -> None:
+    policy = mjenv.train("Counts-v0", steps=1, settings=SHORT).policy()
+    for rows in (1, 4):
+        assert mjenv.evaluate(policy, 4, rows=rows).returns.tolist() == [200] * 4
+
+
+def test_a_suite_task_and_randomisation() -> None:
+    training = mjenv.train(
+        "dm_control/cartpole-balance-v0", steps=1, settings=SHORT, randomize={"geom_friction": mjenv.Scale(0.9, 1.1)}
+    )
+    assert training.steps == BATCH
+    assert mjenv.evaluate(training.policy(), 2).lengths.tolist() == [1000, 1000]
+
+
+def test_not_finite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reward that is not finite ends the training with its row and step, and leaves its files."""
+
+    def spoil(training: Training) -> None:
+        if training.curve[-1].updates == 2:
+            monkeypatch.setattr(Slide, "fault", "reward")
+
+    settings = {**SHORT, "rollout_steps": 10, "minibatch_size": 80}
+    with pytest.raises(mjenv.InvalidValueError, match="row 3, step 21 of the training: the reward is inf"):
+        mjenv.train("Slide-v0", steps=400, settings=settings, out=tmp_path, callback=spoil)
+    monkeypatch.setattr(Slide, "fault", "")
+    assert mjenv.train("Slide-v0", steps=400, out=tmp_path, resume=True).steps == 400

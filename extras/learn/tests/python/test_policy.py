@@ -1,0 +1,118 @@
+"""mjenv_learn.policy; tests/live plays trained policies from C++ and Gymnasium, the curricula compare with PyTorch."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv_learn.declarations import Precision
+from mjenv_learn.learner import PolicyHandle
+from mjenv_learn.policy import ACTIVATIONS, Layer, Policy
+
+SMALL = Policy(
+    "Reacher-v5",
+    mean=[0.5] * 10,
+    scale=[2.0] * 10,
+    clip=3.0,
+    low=[-1.0, -1.0],
+    high=[1.0, 0.25],
+    layers=[
+        Layer("tanh", [[0.1 * (i + 1)] * 10 for i in range(3)], [0.0, 0.1, -0.1]),
+        Layer("identity", [[1 / 3, 0.0, 0.0], [1.0, 1.0, 1.0]], [0.0, 0.0]),
+    ],
+)
+
+
+def test_act() -> None:
+    """By mathematics: all inputs are (2.5 - 0.5) / 2 = 1, or clipped to 3."""
+    action = SMALL.act([2.5] * 10)
+    assert action.dtype == np.float32
+    assert action[0] == np.float32(math.tanh(sum([0.1] * 10)) / 3)
+    assert action[1] == 0.25  # its bound
+    clipped = SMALL.act([1e9] * 10)
+    assert np.array_equal(clipped, SMALL.act([6.5] * 10))
+
+
+def acted(policy: Policy, observation: Sequence[float]) -> list[float]:
+    """The action as docs/training.md defines it, with each product and sum rounded."""
+    bounded = [(x - mean) / scale for x, mean, scale in zip(observation, policy.mean, policy.scale, strict=True)]
+    values = [min(max(x, -policy.clip), policy.clip) for x in bounded]
+    for layer in policy.layers:
+        sums = [*layer.bias]
+        for index, x in enumerate(values):
+            sums = [total + row[index] * x for total, row in zip(sums, layer.weights, strict=True)]
+        values = [ACTIVATIONS[layer.activation](total) for total in sums]
+    return [min(max(x, low), high) for x, low, high in zip(values, policy.low, policy.high, strict=True)]
+
+
+@pytest.mark.parametrize("activation", ["tanh", "relu", "elu", "identity"])
+def test_all_that_environments_return(activation: str) -> None:
+    """An array or a dict of groups, of one or many rows: the same bits, which the library's policies have, too."""
+    rng = np.random.default_rng(3)
+    hidden = Layer(activation, rng.normal(size=(16, 12)).tolist(), rng.normal(size=16).tolist())
+    last = Layer("identity", (rng.normal(size=(3, 16)) / 4).tolist(), [0.0] * 3)
+    policy = Policy(
+        "Own-v0", rng.normal(size=12).tolist(), [0.5] * 12, 5.0, [-1.0, 0.0, -1.0], [1.0] * 3, [hidden, last]
+    )
+    rows = rng.normal(size=(40, 12)) * 3
+    expected = np.array([acted(policy, row) for row in rows], np.float32)
+    groups = {"policy": rows[:, :6].reshape(-1, 3, 2), "critic": rows[:, 6:]}
+    for many in (rows, rows.tolist(), rows.reshape(-1, 4, 3), groups, {"other": rows[:, 6:], "policy": rows}):
+        assert policy.act(many).tobytes() == expected.tobytes()
+    assert PolicyHandle(policy.text()).act(rows, 3, Precision.FLOAT64).tobytes() == expected.tobytes()
+    for row, action in zip(rows, expected, strict=True):
+        own = {"policy": row[:6].reshape(3, 2), "critic": row[6:]}
+        for one in (row, [*row], row.reshape(4, 3), own, {"actor": row, "critic": row[:1]}):
+            assert policy.act(one).tobytes() == action.tobytes()
+    assert policy.act(rows[:0]).shape == (0, 3)
+    assert policy.act(rows.astype(np.float32)).tobytes() == policy.act(rows.astype(np.float32).astype(float)).tobytes()
+    for wrong in (rows[0, :11], rows[:, :11], {"policy": rows[:, :6], "critic": rows[:39, 6:]}, {}, 3.0):
+        with pytest.raises(mjenv.InvalidValueError, match="this policy of Own-v0 sees 12 numbers"):
+            policy.act(wrong)
+
+
+def test_signs_of_zeros() -> None:
+    """A bound replaces what is beyond it, so a zero keeps its sign, as in C."""
+    layer = Layer("identity", [[0.0], [-0.0]], [0.0, -0.0])
+    policy = Policy("Own-v0", [0.0], [1.0], 1.0, [0.0, 0.0], [1.0, 1.0], [layer])
+    for rows in (1, 2, 33):
+        action = policy.act(np.ones((rows, 1)))
+        assert not np.signbit(action[:, 0]).any()
+        assert np.signbit(action[:, 1]).all()
+        assert PolicyHandle(policy.text()).act(np.ones((rows, 1)), 2, Precision.FLOAT64).tobytes() == action.tobytes()
+
+
+def test_every_bit_is_kept(tmp_path: Path) -> None:
+    for file in (tmp_path / "policy.txt", str(tmp_path / "other.txt")):
+        SMALL.save(file)
+        assert Policy.load(file) == SMALL
+    with pytest.raises(FileNotFoundError):
+        Policy.load("no-such-policy")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("mjenv-policy 1", "mjenv-policy 2"),
+        ("tanh", "sigmoid"),
+        ("\nmean ", "\nmean 0.5 "),
+        ("\nclip 3.0", ""),
+        ("\nclip 3.0", "\nclip 3.0 4.0"),
+        ("\nbias ", "\nbias 1 "),
+        ("\nweights ", "\nweights 1 "),
+        ("\nlow ", "\nlower "),
+        ("\nlayer 3", "\nstratum 3"),
+        ("0.5", "half"),
+    ],
+)
+def test_refusals(tmp_path: Path, old: str, new: str) -> None:
+    file = tmp_path / "policy.txt"
+    SMALL.save(file)
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    with pytest.raises(mjenv.InvalidValueError, match=r"policy.txt is no policy"):
+        Policy.load(file)

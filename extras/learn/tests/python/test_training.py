@@ -1,0 +1,502 @@
+"""mjenv.train and mjenv.evaluate, and the command mjenv train."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import math
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mjenv
+from mjenv import AutoresetMode
+from mjenv.capi.engine import ENGINES
+from mjenv_command import main
+from mjenv_learn import learner, training
+from mjenv_learn.policy import Policy
+from mjenv_learn.training import Settings, Stage, Training
+from systems import not_on_windows
+
+ID = "InvertedPendulum-v5"
+SHORT: dict[str, Any] = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "epochs": 2, "hidden": (16,)}
+BATCH = 8 * 32
+SLIDE = (
+    "<mujoco><worldbody><body><joint name='x' type='slide' axis='1 0 0' damping='20'/><geom size='0.1'/></body>"
+    "</worldbody><actuator><motor joint='x' ctrlrange='-1 1' ctrllimited='true' gear='50'/></actuator></mujoco>"
+)
+
+
+def trained(steps: int = 4 * BATCH, **keywords: Any) -> Training:
+    return mjenv.train("Hopper-v5", steps=steps, settings=SHORT, seed=3, **keywords)
+
+
+def test_learns_and_writes(tmp_path: Path) -> None:
+    """The files of a training: its curve, and a policy that plays as well as the one in memory."""
+    training = mjenv.train(ID, steps=50_000, out=tmp_path)
+    assert training.curve[-1].mean_return == 1000
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "checkpoint",
+        "curve.csv",
+        "curve.svg",
+        "policy.txt",
+        "training.json",
+    }
+    with (tmp_path / "curve.csv").open() as file:
+        rows = [*csv.DictReader(file)]
+    assert [int(row["steps"]) for row in rows] == [point.steps for point in training.curve]
+    assert float(rows[-1]["mean_return"]) == 1000
+    assert "</svg>" in (tmp_path / "curve.svg").read_text()
+    assert Policy.load(tmp_path / "policy.txt") == training.policy()
+    evaluation = mjenv.evaluate(tmp_path / "policy.txt", 30)
+    assert evaluation.mean_return == 1000
+    assert (evaluation.lengths == 1000).all()
+
+
+def test_the_bits_do_not_depend_on_threads_or_who_steps() -> None:
+    first = trained()
+    assert trained(threads=3).policy() == first.policy()
+    envs = mjenv.make_vec("Hopper-v5", 8, autoreset_mode=AutoresetMode.SAME_STEP)
+    settings = Settings.of("Hopper-v5").with_values(SHORT)
+    here = Training(envs, settings.with_values({"steps": 4 * BATCH}), seed=3, stepped_here=True)
+    while here.steps < 4 * BATCH:
+        here.update()
+    assert here.policy() == first.policy()
+    assert mjenv.train(envs, steps=4 * BATCH, settings=SHORT, seed=3).policy() == first.policy()
+
+
+def test_resumed_equals_uninterrupted(tmp_path: Path) -> None:
+    whole = trained()
+
+    def stop(training: Training) -> None:
+        if training.curve[-1].updates == 2:
+            training.stop()
+
+    part = trained(out=tmp_path, callback=stop)
+    assert len(part.curve) == 2
+    resumed = mjenv.train("Hopper-v5", steps=4 * BATCH, out=tmp_path, resume=True, threads=2)
+    assert resumed.policy() == whole.policy()
+    assert resumed.curve == whole.curve
+    with pytest.raises(mjenv.InvalidValueError, match="a training of Hopper-v5, not of Ant-v5"):
+        mjenv.train("Ant-v5", out=tmp_path, resume=True)
+    with pytest.raises(mjenv.OptionError, match="resume needs"):
+        mjenv.train("Ant-v5", resume=True)
+
+
+def stop_after(updates: int) -> Callable[[Training], None]:
+    return lambda training: training.stop() if training.curve[-1].updates == updates else None
+
+
+def test_resume_needs_the_checkpoint_alone(tmp_path: Path) -> None:
+    """The other files of a folder may be older, as after a kill, damaged or missing. The checkpoint has the options."""
+    options: dict[str, Any] = {
+        "frame_skip": 3,
+        "randomize": {"body_mass": mjenv.Scale(np.float64(0.9), 1.1, elements=np.array([1, 2]))},
+        "delay": mjenv.Delay(action=(0, 2)),
+        "healthy_z_range": np.array([0.6, np.inf]),
+    }
+    stages = [Stage(2 * BATCH, {"ctrl_cost_weight": 0.1}), Stage(2 * BATCH, {"ctrl_cost_weight": 0.2})]
+    whole = trained(stages=stages, **options)
+    for updates in (1, 2, 3):
+        folder = tmp_path / str(updates)
+        trained(stages=stages, out=folder, callback=stop_after(updates), **options)
+        (folder / "curve.csv").write_text("steps\nmany")
+        (folder / "training.json").write_text("{")
+        (folder / "policy.txt").unlink()
+        resumed = mjenv.train("Hopper-v5", out=folder, resume=True)
+        assert resumed.policy() == whole.policy()
+        assert resumed.curve == whole.curve
+        assert len((folder / "curve.csv").read_text().splitlines()) == 5
+
+
+def test_resume_keeps_what_callbacks_and_stages_changed(tmp_path: Path) -> None:
+    def shorten(training: Training) -> None:
+        training.set_options(max_episode_steps=3)
+        training.set(gamma=0.5)
+        training.stop()
+
+    trained(out=tmp_path / "changed", callback=shorten)
+    resumed = mjenv.train("Hopper-v5", out=tmp_path / "changed", resume=True)
+    assert (resumed.curve[-1].mean_length, resumed.settings.gamma) == (3, 0.5)
+
+    class Interrupted(Training):
+        """Ctrl-C after the environments of the second stage were made, and before their first update."""
+
+        def update(self) -> Any:
+            if self.stage == 1:
+                raise KeyboardInterrupt
+            return super().update()
+
+    stages = [Stage(BATCH), Stage(BATCH, {"frame_skip": 2})]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(training, "Training", Interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            trained(stages=stages, out=tmp_path / "stages")
+    resumed = mjenv.train("Hopper-v5", out=tmp_path / "stages", resume=True)
+    assert resumed.policy() == trained(stages=stages).policy()
+
+
+def test_a_training_is_not_lost(tmp_path: Path) -> None:
+    """A folder with a training is refused, as is one in which a training runs."""
+    refused: list[str] = []
+
+    def again(training: Training) -> None:
+        for resume in (False, True):
+            with pytest.raises(mjenv.BusyError, match="another training runs in") as error:
+                trained(out=tmp_path, resume=resume)
+            refused.append(str(error.value))
+
+    first = trained(steps=1, out=tmp_path, callback=again)
+    assert len(refused) == 2
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert "lock" not in before
+    with pytest.raises(mjenv.InvalidValueError, match="holds a training: resume it, overwrite it"):
+        trained(out=tmp_path)
+    with pytest.raises(mjenv.InvalidValueError, match="a training with the seed 3, not 77"):
+        mjenv.train("Hopper-v5", out=tmp_path, seed=77, resume=True)
+    with pytest.raises(mjenv.OptionError, match="either resumed or overwritten"):
+        trained(out=tmp_path, resume=True, overwrite=True)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    (tmp_path / "lock").touch()  # of a training that was killed
+    other = mjenv.train("Hopper-v5", steps=1, settings=SHORT, seed=4, out=tmp_path, overwrite=True)
+    assert Policy.load(tmp_path / "policy.txt") == other.policy() != first.policy()
+    assert json.loads((tmp_path / "training.json").read_text())["seed"] == 4
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (None, "JSONDecodeError"),
+        ([], "TypeError"),
+        ({"seed": "1"}, "'1' is no int"),
+        ({"stages": [{}]}, "KeyError"),
+        ({"stages": 3}, "TypeError"),
+        ({"options": 3}, "3 is no dict"),
+        ({"stage": -5, "seed": 2**64}, "a seed is"),
+        ({"settings": {"gama": 1}}, "no setting 'gama'"),
+        ({"settings": {"hidden": ["8"]}}, "hidden is a tuple of numbers"),
+        ({"settings": {"actor_obs": 3}}, "actor_obs is a tuple of numbers"),
+        ({"settings": {"rows": 2.5}}, "num_envs is an int"),
+        ({"settings": {"gamma": [1]}}, "gamma is a float"),
+        ({"options": {"engine": "9.9"}}, "no engine '9.9'"),
+        ({"options": {"frame_skip": []}}, "frame_skip"),
+        ({"options": {"randomize": 3}}, "randomize is a dict"),
+    ],
+)
+def test_a_strangers_checkpoint(tmp_path: Path, changed: Any, message: str) -> None:
+    """What a checkpoint says of its training may be anything."""
+    training = trained(steps=1, out=tmp_path)
+    text = training.description().text()
+    note = "" if changed is None else json.dumps({**json.loads(text), **changed} if changed else changed)
+    training._learner.save(tmp_path / "checkpoint", note)
+    with pytest.raises(mjenv.Error, match=message):
+        mjenv.train("Hopper-v5", out=tmp_path, resume=True)
+
+
+def test_a_strangers_checkpoint_opens_no_file(tmp_path: Path) -> None:
+    """A model that only the checkpoint names is confined to its folder, whatever the checkpoint says of trust."""
+    text = mjenv.model_xml("Hopper-v5")
+    (tmp_path / "outside.xml").write_text("<mujoco><visual/></mujoco>")
+    (tmp_path / "in").mkdir()
+    model = tmp_path / "in" / "hopper.xml"
+    model.write_text(text.replace("<worldbody>", "<include file='../outside.xml'/><worldbody>", 1))
+    for options in ({}, {"trust_xml": "yes"}):
+        out = tmp_path / f"trained{len(options)}"
+        trained(steps=1, out=out, xml_file=str(model), **options)
+        with pytest.raises(mjenv.ModelError, match="outside"):
+            mjenv.train("Hopper-v5", steps=2 * BATCH, out=out, resume=True)
+        again = mjenv.train("Hopper-v5", steps=2 * BATCH, out=out, resume=True, xml_file=str(model))
+        assert len(again.curve) == 2
+
+
+@not_on_windows("there are links and pipes for all users")
+def test_links_and_pipes_in_a_folder(tmp_path: Path) -> None:
+    """No file outside is written, and nothing waits for the other end of a pipe."""
+    folder, outside = tmp_path / "out", tmp_path / "outside"
+    folder.mkdir()
+    outside.write_text("precious")
+    for name in ("curve.csv", "curve.svg", "training.json", "policy.txt"):
+        (folder / f"{name}.partial").symlink_to(outside)
+    trained(steps=1, out=folder)
+    assert outside.read_text() == "precious"
+    assert len([*folder.iterdir()]) == 5
+    (folder / "lock").symlink_to(tmp_path / "made")
+    with pytest.raises(OSError, match="symbolic links"):
+        mjenv.train("Hopper-v5", out=folder, resume=True)
+    assert not (tmp_path / "made").exists()
+    (folder / "lock").unlink()
+    os.mkfifo(folder / "lock")
+    with pytest.raises(OSError, match="No such device"):
+        mjenv.train("Hopper-v5", out=folder, resume=True)
+
+
+def test_the_printed_commands_name_tasks_and_models(tmp_path: Path) -> None:
+    """They work as they are printed, in a process that knows the task only by --tasks."""
+    task = tmp_path / "own tasks.py"
+    task.write_text(
+        "import mjenv, numpy as np\n"
+        "class Slide(mjenv.Task):\n"
+        f"    model = {SLIDE!r}\n"
+        "    frame_skip, options = 5, {'pull': 0.5}\n"
+        "    def reset(self, rng, rows): return rng.uniform(-1, 1, (rows, 1)), np.zeros((rows, 1))\n"
+        "    def observe(self, sim): return np.concatenate([sim.qpos, sim.qvel], 1)\n"
+        "    def step(self, sim, action): return -np.abs(sim.qpos[:, 0]), np.zeros(len(action), bool), {}\n"
+        "mjenv.register('Slide-v0', Slide)\n"
+    )
+
+    def run(*words: str, status: int = 0) -> str:
+        done = subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, timeout=120, cwd=tmp_path)
+        assert done.returncode == status, done.stderr
+        return done.stdout if status == 0 else done.stderr
+
+    small = ["--rows", "8", "--rollout-steps", "32", "--minibatch-size", "64", "--steps", "256", "--out", "out"]
+    printed = run("mjenv", "train", "Slide-v0", "--tasks", str(task), "--option", "pull=0.25", *small)
+    view = printed.partition("watch it: ")[2].strip()
+    policy = str(Path("out", "policy.txt"))
+    expected = ["mjenv", "view", "Slide-v0", "--policy", policy, "--tasks", str(task), "--option", "pull=0.25"]
+    assert shlex.split(view) == expected
+    refused = run("mjenv", "train", "Slide-v0", "--out", "out", "--resume", status=2)
+    resume = refused.partition("it continues by ")[2].strip()
+    assert "Slide-v0: 256 steps" in run(*shlex.split(resume))
+
+
+def test_the_curve_of_returns_that_cannot_be_drawn(tmp_path: Path) -> None:
+    training = trained(steps=3 * BATCH)
+    heights = [math.inf, -1.7e308, 5e-324, 0.0, 1.7e308, -math.inf, math.nan]
+    for picked in (heights, heights[:1], heights[2:4]):
+        training.curve[:] = [dataclasses.replace(training.curve[-1], mean_return=height) for height in picked]
+        training.write(tmp_path)
+        picture = (tmp_path / "curve.svg").read_text()
+        assert picture.endswith("</svg>\n")
+        assert not re.search("inf|nan", picture)
+
+
+def test_stages_and_callbacks(tmp_path: Path) -> None:
+    """Stages have their own options; a callback changes settings, options and live values."""
+    stages = [Stage(BATCH), Stage(2 * BATCH, {"max_episode_steps": 1})]
+    training = trained(stages=stages, out=tmp_path)
+    assert [point.mean_length > 1 for point in training.curve] == [True, False, False]
+    resumed = trained(stages=[*stages, Stage(BATCH, {"max_episode_steps": 2})], out=tmp_path, resume=True)
+    assert [point.mean_length for point in resumed.curve[1:]] == [1, 1, 2]
+
+    def change(training: Training) -> None:
+        if training.curve[-1].updates == 1:
+            training.set(gamma=0.5, learning_rate=0.0)
+            training.set_options(max_episode_steps=3)
+        with pytest.raises(mjenv.InvalidValueError, match="rows cannot change"):
+            training.set(rows=9)
+
+    changed = trained(callback=change)
+    assert changed.curve[-1].mean_length <= 3
+    assert changed.curve[-1].learning_rate == 0
+    assert changed.settings.gamma == 0.5
+
+
+def test_the_actor_sees_less() -> None:
+    seen = tuple(index != 4 for index in range(11))
+    training = trained(steps=1)
+    blind = mjenv.train("Hopper-v5", steps=BATCH, settings={**SHORT, "actor_obs": seen}, history=0)
+    weights = np.array(blind.policy().layers[0].weights)
+    assert (weights[:, 4] == 0).all()
+    assert (np.array(training.policy().layers[0].weights)[:, 4] != 0).any()
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+def test_evaluation_plays_the_policy(precision: str) -> None:
+    """The returns are those of episodes in Python, with the actions of Policy.act; in float32, nearly."""
+    policy = trained().policy()
+    got = mjenv.evaluate(policy, 5, seed=40, rows=3, threads=2, precision=precision)
+    with mjenv.make("Hopper-v5") as env:
+        for episode in range(5):
+            obs, _ = env.reset(seed=40 + episode)
+            total, length, ended = 0.0, 0, False
+            while not ended:
+                obs, reward, terminated, truncated, _ = env.step(policy.act(obs))
+                total, length, ended = total + float(reward), length + 1, terminated or truncated
+            if precision == "float64":
+                assert (got.returns[episode], got.lengths[episode]) == (total, length)
+            else:
+                assert got.returns[episode] == pytest.approx(total, rel=0.05)
+
+
+def test_episodes_do_not_depend_on_each_other() -> None:
+    """Draws and noise of an episode do not reach the next one of its row."""
+    policy = trained(steps=1).policy()
+    options: dict[str, Any] = {
+        "randomize": {"body_mass": mjenv.Scale(0.5, 2.0), "dof_damping": mjenv.Offset(0.0, 0.5)},
+        "noise": mjenv.Noise(action=0.1, observation=0.1),
+        "delay": mjenv.Delay(action=(0, 2)),
+        "max_episode_steps": 30,
+    }
+    alone = [mjenv.evaluate(policy, 1, seed=k, **options).returns[0] for k in range(7)]
+    for rows, threads in ((1, 1), (3, 2), (7, 1)):
+        assert mjenv.evaluate(policy, 7, rows=rows, threads=threads, **options).returns.tolist() == alone
+
+
+@pytest.mark.parametrize("activation", ["relu", "elu"])
+def test_activations(activation: str) -> None:
+    policy = trained(steps=1).policy()
+    other = mjenv.train("Hopper-v5", steps=1, settings={**SHORT, "activation": activation}).policy()
+    assert [layer.activation for layer in other.layers] == [activation, "identity"]
+    assert policy.layers[0].activation == "tanh"
+    assert mjenv.evaluate(other, 1).lengths[0] > 0
+
+
+def test_refusals(tmp_path: Path) -> None:
+    with pytest.raises(mjenv.InvalidValueError, match=r"settings\.gamma is 3, not 0 to 1"):
+        mjenv.train("Hopper-v5", settings={"gamma": 3})
+    with pytest.raises(mjenv.OptionError, match="no setting 'gama'"):
+        mjenv.train("Hopper-v5", settings={"gama": 0.9})
+    with pytest.raises(mjenv.OptionError, match="gamma is a float, not 'much'"):
+        mjenv.train("Hopper-v5", settings={"gamma": "much"})
+    with pytest.raises(mjenv.OptionError, match="hidden is a tuple of numbers, not 64"):
+        mjenv.train("Hopper-v5", settings={"hidden": 64})
+    for large in ({"steps": 2**70}, {"settings": {"window": 2**64}}, {"settings": {"hidden": (2**64 + 8,)}}):
+        with pytest.raises(mjenv.InvalidValueError, match="out of range"):
+            mjenv.train("Hopper-v5", **large)
+    for seed in (-1, 2**64):
+        with pytest.raises(mjenv.InvalidValueError, match=rf"a seed is at least 0 .* not {seed}"):
+            mjenv.train("Hopper-v5", seed=seed)
+    with pytest.raises(mjenv.OptionError, match=r"a seed is an int, not 1\.5"):
+        mjenv.train("Hopper-v5", seed=1.5)  # type: ignore[arg-type]
+    with pytest.raises(mjenv.InvalidValueError, match="activation is 'sine'"):
+        mjenv.train("Hopper-v5", settings={"activation": "sine"})
+    with pytest.raises(mjenv.UnknownIdError):
+        mjenv.train("Hoper-v5")
+    with pytest.raises(mjenv.OptionError, match="the id is a str"):
+        mjenv.train(3)  # type: ignore[arg-type]
+    with pytest.raises(mjenv.OptionError, match=r"frame_skp.*mean 'frame_skip'"):
+        mjenv.train("Hopper-v5", frame_skp=2)
+    with pytest.raises(mjenv.InvalidValueError, match="max_episode_steps is an int"):
+        mjenv.train("Hopper-v5", max_episode_steps=0)
+    with pytest.raises(mjenv.OptionError, match="num_envs is an int"):
+        mjenv.train("Hopper-v5", settings={"rows": "8"})
+    with pytest.raises(mjenv.OptionError, match="SAME_STEP"):
+        mjenv.train(mjenv.make_vec("Hopper-v5", 2))
+    with pytest.raises(mjenv.InvalidValueError, match="at least one step"):
+        mjenv.train("Hopper-v5", steps=0)
+    with pytest.raises(FileNotFoundError):
+        mjenv.train("Hopper-v5", out=tmp_path, resume=True)
+    policy = trained(steps=1).policy()
+    with pytest.raises(mjenv.InvalidValueError, match="11 observations and 3 actuators, the environment 17 and 6"):
+        mjenv.evaluate(policy, 1, id="Walker2d-v5")
+    with pytest.raises(mjenv.InvalidValueError, match="precision is 'half'"):
+        mjenv.evaluate(policy, 1, precision="half")
+    with pytest.raises(mjenv.InvalidValueError, match="episodes is 0"):
+        mjenv.evaluate(policy, 0)
+    with pytest.raises(mjenv.InvalidValueError, match=r"a seed is at least 0 .* not -1"):
+        mjenv.evaluate(policy, 1, seed=-1)
+
+
+def test_a_wrong_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(learner, "FILE", Path(ENGINES.get().path).name)
+    learner.library.cache_clear()
+    try:
+        with pytest.raises(mjenv.EngineError, match="is not the library of this package"):
+            mjenv.train(ID)
+    finally:
+        learner.library.cache_clear()
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "--rows",
+        "8",
+        "--rollout-steps",
+        "32",
+        "--minibatch-size",
+        "100",
+        "--hidden",
+        "16,8",
+        "--out",
+        str(tmp_path),
+    ]
+    assert main(["train", "Hopper-v5", "--steps", "512", "--option", "frame_skip=2", *words]) == 0
+    assert "Hopper-v5: 512 steps" in capsys.readouterr().out
+    assert [len(layer.bias) for layer in Policy.load(tmp_path / "policy.txt").layers] == [16, 8, 3]
+    resume = ["train", "Hopper-v5", "--steps", "1024", "--out", str(tmp_path), "--resume"]
+    assert main([*resume, "--option", "frame_skip=2"]) == 0
+    assert "Hopper-v5: 1,024 steps" in capsys.readouterr().out
+    assert main([*resume, "--option", "frame_skip=3"]) == 2  # the rows are others
+    assert "other options" in capsys.readouterr().err
+    assert main(resume) == 0
+    output = capsys.readouterr().out
+    assert output.endswith(f"mjenv view Hopper-v5 --policy {tmp_path / 'policy.txt'} --option frame_skip=2\n")
+    assert main(["train", "Hopper-v5", "--gamma", "3", "--out", str(tmp_path)]) == 2
+    assert "settings.gamma is 3" in capsys.readouterr().err
+    assert main(["train", "Hopper-v5", "--stage", "many", "--out", str(tmp_path)]) == 2
+    stages = ["--stage", "256", "frame_skip=3", "healthy_z_range=0.5,inf", "--seconds", "9"]
+    assert main(["train", "Hopper-v5", *words, *stages]) == 2
+    assert "holds a training" in capsys.readouterr().err
+    assert main(["train", "Hopper-v5", *words, *stages, "--overwrite"]) == 0
+    assert capsys.readouterr().out.endswith("--option frame_skip=3 --option healthy_z_range=0.5,inf\n")
+
+
+def test_the_command_starts_without_numpy(tmp_path: Path) -> None:
+    """Importing NumPy or Gymnasium would take longer than the command needs until its first update."""
+    code = (
+        "import atexit, runpy, sys; atexit.register(lambda: print(*sys.modules)); "
+        "runpy.run_module('mjenv', {}, '__main__')"
+    )
+    small = ["--rows", "8", "--rollout-steps", "32", "--minibatch-size", "64", "--option", "frame_skip=2"]
+    command = [sys.executable, "-c", code, "train", "Hopper-v5", "--out", str(tmp_path), *small]
+    for words in (["--steps", "256"], ["--steps", "512", "--resume"]):
+        run = subprocess.run([*command, *words], capture_output=True, text=True, check=True, timeout=120)
+        imported = {*run.stdout.splitlines()[-1].split()}
+        assert {"mjenv", "mjenv_learn.command", "mjenv_learn.training"} <= imported
+        assert not imported & {"numpy", "gymnasium", "torch"}
+    assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
+
+
+def test_environments_are_made_around_the_rows_of_the_learner() -> None:
+    """A callback that reads them sees the episodes that the learner plays, and changes no bit."""
+    found: list[Any] = []
+
+    def look(training: Training) -> None:
+        assert isinstance(training.envs, mjenv.VectorEnv)
+        assert training.envs is training.envs
+        found.append(training.envs.data.qpos.copy())
+
+    watched = trained(callback=look, max_episode_steps=-1, frame_skip=2, engine=mjenv.engine().name)
+    assert watched.policy() == trained(max_episode_steps=-1, frame_skip=2).policy()
+    assert not np.array_equal(found[0], found[1])
+    spec = watched.envs.spec
+    assert spec is not None
+    again = mjenv.make_vec(spec)
+    kept = ("frame_skip", "autoreset_mode", "max_episode_steps", "num_threads")
+    assert {name: again._pool.rows.options[name] for name in kept} == {
+        "frame_skip": 2,
+        "autoreset_mode": "same_step",
+        "max_episode_steps": 0,
+        "num_threads": 1,
+    }
+    assert (again.num_envs, again.metadata) == (8, watched.envs.metadata)
+
+
+@not_on_windows("Wine sends no SIGINT")
+def test_interrupt(tmp_path: Path) -> None:
+    """Ctrl-C leaves the best policy and a checkpoint, from which the training continues."""
+    command = [sys.executable, "-m", "mjenv", "train", ID, "--steps", "100000000", "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "out" / "training.json").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.kill(process.pid, signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "best policy so far" in output
+    assert Policy.load(tmp_path / "out" / "policy.txt").id == ID
+    done = len((tmp_path / "out" / "curve.csv").read_text().splitlines()) - 1
+    resumed = mjenv.train(ID, steps=2048 * (done + 1), out=tmp_path / "out", resume=True)
+    assert len(resumed.curve) == done + 1
