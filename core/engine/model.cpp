@@ -20,15 +20,18 @@ struct Kind {
   mjtSize mjModel::*count;
 };
 
-constexpr std::array<Kind, 9> kinds{{{"body", mjOBJ_BODY, &mjModel::nbody},
-                                     {"joint", mjOBJ_JOINT, &mjModel::njnt},
-                                     {"geom", mjOBJ_GEOM, &mjModel::ngeom},
-                                     {"site", mjOBJ_SITE, &mjModel::nsite},
-                                     {"camera", mjOBJ_CAMERA, &mjModel::ncam},
-                                     {"light", mjOBJ_LIGHT, &mjModel::nlight},
-                                     {"actuator", mjOBJ_ACTUATOR, &mjModel::nu},
-                                     {"tendon", mjOBJ_TENDON, &mjModel::ntendon},
-                                     {"sensor", mjOBJ_SENSOR, &mjModel::nsensor}}};
+constexpr std::array<Kind, 21> kinds{
+    {{"body", mjOBJ_BODY, &mjModel::nbody},       {"joint", mjOBJ_JOINT, &mjModel::njnt},
+     {"geom", mjOBJ_GEOM, &mjModel::ngeom},       {"site", mjOBJ_SITE, &mjModel::nsite},
+     {"camera", mjOBJ_CAMERA, &mjModel::ncam},    {"light", mjOBJ_LIGHT, &mjModel::nlight},
+     {"actuator", mjOBJ_ACTUATOR, &mjModel::nu},  {"tendon", mjOBJ_TENDON, &mjModel::ntendon},
+     {"sensor", mjOBJ_SENSOR, &mjModel::nsensor}, {"mesh", mjOBJ_MESH, &mjModel::nmesh},
+     {"skin", mjOBJ_SKIN, &mjModel::nskin},       {"hfield", mjOBJ_HFIELD, &mjModel::nhfield},
+     {"texture", mjOBJ_TEXTURE, &mjModel::ntex},  {"material", mjOBJ_MATERIAL, &mjModel::nmat},
+     {"pair", mjOBJ_PAIR, &mjModel::npair},       {"exclude", mjOBJ_EXCLUDE, &mjModel::nexclude},
+     {"equality", mjOBJ_EQUALITY, &mjModel::neq}, {"numeric", mjOBJ_NUMERIC, &mjModel::nnumeric},
+     {"text", mjOBJ_TEXT, &mjModel::ntext},       {"tuple", mjOBJ_TUPLE, &mjModel::ntuple},
+     {"key", mjOBJ_KEY, &mjModel::nkey}}};
 
 const Kind& kind_of(const std::string& type) {
   std::vector<std::string> names;

@@ -195,8 +195,12 @@ static void test_list_of_ids(void** state) {
 static void test_objects(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Pusher-v5", 1);
-  const char* const types[] = {"body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor", "light"};
-  const char* const counts[] = {"nbody", "njnt", "ngeom", "nsite", "ncam", "nu", "ntendon", "nsensor", "nlight"};
+  const char* const types[] = {"body",   "joint",   "geom",     "site",    "camera", "actuator", "tendon",
+                               "sensor", "light",   "mesh",     "skin",    "hfield", "texture",  "material",
+                               "pair",   "exclude", "equality", "numeric", "text",   "tuple",    "key"};
+  const char* const counts[] = {"nbody",   "njnt",     "ngeom", "nsite",    "ncam",    "nu",     "ntendon",
+                                "nsensor", "nlight",   "nmesh", "nskin",    "nhfield", "ntex",   "nmat",
+                                "npair",   "nexclude", "neq",   "nnumeric", "ntext",   "ntuple", "nkey"};
   for (size_t i = 0; i < COUNT(types); ++i) {
     double* count = read_array(env, 0, counts[i], NULL);
     int64_t counted = -1;

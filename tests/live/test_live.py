@@ -44,7 +44,7 @@ COUNTS = {
 # Views that MuJoCo 2.2.2 takes from a wrong address; those of 4.0 that belong to a limit, or that are dense matrices.
 WRONG_IN_MUJOCO = ("solref", "solimp", "cdof", "cdof_dot") if mujoco.__version__ == "2.2.2" else ()
 # What mjenv does not list of a contact: MuJoCo computes it for some contacts only, or version 4.0 added it.
-UNLISTED = ("mu", "H", "adhesion", "elem", "flex", "geom", "solreffriction", "surfacevel", "vert")
+UNLISTED = ("mu", "H", "adhesion", "elem", "flex", "solreffriction", "surfacevel", "vert")
 # Gymnasium has no Pusher-v4 from MuJoCo 3 on.
 PUSHER = "Pusher-v4" if mujoco.__version__ == "2.2.2" else "Pusher-v5"
 TAKES_XML = [id for id in IDS if "xml_file" in mjenv.options(id)]
@@ -276,6 +276,7 @@ def test_contacts(id: str) -> None:
         theirs.step(action)
         mine, other = ours.data.contact, theirs.unwrapped.data.contact
         assert len(mine) == theirs.unwrapped.data.ncon
+        check_same("contact.geom", mine.geom, np.stack([other.geom1, other.geom2], axis=1)[: len(mine)])
         for name in dir(other):
             if name.startswith("_") or name in UNLISTED:
                 continue

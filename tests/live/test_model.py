@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mjenv
+from mjenv.verify import check_same
 
 # Tendons, a stateful actuator, sensors, a mocap body, a free joint and contacts.
 MIXED = """
@@ -202,6 +203,69 @@ CONSTANTS = """
   </actuator>
 </mujoco>
 """
+
+
+# An object with a name, and others, of each kind.
+NAMED = """
+<mujoco>
+  <asset>
+    <texture name="grid" type="2d" builtin="checker" rgb1="0.9 0.3 0.2" rgb2="0.2 0.3 0.9" width="8" height="4"/>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1="1 0 0" rgb2="0 0 1" width="8" height="8"/>
+    <material name="red" rgba="1 0 0 1"/><material name="tiles" texture="grid" texrepeat="2 3" shininess="0.3"/>
+    <mesh name="left" vertex="0 0 0  0.2 0 0  0 0.2 0  0 0 0.2"/>
+    <mesh name="right" vertex="0 0 0  0.1 0 0  0 0.2 0  0 0 0.3  0.1 0.1 0.1"/>
+    <hfield name="flat" nrow="2" ncol="3" size="1 1 1 1"/><hfield name="hills" nrow="3" ncol="4" size="2 2 0.1 0.1"/>
+    <skin name="cloth" material="tiles" vertex="-1 1 1  1 1 1  1 1 2  -1 1 2" texcoord="0 0 1 0 1 1 0 1"
+          face="0 1 2 0 2 3">
+      <bone body="one" bindpos="0 0 1" bindquat="1 0 0 0" vertid="0 1 2 3" vertweight="1 1 1 1"/>
+    </skin>
+  </asset>
+  <worldbody>
+    <geom name="wall" type="mesh" mesh="left" material="tiles" pos="0 4 0"/><geom type="mesh" mesh="right" pos="0 5 0"/>
+    <body name="goal" mocap="true" pos="0.5 0 1"><geom size="0.02"/></body>
+    <body name="one" pos="0 0 1"><joint name="a" type="slide"/><geom name="ball" size="0.1"/></body>
+    <body name="two" pos="1 0 1"><joint name="b"/><geom name="stone" size="0.1"/></body>
+    <body name="three" pos="2 0 1"><joint name="c"/><geom name="rock" size="0.1"/></body>
+  </worldbody>
+  <contact>
+    <pair name="near" geom1="ball" geom2="stone" margin="0.1"/><pair geom1="rock" geom2="stone" friction="1 2 3 4 5"/>
+    <exclude name="never" body1="one" body2="two"/>
+  </contact>
+  <equality>
+    <joint name="gear" joint1="a" joint2="b" polycoef="0 2 0 0 0"/><weld name="glue" body1="three" body2="goal"/>
+  </equality>
+  <actuator><motor name="m" joint="a"/><position joint="b" kp="2"/></actuator>
+  <custom>
+    <numeric name="gains" data="1 2 3"/><numeric name="one" data="4"/><text name="note" data="hello"/>
+    <tuple name="both">
+      <element objtype="body" objname="one" prm="2"/><element objtype="geom" objname="rock" prm="0.5"/>
+    </tuple>
+  </custom>
+  <keyframe>
+    <key name="home" qpos="0.1 0.2 0.3" qvel="4 5 6" ctrl="0.5 0.25" time="5"/>
+    <key name="away" qpos="1 2 3" mpos="1 2 3"/>
+  </keyframe>
+</mujoco>
+"""
+SIZES = {"hfield": "nhfield", "texture": "ntex", "material": "nmat", "equality": "neq", "key": "nkey"}
+
+
+@pytest.mark.parametrize(
+    "kind", "mesh skin hfield texture material pair exclude equality numeric tuple key tex mat eq keyframe".split()
+)
+def test_assets_and_other_objects(kind: str) -> None:
+    """model.key("home").qpos and so on, as in MuJoCo's bindings, which cannot read the pixels of a texture in 2.2.2."""
+    model, ours = mujoco.MjModel.from_xml_string(NAMED), mjenv.make("Model-v0", xml_string=NAMED).model
+    mine, theirs = getattr(ours, kind), getattr(model, kind)
+    full = {"tex": "texture", "mat": "material", "eq": "equality", "keyframe": "key"}.get(kind, kind)
+    for index in range(getattr(model, SIZES.get(full, f"n{full}"))):
+        names = {name for name in dir(theirs(index)) if not name.startswith("_")}
+        assert names - set(dir(mine(index))) <= ({"rgb", "data"} if full == "texture" else set())
+        for name in names & set(dir(mine(index))) - {"id", "name"}:
+            check_same(name, np.asarray(getattr(mine(index), name)), np.asarray(getattr(theirs(index), name)))
+        named = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{full.upper()}"), index) or ""
+        assert mine(index).name == named
+        assert not named or mine(named).id == index
 
 
 def test_drawn_constants() -> None:

@@ -78,6 +78,7 @@ def test_warnings(lanes: int) -> None:
         assert envs.arrays["warnings"].tolist() == wanted
         # Read one after the other, so that derived arrays of rows are computed again.
         assert [env.data.warnings.tolist() for env in envs.envs] == wanted
+        assert [[kind.number for kind in env.data.warning] for env in envs.envs] == wanted
         np.testing.assert_array_equal(envs.data.warnings, wanted)
         for row in range(ROWS):
             other.restore(envs.snapshot(row), (row + 1) % ROWS)

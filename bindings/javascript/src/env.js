@@ -773,8 +773,8 @@ export class Env {
   }
 
   /**
-   * The names of the model's objects of a type: "body", "joint", "geom", "site", "camera", "actuator", "tendon",
-   * "sensor" or "light". An object without a name has "".
+   * The names of the model's objects of a type by its name in MJCF: "body", "joint", "mesh", "key" and so on. The error
+   * for another name lists all. An object without a name has "".
    *
    * @param {string} type
    * @returns {string[]}

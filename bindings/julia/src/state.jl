@@ -38,8 +38,8 @@ end
 """
     object_count(env, type)
 
-Returns how many objects of a type the model has. `type` is `:body`, `:joint`, `:geom`, `:site`, `:camera`, `:actuator`,
-`:tendon`, `:sensor` or `:light`. An unknown type throws an [`MJEnvError`](@ref).
+Returns how many objects of a type the model has. `type` is its name in MJCF: `:body`, `:joint`, `:mesh`, `:key` and so
+on. An unknown type throws an [`MJEnvError`](@ref), which lists all.
 """
 function object_count(env::Env, type::Union{Symbol,AbstractString})
     kind, count = text(type), Ref{Int64}()

@@ -65,6 +65,9 @@ def test_contacts() -> None:
     assert contact[-1].pos.tolist() == contact.pos[data.ncon - 1].tolist()
     assert (type(contact[0].dist), type(contact[0].geom1)) == (float, int)
     assert contact[0].frame[:3].tolist() == [0, 0, 1]
+    assert contact[0].geom.tolist() == contact.geom[0].tolist() == [0, contact[0].geom2]
+    assert (data.warning[0].number, data.warning.number.tolist()) == (0, [0] * len(data.warning))
+    assert data.efc_force.any()
     assert repr(contact[0]) == f"<contact 0 of geoms 0 and {contact[0].geom2}>"
     assert {"dist", "geom1", "frame"} <= set(dir(contact)) & set(dir(contact[0]))
     assert not contact.dist.flags.writeable

@@ -102,6 +102,14 @@ def test_the_rest_of_the_interface(sb3: Any) -> None:
     assert envs.get_attr("np_random_seed") == [1, 2, 3]
     assert envs.get_attr("np_random_seed", [2, 0]) == [3, 1]
     assert envs.env_method("get_body_com", "body0", indices=1)[0].shape == (3,)
+    single = mjenv.make("Reacher-v5")
+    assert envs.get_attr("spec") == [single.spec] * 3
+    assert envs.env_method("get_wrapper_attr", "dt") == [single.dt] * 3
+    for obs, info in envs.env_method("reset", seed=3):
+        expected = single.reset(seed=3)
+        assert same(obs, expected[0].astype(np.float32))
+        check_info(info, expected[1])
+    assert envs.get_attr("np_random_seed") == [3, 3, 3]
     assert envs.env_is_wrapped(object) == [False] * 3
     assert envs.render_mode is None
     with pytest.raises(AttributeError, match="nothing"):

@@ -1274,3 +1274,36 @@ def test_copies_of_the_simulation_are_read_only() -> None:
             assert np.shares_memory(shared, array)
             assert not shared.flags.writeable
         assert np.from_dlpack(np.array(array)).shape == array.shape
+
+
+# ---- rows as environments ----
+
+
+def test_the_spec_of_a_row_makes_an_equal_environment() -> None:
+    options = {"reset_noise_scale": 0.2, "max_episode_steps": 7, "time_aware": True}
+    for envs in (
+        mjenv.make_vec("Hopper-v5", 2, num_threads=1, dtype=np.float32, **options),
+        gymnasium.make_vec("mjenv/Hopper-v5", 2, num_threads=1, **options),
+        gymnasium.make_vec(mjenv.make("Hopper-v5", **options).spec, 2),
+    ):
+        row = envs.unwrapped.envs[0]
+        for single in (mjenv.make(row.spec), gymnasium.make(row.spec)):
+            obs, info = row.reset(seed=4)
+            expected = single.reset(seed=4)
+            assert obs.tobytes() == expected[0].astype(obs.dtype).tobytes()
+            assert info == expected[1]
+            assert [single.step(np.zeros(3))[3] for _ in range(7)] == [False] * 6 + [True]
+    assert mjenv.VectorEnv("Hopper-v5").envs[0].spec is None
+
+
+def test_the_reset_of_a_row_leaves_the_others() -> None:
+    envs, twin = mjenv.make_vec("Hopper-v5", 3), mjenv.make_vec("Hopper-v5", 3)
+    for each in (envs, twin):
+        each.reset(seed=1)
+        each.step(np.ones((3, 3)))
+    obs, _ = envs.envs[1].reset(seed=9)
+    assert envs.get_attr("np_random_seed") == (1, 9, 3)
+    assert obs.tobytes() == mjenv.make("Hopper-v5").reset(seed=9)[0].tobytes()
+    assert envs.envs[2].get_wrapper_attr("dt") == envs.call("get_wrapper_attr", "dt")[0] == 0.008
+    ours, theirs = (each.step(np.ones((3, 3)))[0] for each in (envs, twin))
+    assert ours[[0, 2]].tobytes() == theirs[[0, 2]].tobytes()

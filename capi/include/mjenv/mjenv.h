@@ -669,7 +669,7 @@ MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achiev
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, int64_t capacity,
                                   int64_t *count);
 
-/* Counts objects: "body", "joint", "geom", "site", "camera", "actuator", "tendon", "sensor", "light". Errors: NAME. */
+/* Counts objects of a type by its name in MJCF: "body", "joint", "mesh", "key" and so on. Errors: NAME (lists all). */
 MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
 
 /* Finds the index of the object with this type and name. Errors: NAME. */

@@ -915,7 +915,7 @@ extern "C" {
     ) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Counts objects: \"body\", \"joint\", \"geom\", \"site\", \"camera\", \"actuator\", \"tendon\", \"sensor\", \"light\". Errors: NAME."]
+    #[doc = " Counts objects of a type by its name in MJCF: \"body\", \"joint\", \"mesh\", \"key\" and so on. Errors: NAME (lists all)."]
     pub fn mjenv_object_count(
         env: *const mjenv_env,
         type_: *const ::std::os::raw::c_char,

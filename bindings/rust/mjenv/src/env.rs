@@ -564,8 +564,8 @@ impl Env {
         Ok(size(count))
     }
 
-    /// Returns how many objects of a kind the model has. `kind` is `"body"`, `"joint"`, `"geom"`, `"site"`, `"camera"`,
-    /// `"actuator"`, `"tendon"`, `"sensor"` or `"light"`.
+    /// Returns how many objects of a kind the model has. `kind` is its name in MJCF: `"body"`, `"joint"`, `"mesh"`,
+    /// `"key"` and so on. The error for another name lists all.
     ///
     /// # Errors
     /// [`ErrorKind::Name`].

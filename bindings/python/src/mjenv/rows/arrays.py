@@ -5,6 +5,7 @@ Each access returns a new copy. An assignment to a writable array, or to its ele
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterator, MutableMapping
 from typing import Any
@@ -19,7 +20,7 @@ from mjenv.errors import UnknownNameError
 from mjenv.rows.written import WrittenArray, written_array
 
 # Which part of an array belongs to an object: a row, or a range of elements that begins at the object's address.
-_ROW, _QPOS, _DOF, _SENSOR, _MOMENT = "row", "qpos", "dof", "sensor", "moment"
+_ROW, _QPOS, _DOF, _SENSOR, _MOMENT, _SIZED = "row", "qpos", "dof", "sensor", "moment", "sized"
 
 _BODY = (
     "xfrc_applied xpos xquat xmat xipos ximat xiquat subtree_com cinert crb cvel subtree_linvel subtree_angmom cacc "
@@ -57,7 +58,27 @@ _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
     "tendon": (("tendon_", _ROW),),
     "sensor": (("sensor_", _ROW),),
 }
+# The same for objects whose other arrays do not belong to one object each, with the attributes that MuJoCo's bindings
+# have. Some exist only in one version of MuJoCo.
+_LISTED = {
+    "mesh": ("mesh_", "vertadr vertnum faceadr facenum texcoordadr graphadr pathadr"),
+    "skin": ("skin_", "matid rgba inflate vertadr vertnum texcoordadr faceadr facenum boneadr bonenum pathadr"),
+    "hfield": ("hfield_", "size nrow ncol adr data pathadr"),
+    "texture": ("tex_", "type colorspace height width nchannel adr pathadr contenttypeadr"),
+    "material": ("mat_", "texid texuniform texrepeat emission specular shininess reflectance rgba"),
+    "pair": ("pair_", "dim geom1 geom2 signature solref solimp margin gap friction"),
+    "exclude": ("exclude_", "signature"),
+    "equality": ("eq_", "type obj1id obj2id active active0 solref solimp data"),
+    "numeric": ("numeric_", "adr size data"),
+    "tuple": ("tuple_", "adr size objtype objid objprm"),
+    "key": ("key_", "time qpos qvel act mpos mquat ctrl"),
+}
+# The arrays of which an object has as many elements as its size says, from its address on.
+_SIZED_ARRAYS = ("hfield_data", "numeric_data", "tuple_objtype", "tuple_objid", "tuple_objprm")
 _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
+
+# An array that holds an attribute of an object, and which part of the array belongs to the object.
+Part = tuple[str, str] | None
 
 # The writable arrays of mjData. MuJoCo computes all others from them.
 INPUTS = frozenset(
@@ -145,6 +166,11 @@ class Contacts(Arrays):
     def __getattr__(self, name: str) -> Any:
         return super().__getattr__(name)[: len(self)]
 
+    @property
+    def geom(self) -> NDArray[np.int32]:
+        """The two geoms of each contact, [ncon, 2]."""
+        return np.stack([self.geom1, self.geom2], axis=1)
+
     def __len__(self) -> int:
         return int(self._rows.value(Role.DATA, "ncon", self._row))
 
@@ -176,6 +202,29 @@ class Contact(_Attributes):
         return f"<contact {self._index} of geoms {self.geom1} and {self.geom2}>"
 
 
+class Warnings(_Attributes):
+    """data.warning: of what MuJoCo has warned in the row's last step or reset.
+
+    number: 0 or 1 for each mjtWarning, because rows keep no counts; warning[kind].number is one of them.
+    """
+
+    __slots__ = ("number",)
+
+    number: Any
+
+    def __init__(self, number: Any) -> None:
+        object.__setattr__(self, "number", number)
+
+    def __len__(self) -> int:
+        return len(self.number)
+
+    def __getitem__(self, kind: int) -> Warnings:
+        return Warnings(self.number[operator.index(kind)].item())
+
+    def __repr__(self) -> str:
+        return f"<warnings {self.number}>"
+
+
 class View(_Attributes):
     """One object of the model: id, name, and its part of each array."""
 
@@ -202,6 +251,8 @@ class View(_Attributes):
             return self._moment(values)
         if part in (_ROW, _MOMENT):
             return values.reshape(values.shape[0], -1)[self.id]
+        if part == _SIZED:
+            return self._sized(values, array.partition("_")[0])
         first, last = self._range(part, len(values))
         return values[first:last]
 
@@ -224,6 +275,11 @@ class View(_Attributes):
         row[self._arrays.moment_colind[first : first + count]] = values[first : first + count]
         row.flags.writeable = False
         return row
+
+    def _sized(self, values: NDArray[Any], kind: str) -> NDArray[Any]:
+        sizes = ("nrow", "ncol") if kind == "hfield" else ("size",)
+        first, *shape = (int(getattr(self._arrays, f"{kind}_{name}")[self.id]) for name in ("adr", *sizes))
+        return values[first : first + math.prod(shape)].reshape(shape)
 
     def _range(self, part: str, end: int) -> tuple[int, int]:
         address = {_QPOS: "jnt_qposadr", _DOF: "jnt_dofadr", _SENSOR: "sensor_adr"}[part]
@@ -266,7 +322,7 @@ class _Named(Arrays):
     # MuJoCo's short names.
     jnt, cam, ten = joint, camera, tendon
 
-    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+    def _part(self, kind: str, name: str) -> Part:
         """The array that holds an object's attribute, and which part of the array belongs to the object."""
         raise NotImplementedError
 
@@ -288,7 +344,12 @@ class Data(_Named):
         """The contacts that the last mj_step or mj_forward found."""
         return Contacts(self)
 
-    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+    @property
+    def warning(self) -> Warnings:
+        """Of what MuJoCo has warned: warning[kind].number for a kind of mjtWarning."""
+        return Warnings(self.warnings)
+
+    def _part(self, kind: str, name: str) -> Part:
         found = _DATA[kind].get(name)
         return found if found and self._rows.array(Role.DATA, found[0]) else None
 
@@ -325,7 +386,49 @@ class Model(_Named):
             object.__setattr__(self, name, Arrays(rows, row, Role.MODEL, changed, f"{name}."))
         object.__setattr__(self, "vis", Visual(rows, row, changed))
 
-    def _part(self, kind: str, name: str) -> tuple[str, str] | None:
+    def mesh(self, key: str | int) -> View:
+        return View(self, "mesh", key)
+
+    def skin(self, key: str | int) -> View:
+        return View(self, "skin", key)
+
+    def hfield(self, key: str | int) -> View:
+        return View(self, "hfield", key)
+
+    def texture(self, key: str | int) -> View:
+        return View(self, "texture", key)
+
+    def material(self, key: str | int) -> View:
+        return View(self, "material", key)
+
+    def pair(self, key: str | int) -> View:
+        return View(self, "pair", key)
+
+    def exclude(self, key: str | int) -> View:
+        return View(self, "exclude", key)
+
+    def equality(self, key: str | int) -> View:
+        return View(self, "equality", key)
+
+    def numeric(self, key: str | int) -> View:
+        return View(self, "numeric", key)
+
+    def tuple(self, key: str | int) -> View:
+        return View(self, "tuple", key)
+
+    def key(self, key: str | int) -> View:
+        return View(self, "key", key)
+
+    # MuJoCo's other names.
+    tex, mat, eq, keyframe = texture, material, equality, key
+
+    def _part(self, kind: str, name: str) -> Part:
+        if kind in _LISTED:
+            prefix, names = _LISTED[kind]
+            array = prefix + name
+            if name not in names.split() or not self._rows.array(Role.MODEL, array):
+                return None
+            return array, _SIZED if array in _SIZED_ARRAYS else _ROW
         if kind == "joint" and name in _QPOS_OF_MODEL:
             return name, _QPOS
         prefixes = _MODEL[kind]
@@ -335,6 +438,8 @@ class Model(_Named):
         return next((array for array in found if self._rows.array(Role.MODEL, array[0])), None)
 
     def _names(self, kind: str) -> list[str]:
+        if kind in _LISTED:
+            return [name for name in _LISTED[kind][1].split() if self._part(kind, name)]
         own = list(_QPOS_OF_MODEL) if kind == "joint" else []
         for prefix, _ in _MODEL[kind]:
             own += [name.removeprefix(prefix) for name in self._all() if name.startswith(prefix)]

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 
+from mjenv.capi.declarations import Role
 from mjenv.rows.pictures import Picture
 from mjenv.rows.pool import Pool
 from mjenv.rows.simulation import Simulation
+from mjenv.rows.step import Info, infos_of_rows
+
+# The keywords of make_vec, and of gymnasium.make_vec, that make lacks.
+_OF_VECTORS = (
+    "num_envs vectorization_mode vector_kwargs num_threads autoreset_mode dtype copy pixels camera action_repeat "
+    "frame_stack"
+).split()
 
 
 class Row(Simulation):
@@ -32,6 +42,40 @@ class Row(Simulation):
     @property
     def unwrapped(self) -> Row:
         return self
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The spec of a single environment like this row. None if the vector has no spec."""
+        spec = copy.deepcopy(self._envs.spec)
+        if spec is None:
+            return None
+        kwargs = {name: value for name, value in spec.kwargs.items() if name not in _OF_VECTORS}
+        limit = kwargs.pop("max_episode_steps", spec.max_episode_steps)
+        spec.max_episode_steps = None if limit == -1 else limit
+        if kwargs.get("time_aware"):
+            kwargs["max_episode_steps"] = limit
+        spec.kwargs = kwargs
+        return spec
+
+    def get_wrapper_attr(self, name: str) -> Any:
+        """An attribute of the row, which has no wrappers."""
+        return getattr(self, name)
+
+    def has_wrapper_attr(self, name: str) -> bool:
+        return hasattr(self, name)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
+        """Begins an episode of this row alone. Takes and returns what reset of a single environment does."""
+        pool, row = self._pool, self._row
+        seeds: list[int | None] = [None] * pool.count
+        seeds[row] = seed
+        mask = np.arange(pool.count) == row
+        obs, _ = self._envs.reset(seed=seeds, options={"reset_mask": mask})  # type: ignore[arg-type]
+        fields, values = pool.rows.fields(Role.RESET_INFO), pool.outputs.reset_info
+        (info,) = infos_of_rows(fields, values, pool.count, np.dtype(np.float64), [row])
+        if isinstance(obs, dict):
+            return {name: values[row].copy() for name, values in obs.items()}, info
+        return obs[row].copy(), info
 
     @property
     def np_random_seed(self) -> int:
