@@ -5,7 +5,8 @@
 
 Chromium shows the page in both, which playwright starts. A session: the pictures sent in a second, and the part of one
 CPU that the process takes for them and for the simulation. A training: extras/curricula/python/train_cleanrl.py, the
-part of its CPU time that the viewer takes, in its own thread and in viser's. It has to learn the same bits without the viewer.
+part of its CPU time that the viewer takes, in its own thread and in viser's. It has to learn the same bits
+without the viewer.
 """
 
 from __future__ import annotations
