@@ -113,7 +113,8 @@ def test_the_cheetahs_task_takes_them(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_picture_equals_gymnasiums(name: str) -> None:
     size = 120
-    env = mjenv.make("Model-v0", engine="4.0", xml_file=path_of(name), render_mode="rgb_array", width=size, height=size)
+    drawn = {"render_mode": "rgb_array", "width": size, "height": size, "camera_name": "track"}
+    env = mjenv.make("Model-v0", engine="4.0", xml_file=path_of(name), **drawn)
     model = mujoco.MjModel.from_xml_path(path_of(name))
     data = mujoco.MjData(model)
     env.reset(seed=1)

@@ -71,7 +71,7 @@ _LISTED = {
     "equality": ("eq_", "type obj1id obj2id active active0 solref solimp data"),
     "numeric": ("numeric_", "adr size data"),
     "tuple": ("tuple_", "adr size objtype objid objprm"),
-    "key": ("key_", "time qpos qvel act mpos mquat ctrl"),
+    "key": ("key_", "time qpos qvel act mpos mquat ctrl plastic"),
 }
 # The arrays of which an object has as many elements as its size says, from its address on.
 _SIZED_ARRAYS = ("hfield_data", "numeric_data", "tuple_objtype", "tuple_objid", "tuple_objprm")
