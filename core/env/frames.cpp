@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <sstream>
+#include <string>
+#include <utility>
 
 #include "error.hpp"
 #include "system/memory.hpp"
@@ -53,7 +55,7 @@ void declare_frame_options(Options& options) {
                "reset zero");
 }
 
-Frames::Frames(const Options& options, const std::vector<Field>& fields, std::int64_t rows)
+Frames::Frames(const Options& options, const std::vector<Field>& fields, std::int64_t rows, std::int64_t workers)
     : task_count_(static_cast<std::size_t>(total(fields))),
       is_timed_(options.get("time_aware").integer != 0),
       normalizes_time_(options.get("normalize_time").integer != 0),
@@ -97,15 +99,27 @@ Frames::Frames(const Options& options, const std::vector<Field>& fields, std::in
   for (const Stack& stack : stacks_) count += stack.count * stack.frames;
   if (std::any_of(stacks_.begin(), stacks_.end(), [](const Stack& stack) { return stack.frames > 1; }))
     record_count_ = kHead + count;
-  check_memory(rows, " row(s) with the option \"history\"", record_count_ * sizeof(double));
-  check_memory(
-      1, " description(s) of an observation with the option \"history\"",
-      2 * count * sizeof(double) + static_cast<std::uint64_t>(history.integer) * fields_.size() * sizeof(Field));
+  if (has_history_)
+    check_memory(std::to_string(rows) + " row(s) with the option \"history\"", bytes(count, whole, rows, workers));
   if (whole > 0)
     name_frames(blocks, whole);
   else if (!keys_.empty())
     keys_ = keys_of(fields_);
   set_bounds(count);
+}
+
+// How much memory an observation of `count` numbers takes: the rows' records, the bounds, the workers' buffers
+// (Writer::scratch), and the descriptions of the fields of each frame.
+double Frames::bytes(std::size_t count, std::size_t frames, std::int64_t rows, std::int64_t workers) const {
+  constexpr std::size_t kSuffix = std::char_traits<char>::length("[-10000000]"), kWithoutHeap = 15, kOfHeap = 16;
+  const auto text = [](std::size_t length) { return length <= kWithoutHeap ? 0 : length + 1 + kOfHeap; };
+  std::size_t of_frame = 0;
+  for (const Field& field : fields_)
+    of_frame += sizeof field + text(field.name.size() + kSuffix) + text(field.doc.size()) + text(field.group.size()) +
+                field.shape.size() * sizeof field.shape[0] + kOfHeap;
+  const auto real = [](auto number) { return static_cast<double>(number); };
+  return real(rows) * real(record_count_ * sizeof(double)) + real(2 + workers) * real(count * sizeof(double)) +
+         real(frames) * real(of_frame);
 }
 
 // Sets up a history in which each block is stacked as a whole. The blocks together are the task's observation and the
@@ -122,14 +136,15 @@ void Frames::stack_whole(const std::vector<Field>& blocks, std::size_t frames) {
   }
   stacks_keys_ = blocks.size() > 1;
   const auto length = static_cast<std::int64_t>(frames);
-  shape_ = {length, blocks[0].count};
-  if (!keys_.empty()) shape_ = {static_cast<std::int64_t>(to)};
+  space_.shape = {length, blocks[0].count};
+  if (!keys_.empty()) space_.shape = {static_cast<std::int64_t>(to)};
 }
 
 // Lists the fields of all frames (older ones as "NAME[-AGE]"), and gives each key the shape of all its frames.
 void Frames::name_frames(const std::vector<Field>& blocks, std::size_t frames) {
-  const std::vector<Field> newest = fields_;
+  const std::vector<Field> newest = std::move(fields_);
   fields_.clear();
+  fields_.reserve(newest.size() * frames);
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     const Field& block = blocks[k];
     for (std::size_t i = 0; i < frames; ++i)
@@ -180,20 +195,20 @@ void Frames::stack_terms(const std::string& lengths) {
     field.count = static_cast<std::int64_t>(stack.count * stack.frames);
     to += stack.count * stack.frames;
   }
-  shape_ = {static_cast<std::int64_t>(to)};
+  space_.shape = {static_cast<std::int64_t>(to)};
 }
 
 // Sets the bounds of the observation's `count` numbers. The caller has checked that there is enough memory for them.
 void Frames::set_bounds(std::size_t count) {
-  low_.assign(count, -kInfinity);
-  high_.assign(count, kInfinity);
+  space_.low.assign(count, -kInfinity);
+  space_.high.assign(count, kInfinity);
   if (!is_timed_) return;
   for (const Stack& stack : stacks_) {
     if (time_at_ < stack.newest() || time_at_ >= stack.newest() + stack.count) continue;
     for (std::size_t i = 0; i < stack.frames; ++i) {
       const std::size_t at = time_at_ - i * stack.count;
-      low_[at] = 0;
-      high_[at] = normalizes_time_ ? 1 : static_cast<double>(limit_);
+      space_.low[at] = 0;
+      space_.high[at] = normalizes_time_ ? 1 : static_cast<double>(limit_);
     }
   }
 }

@@ -14,26 +14,28 @@
 
 namespace mjenv::core {
 
+struct Space {
+  std::vector<double> low, high;
+  std::vector<std::int64_t> shape;
+};
+
 // A frame is the task's observation of one step, followed by the time if "time_aware" is set. With a history, each row
 // has a record of doubles: first whether the newest frame belongs to the row's present state, then the observation as
 // the caller sees it.
 class Frames {
  public:
-  // fields: those of the task's observation. rows: how many rows the environment has; a history for which there is no
-  // memory is refused.
-  Frames(const Options& options, const std::vector<Field>& fields, std::int64_t rows);
+  // fields: those of the task's observation. rows, workers: how many the environment has; a history for which there is
+  // no memory is refused.
+  Frames(const Options& options, const std::vector<Field>& fields, std::int64_t rows, std::int64_t workers);
 
   // Whether the caller sees the task's observation unchanged.
   bool empty() const { return !is_timed_ && !has_history_; }
   // How many numbers the task's observation has.
   std::size_t task_count() const { return task_count_; }
-  // These describe the observation that the caller sees: its fields, its keys, the shape that Gymnasium gives it, and
-  // the bounds of its numbers.
+  // These describe the observation that the caller sees: its fields, its keys, and its space.
   const std::vector<Field>& fields() const { return fields_; }
   const std::vector<Field>& keys() const { return keys_; }  // the keys of a Dict; empty: it is a Box
-  const std::vector<std::int64_t>& shape() const { return shape_; }
-  const std::vector<double>& low() const { return low_; }
-  const std::vector<double>& high() const { return high_; }
+  const Space& space() const { return space_; }
   // How many doubles a row's record has; 0 if it needs none.
   std::size_t record_count() const { return record_count_; }
 
@@ -76,8 +78,7 @@ class Frames {
   bool has_history_ = false, stacks_keys_ = false;
   std::int64_t limit_;  // the number of steps after which an episode is truncated
   std::vector<Field> fields_, keys_;
-  std::vector<std::int64_t> shape_;
-  std::vector<double> low_, high_;
+  Space space_;
   std::vector<Stack> stacks_;
   std::vector<Piece> pieces_;  // of the task's observation
   std::size_t time_at_ = 0;    // where the observation has the newest time
@@ -86,6 +87,7 @@ class Frames {
   void stack_terms(const std::string& lengths);
   void name_frames(const std::vector<Field>& blocks, std::size_t frames);
   void set_bounds(std::size_t count);
+  double bytes(std::size_t count, std::size_t frames, std::int64_t rows, std::int64_t workers) const;
   void place(const double* observation, std::int64_t steps, double* to) const;
 };
 

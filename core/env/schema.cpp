@@ -19,10 +19,7 @@ std::vector<Field> fields_of(mjenv_role role, const std::vector<Array>& arrays) 
 
 Schema::Schema(const Task& task, const Frames& frames, const ActionTransform& transform, const Options& options,
                const Work& work)
-    : fields_(task.fields),
-      observation_space_{frames.low(), frames.high(), frames.shape()},
-      max_contacts_(options.get("max_contacts").integer) {
-  fields_[MJENV_ROLE_OBSERVATION] = frames.fields();
+    : frames_(frames), fields_(task.fields), max_contacts_(options.get("max_contacts").integer) {
   fields_[MJENV_ROLE_GROUPS] = frames.keys();
   observation_count_ = total(frames.fields());
   const Model& model = *task.model;
@@ -54,7 +51,8 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
 }
 
 const std::vector<Field>& Schema::fields(mjenv_role role) const {
-  if (role >= MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_GROUPS) return fields_[role];
+  if (role == MJENV_ROLE_OBSERVATION) return frames_.fields();
+  if (role > MJENV_ROLE_OBSERVATION && role <= MJENV_ROLE_GROUPS) return fields_[role];
   fail(MJENV_E_ARGUMENT, "role is " + std::to_string(role) + ", which is not an mjenv_role");
 }
 

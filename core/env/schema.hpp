@@ -12,11 +12,6 @@
 
 namespace mjenv::core {
 
-struct Space {
-  std::vector<double> low, high;
-  std::vector<std::int64_t> shape;
-};
-
 class Schema {
  public:
   // The options "arrays" and "max_contacts" say which arrays of mjData are exported.
@@ -27,7 +22,7 @@ class Schema {
   const std::vector<Field>& fields(mjenv_role role) const;
   // How many numbers the role's fields have in one row. Not for MJENV_ROLE_DATA and _MODEL, which have no offsets.
   std::int64_t count(mjenv_role role) const;
-  const Space& space(mjenv_role role) const { return role == MJENV_ROLE_ACTION ? action_space_ : observation_space_; }
+  const Space& space(mjenv_role role) const { return role == MJENV_ROLE_ACTION ? action_space_ : frames_.space(); }
   std::int64_t observation_count() const { return observation_count_; }
   // The indices of the exported arrays in Work::arrays().
   const std::vector<std::size_t>& exported() const { return exported_; }
@@ -40,8 +35,9 @@ class Schema {
   void check(const mjenv_batch& out, std::int64_t rows) const;
 
  private:
+  const Frames& frames_;  // has the fields and the space of the observation
   Fields fields_;
-  Space observation_space_, action_space_;
+  Space action_space_;
   std::int64_t observation_count_ = 0, max_contacts_ = 0;
   std::vector<std::size_t> exported_;
   bool exports_on_demand_ = false;

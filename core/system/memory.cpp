@@ -18,13 +18,16 @@ constexpr double kSmall = 1 << 26;
 
 double free_memory() { return platform::available_memory(""); }
 
-void check_memory(std::int64_t count, const char* what, std::uint64_t bytes_each) {
-  const double needed = static_cast<double>(count) * static_cast<double>(bytes_each);
-  if (needed < kSmall) return;
+void check_memory(const std::string& what, double bytes) {
+  if (bytes < kSmall) return;
   const double free = std::min(free_memory(), static_cast<double>(std::numeric_limits<std::size_t>::max()));
-  if (needed > free)
-    fail(MJENV_E_MEMORY, std::to_string(count) + what + " need " + number(std::ceil(needed / 1e6)) + " MB, but only " +
+  if (bytes > free)
+    fail(MJENV_E_MEMORY, what + " need " + number(std::ceil(bytes / 1e6)) + " MB, but only " +
                              number(std::floor(free / 1e6)) + " MB are free for this process");
+}
+
+void check_memory(std::int64_t count, const char* what, std::uint64_t bytes_each) {
+  check_memory(std::to_string(count) + what, static_cast<double>(count) * static_cast<double>(bytes_each));
 }
 
 }  // namespace mjenv::core

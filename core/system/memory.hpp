@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <string>
 #include <new>
 
 namespace mjenv::core {
@@ -15,6 +16,9 @@ double free_memory();
 // but the system would kill the process later, when it writes to the memory. what: names the objects in the message,
 // such as " rows".
 void check_memory(std::int64_t count, const char* what, std::uint64_t bytes_each);
+
+// The same for `bytes` in all. what: "3 rows".
+void check_memory(const std::string& what, double bytes);
 
 // An array of numbers, which are 0 at first. If it is large, the system gives it memory only page by page, when a page
 // is first written.

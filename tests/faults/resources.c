@@ -162,6 +162,35 @@ static bool use_of_memory(rlim_t* space, rlim_t* resident) {
   return found;
 }
 
+// Creates Humanoid-v5 with so many stacked observations. Returns how much memory it has taken after a reset, in MB; 0 if
+// it is refused.
+static double memory_of_history(int64_t frames) {
+  rlim_t space, before, after;
+  mjenv_options* options = options_of_id("Humanoid-v5");
+  mjenv_env* env = NULL;
+  assert_ok(mjenv_options_set_integer(options, "history", frames));
+  assert_ok(mjenv_options_set_integer(options, "num_threads", 1));
+  assert_true(use_of_memory(&space, &before));
+  const bool fits = mjenv_create(options, 2, &env) == MJENV_OK;
+  if (fits) assert_ok(mjenv_reset(env, NULL, NULL));
+  assert_true(use_of_memory(&space, &after));
+  mjenv_destroy(env);
+  mjenv_options_destroy(options);
+  return fits ? (double)(after - before) / 1e6 : 0;
+}
+
+// What a refused history says that it needs is what one takes that fits.
+static void test_memory_of_history(void** state) {
+  (void)state;
+  enum { FEW = 4000, MORE = 12000, TOO_MANY = 100000000 };
+  double needed = 0;
+  assert_true(memory_of_history(TOO_MANY) == 0);
+  assert_int_equal(sscanf(mjenv_last_error(), "2 row(s) with the option \"history\" need %lf MB", &needed), 1);
+  needed *= (double)(MORE - FEW) / TOO_MANY;
+  const double taken = memory_of_history(MORE) - memory_of_history(FEW);
+  assert_true(0.8 * needed < taken && taken < 1.1 * needed);
+}
+
 static rlim_t address_space(void) {
   rlim_t space, resident;
   return use_of_memory(&space, &resident) ? space : 0;
@@ -497,17 +526,12 @@ static void test_as_good_as_new(void** state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_no_threads),
-      cmocka_unit_test(test_no_more_processes),
-      cmocka_unit_test(test_little_address_space),
-      cmocka_unit_test(test_too_many_dofs),
-      cmocka_unit_test(test_unwritten_rows),
-      cmocka_unit_test(test_swapped_files),
-      cmocka_unit_test(test_edited_files),
-      cmocka_unit_test(test_nothing_is_written),
-      cmocka_unit_test(test_full_disk),
-      cmocka_unit_test(test_no_files),
-      cmocka_unit_test(test_as_good_as_new),
+      cmocka_unit_test(test_no_threads),         cmocka_unit_test(test_no_more_processes),
+      cmocka_unit_test(test_memory_of_history),  cmocka_unit_test(test_little_address_space),
+      cmocka_unit_test(test_too_many_dofs),      cmocka_unit_test(test_unwritten_rows),
+      cmocka_unit_test(test_swapped_files),      cmocka_unit_test(test_edited_files),
+      cmocka_unit_test(test_nothing_is_written), cmocka_unit_test(test_full_disk),
+      cmocka_unit_test(test_no_files),           cmocka_unit_test(test_as_good_as_new),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

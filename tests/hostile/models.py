@@ -1278,7 +1278,9 @@ def today() -> Iterator[Case]:
         yield Case(f"today-{attribute}", xml, expect="refused", words=(attribute,))
     for text, words in {
         "<framepos objtype='site' objname='here' nsample='2000000000'/>": ("nsample",),
+        "<framepos objtype='site' objname='here' nsample='9223372036854775807'/>": ("nsample",),
         "<contact geom1='floor' num='2000000000'/>": ("num",),
+        "<contact geom1='floor' num='9223372036854775807'/>": ("num",),
         "<contact geom1='floor' num='-1'/>": (),
         "<rangefinder camera='eye'/>": ("pixels",),
     }.items():
@@ -1286,7 +1288,9 @@ def today() -> Iterator[Case]:
         yield Case(f"today-sensor-{text}", model(camera, f"<sensor>{text}</sensor>"), expect="refused", words=words)
     yield Case("today-camera-hd", model("<camera name='eye' resolution='1920 1080'/>"), expect="works")
     motor = "<actuator><motor joint='z' nsample='{}' delay='0.01'/></actuator>"
-    yield Case("today-actuator-history", model(sections=motor.format(2_000_000_000)), expect="refused")
+    for number in (2_000_000_000, 2**63 - 1):
+        xml = model(sections=2 * motor.format(number))
+        yield Case(f"today-actuator-history-{number}", xml, expect="refused", words=("nsample",))
     yield Case("today-actuator-delay", model(sections=motor.format(5)), expect="works")
     channels = "<texture name='t' type='2d' builtin='flat' width='9' height='9' nchannel='99999'/>"
     yield Case("today-nchannel", model(assets=channels), expect="refused")

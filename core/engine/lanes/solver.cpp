@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -138,7 +139,8 @@ void Solver::make_pattern(const mjModel& m) {
 // MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
 // MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
 bool Solver::can_solve(const mjData& d, int constraints) const {
-  const int needed = 10 * constraints + 24 * nv_ + (constraints_.is_sparse ? 6 : 3) * nv_ * nv_ + 2 * nv_ * constraints;
+  const std::int64_t rows = constraints, nv = nv_;  // whose products an int may not hold
+  const std::int64_t needed = 10 * rows + 24 * nv + (constraints_.is_sparse ? 6 : 3) * nv * nv + 2 * nv * rows;
   return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
 }
 

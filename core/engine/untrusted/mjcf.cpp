@@ -498,12 +498,11 @@ class Check {
   void sensor(const Element& element) {
     reference(element);
     constexpr std::int64_t kNumbersPerContact = 23;  // at most
-    const std::int64_t samples = 1 + std::max(element.integer("nsample"), std::int64_t{0});
-    check_limit("nsample", samples, kNumericSize, &element.xml);
+    const std::int64_t samples = 1 + count_of(element, "nsample");
     if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
       wide_samples_ += samples;
     else
-      numbers_ += samples * kNumbersPerContact * std::max(element.integer("num"), std::int64_t{1});
+      numbers_ += samples * kNumbersPerContact * std::max(count_of(element, "num"), std::int64_t{1});
   }
 
   void joint(const Element& element) {
@@ -544,9 +543,14 @@ class Check {
     source_.files.push_back({kind, name, factor, source_.including});
   }
 
-  void add_numbers(const Element& element, const char* attribute) {
-    numbers_ += std::max(element.integer(attribute), std::int64_t{0});
+  // Bounds each number, so that the sums and products of all fit into 64 bits.
+  std::int64_t count_of(const Element& element, const char* attribute) const {
+    const std::int64_t count = std::max(element.integer(attribute), std::int64_t{0});
+    check_limit(attribute, count, kNumericSize, &element.xml);
+    return count;
   }
+
+  void add_numbers(const Element& element, const char* attribute) { numbers_ += count_of(element, attribute); }
 
   void add_pixels(std::int64_t count, const XMLElement* element = nullptr) {
     check_limit("pixels and heights", pixels_ += std::max(count, std::int64_t{0}), kAllPixels, element);
