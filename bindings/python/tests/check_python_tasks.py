@@ -887,3 +887,16 @@ def test_methods_under_options() -> None:
     assert mapped.compute_reward(goal, goal, {}) == 4
     with pytest.raises(mjenv.OptionError, match="OptionalMap: before_substep must be machine code"):
         mjenv.make("OptionalMap-v0", pushes=True)
+
+
+def test_restoring_one_row_reads_that_row_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    envs = mjenv.make_vec("NumpyHopper-v5", 50)
+    envs.reset(seed=1)
+    image, rows = envs.snapshot(3), []
+    read = type(envs._pool.rows)._read_into
+    monkeypatch.setattr(
+        type(envs._pool.rows), "_read_into", lambda self, *rest: (rows.append(rest[1]), read(self, *rest))
+    )
+    envs.restore(image, 7)
+    assert set(rows) <= {7}
+    assert envs.snapshot(7) == image

@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -1307,3 +1308,39 @@ def test_the_reset_of_a_row_leaves_the_others() -> None:
     assert envs.envs[2].get_wrapper_attr("dt") == envs.call("get_wrapper_attr", "dt")[0] == 0.008
     ours, theirs = (each.step(np.ones((3, 3)))[0] for each in (envs, twin))
     assert ours[[0, 2]].tobytes() == theirs[[0, 2]].tobytes()
+
+
+# ---- the cost of one row ----
+
+
+def peak(call: Callable[[], Any]) -> int:
+    """How many bytes of Python's memory the call takes at most."""
+    call()  # once before, because a first call fills caches
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_one_row_costs_the_same_among_many() -> None:
+    few, many = mjenv.make_vec("InvertedPendulum-v5", 2), mjenv.make_vec("InvertedPendulum-v5", 20_000)
+    calls: list[Callable[[Any], Any]] = [
+        lambda envs: envs.envs[1].model.body_mass.__setitem__(1, 2.0),
+        lambda envs: envs.envs[1].np_random_seed,
+        lambda envs: envs._pool.rows.seed(1, 2**70),
+        lambda envs: envs.envs[1].set_constants(),
+    ]
+    for number, call in enumerate(calls):
+        costs = [peak(lambda envs=envs, call=call: call(envs)) for envs in (few, many)]
+        assert costs[1] < costs[0] + 4096, (number, costs)
+    assert [envs.envs[1].model.body_mass[1] for envs in (few, many)] == [2, 2]
+    assert len(many.envs) == 20_000
+    assert [row.model.body_mass[1] for row in many.envs[:2]] == [
+        mjenv.make("InvertedPendulum-v5").model.body_mass[1],
+        2,
+    ]
+    assert many.envs[-1]._row == 19_999
+    with pytest.raises(IndexError):
+        many.envs[20_000]

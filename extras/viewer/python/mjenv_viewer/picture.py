@@ -31,7 +31,7 @@ def rows_of(env: Any) -> tuple[Any, ...]:
     """The rows of a vector environment, or the one of a single environment."""
     while hasattr(env, "envs"):  # mjenv.sb3's environments hold a vector environment
         env = env.envs
-    return tuple(env) if isinstance(env, tuple) else (env,)
+    return tuple(env) if isinstance(env, Sequence) else (env,)
 
 
 class Picture:

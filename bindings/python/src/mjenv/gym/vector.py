@@ -34,7 +34,7 @@ from mjenv.rows.arrays import Parameters, RowArrays
 from mjenv.rows.outputs import BoolArray
 from mjenv.rows.pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv.rows.pool import Pool
-from mjenv.rows.row import Row
+from mjenv.rows.row import Row, RowList
 from mjenv.rows.step import Info, Step
 
 Array = NDArray[Any]
@@ -403,9 +403,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     # ---- single rows ----
 
     @property
-    def envs(self) -> tuple[Row, ...]:
+    def envs(self) -> Sequence[Row]:
         """The rows as objects. Each has the attributes of a single row: data, model, set_state and the like."""
-        return tuple(Row(self, self._pool, row) for row in range(self.num_envs))
+        return RowList(self, self._pool)
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Calls a method of every row and returns the results. If `name` is not a method, returns the attribute."""

@@ -185,6 +185,14 @@ class Pool:
         self.reseed(None, None)
         return tuple(self._seeds)
 
+    def seed_of(self, row: int) -> int:
+        """The same for one row."""
+        if self._seeds[row] is None:
+            seed = int.from_bytes(os.urandom(8), "little")
+            self.rows.seed(row, seed)
+            self._seeds[row] = seed
+        return int(self._seeds[row])
+
     def reseed(self, seed: int | Sequence[int | None] | None, mask: BoolArray | None) -> None:
         """Seeds the masked rows; None: all rows.
 

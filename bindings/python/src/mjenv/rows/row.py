@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, overload
 
 import gymnasium
 import numpy as np
@@ -80,12 +81,12 @@ class Row(Simulation):
     @property
     def np_random_seed(self) -> int:
         """The row's last seed; -1 if its stream came from a snapshot."""
-        return self._pool.all_seeds()[self._row]
+        return self._pool.seed_of(self._row)
 
     @property
     def np_random(self) -> np.random.Generator:
         """A copy of the row's random stream."""
-        self._pool.all_seeds()
+        self._pool.seed_of(self._row)
         bits = np.random.PCG64(0)
         bits.state = self._rows.stream(self._row)  # type: ignore[assignment, unused-ignore]
         return np.random.Generator(bits)
@@ -94,3 +95,25 @@ class Row(Simulation):
         """The picture of the row."""
         self._check_settled()
         return self._pool.pictures.draw(self._row)
+
+
+class RowList(Sequence[Row]):
+    """The rows of a vector environment, each of which is made when it is asked for."""
+
+    def __init__(self, envs: gymnasium.vector.VectorEnv[Any, Any, Any], pool: Pool) -> None:
+        self._envs, self._pool = envs, pool
+
+    def __len__(self) -> int:
+        return self._pool.count
+
+    @overload
+    def __getitem__(self, row: int) -> Row: ...
+
+    @overload
+    def __getitem__(self, row: slice) -> tuple[Row, ...]: ...
+
+    def __getitem__(self, row: int | slice) -> Row | tuple[Row, ...]:
+        chosen = range(self._pool.count)[row]
+        if isinstance(chosen, int):
+            return Row(self._envs, self._pool, chosen)
+        return tuple(Row(self._envs, self._pool, one) for one in chosen)
