@@ -203,6 +203,19 @@ export class Env {
     }
   }
 
+  /**
+   * How lanes compute each stage of a step: "lanes", "row by row: WHY", "lanes; row by row: WHAT" or "absent". Empty if
+   * the library has no lanes.
+   *
+   * @returns {Record<string, string>}
+   */
+  laneStages() {
+    const text = this.#library.functions.mjenv_lane_stages_of(this.#open);
+    if (text === 0) this.#library.check(Status.E_BUSY);
+    const lines = this.#library.text(text).split("\n").filter(Boolean);
+    return Object.fromEntries(lines.map((line) => line.split(/: (.*)/, 2)));
+  }
+
   /** The handle of the open environment. */
   get #open() {
     if (this.#handle === 0) throw new MjenvError("MJENV_E_ARGUMENT", `this environment (${this.id}) was freed`);

@@ -21,6 +21,7 @@ env.write("xfrc_applied", env.read("xfrc_applied"));
 env.write("opt.gravity", [0, 0, -5], { mask: [true, false] });
 env.setConstants({ mask: Uint8Array.of(1, 0) });
 env.copyRow(0);
+const stages: Record<string, string> = env.laneStages();
 const hindsight: Float64Array = env.computeReward([1, 2], Float64Array.of(1, 3), 2);
 env.seed(3, { mask: [0, 1] });
 const diverged: boolean = env.statuses[0] === DIVERGED;

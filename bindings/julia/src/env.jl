@@ -111,6 +111,21 @@ function lanes(env::Env)
     end
 end
 
+"""
+    lane_stages(env)
+
+Returns how lanes compute each stage of a step: pairs of its name and `"lanes"`, `"row by row: WHY"`,
+`"lanes; row by row: WHAT"` or `"absent"`. There are none if the library has no lanes.
+"""
+function lane_stages(env::Env)
+    lines = inside(env) do handle
+        found = mjenv_lane_stages_of(handle)
+        found == C_NULL && check(handle, MJENV_E_BUSY)
+        return split(unsafe_string(found), '\n'; keepempty = false)
+    end
+    return [Pair(String.(split(line, ": "; limit = 2))...) for line in lines]
+end
+
 function info_of(handle::Handle{mjenv_env})
     info = Ref(mjenv_info())
     check(handle, mjenv_info_of(handle, info))

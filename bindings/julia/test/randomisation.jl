@@ -88,5 +88,6 @@ end
 
 @testset "lanes" begin
     @test lanes(Env("Hopper-v5"; rows = 4, lanes = 2)) == (count = 2, reason = "")
+    @test ("energies" => "absent") in lane_stages(Env("Hopper-v5"; rows = 4, lanes = 2))
     @test lanes(Env("Hopper-v5"; rows = 4, lanes = 0)) == (count = 0, reason = "the option \"lanes\" is 0")
 end

@@ -216,6 +216,22 @@ impl Env {
         Ok(Lanes { count: size(info.lanes), reason: unsafe { borrowed(info.lanes_reason) }.to_string() })
     }
 
+    /// Returns how lanes compute each stage of a step: its name, and `"lanes"`, `"row by row: WHY"`,
+    /// `"lanes; row by row: WHAT"` or `"absent"`. Empty if the library has no lanes.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Busy`].
+    pub fn lane_stages(&mut self) -> Result<Vec<(String, String)>> {
+        // SAFETY: the handle is alive.
+        let text = unsafe { sys::mjenv_lane_stages_of(self.raw()) };
+        if text.is_null() {
+            check(sys::MJENV_E_BUSY)?;
+        }
+        // SAFETY: the text belongs to the environment, which is borrowed.
+        let lines = unsafe { borrowed(text) }.lines();
+        Ok(lines.filter_map(|line| line.split_once(": ")).map(|(stage, how)| (stage.into(), how.into())).collect())
+    }
+
     fn info(&mut self) -> Result<sys::mjenv_info> {
         let mut info = sys::mjenv_info { struct_size: size_of::<sys::mjenv_info>(), ..Default::default() };
         // SAFETY: handle and struct are valid for the call.

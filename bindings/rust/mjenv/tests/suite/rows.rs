@@ -304,6 +304,8 @@ fn lanes() {
     assert_eq!(told(&mut with_lanes(2, 4)), (2, String::new()));
     assert_eq!(told(&mut with_lanes(-1, 8)), (widest, String::new()));
     assert_eq!(told(&mut with_lanes(-1, 1)), (0, "the environment has only one row".to_string()));
+    let stages = with_lanes(2, 4).lane_stages().unwrap();
+    assert!(stages.iter().any(|(stage, how)| stage == "energies" && how == "absent"), "{stages:?}");
 
     let recording = Recording::new(&golden);
     let actions = match golden.actions() {
