@@ -155,6 +155,8 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
       refers_to_files = !given.files.empty();
       compiled.reset(compile(folder_of(source.path), given.text, given.files, limits.of(kHullWork)));
       if (given.must_state_ranges) check_length_ranges(*compiled);
+      if (!(compiled->opt.timestep >= mjMINVAL))  // MuJoCo's smallest divisor; NaN, too
+        fail(MJENV_E_MODEL, "the timestep is " + number(compiled->opt.timestep) + " s, less than " + number(mjMINVAL));
     });
   });
   std::shared_ptr<const Model> model(new Model(source.label, std::move(compiled), source.origin), [](auto* unused) {
