@@ -199,6 +199,11 @@ std::vector<double> Model::action_bound(int side) const {
   return bound;
 }
 
+bool Model::has_control_range(int i) const {
+  return model_->actuator_ctrllimited[i] != 0 || model_->actuator_ctrlrange[2 * i] != 0 ||
+         model_->actuator_ctrlrange[2 * i + 1] != 0;
+}
+
 int Model::count(const std::string& type) const { return static_cast<int>(model_.get()->*kind_of(type).count); }
 
 int Model::index(const std::string& type, const std::string& name) const {

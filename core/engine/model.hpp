@@ -81,6 +81,8 @@ class Model {
   // The bounds of the actuators, rounded to float32 as in Gymnasium's action space.
   std::vector<double> action_low() const { return action_bound(0); }
   std::vector<double> action_high() const { return action_bound(1); }
+  // False if the model says nothing of an actuator's ctrlrange; its bounds are then 0 and 0.
+  bool has_control_range(int i) const;
 
   // The index of the object of this type ("body", "joint", ...) and name. If there is none, the error lists the names.
   int index(const std::string& type, const std::string& name) const;

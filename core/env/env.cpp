@@ -184,9 +184,11 @@ void Env::sample_actions(float* action, std::int64_t count) {
   check_count("the action's count", count, rows() * task_.action_count());
   for (std::size_t i = 0; i < low.size(); ++i)
     if (!std::isfinite(low[i]) || !std::isfinite(high[i]))
-      fail(MJENV_E_MODEL, (task_.has_own_actions() ? "action " : "actuator ") + std::to_string(i) +
-                              " has infinite bounds" + (transform_.empty() ? "" : " with the option \"clip_actions\"") +
-                              ", so no action can be drawn");
+      fail(MJENV_E_MODEL, (task_.has_own_actions() ? "action " : "actuator ") + std::to_string(i) + " (" +
+                              task_.action_label(static_cast<std::int64_t>(i)) + ") has infinite bounds" +
+                              (transform_.empty() ? "" : " with the option \"clip_actions\"") +
+                              ", so no action can be drawn" +
+                              (task_.has_own_actions() ? "" : ": give it a ctrlrange in the model"));
   if (!actions_seeded_) action_rng_ = Rng::from_entropy();
   actions_seeded_ = true;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)

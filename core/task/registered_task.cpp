@@ -291,6 +291,11 @@ Task RegisteredTask::build(const Options& options) const {
   if (!own_space.low.empty() && !calls->has_before_step())
     fail(MJENV_E_TASK, id_ + ": build: an action space of the task's own needs the callback before_step");
   task.action = own_space.low.empty() ? ActionBounds{task.model->action_low(), task.model->action_high()} : own_space;
+  // Gymnasium's robots keep Gymnasium's action space, which is 0 to 0 for such an actuator.
+  if (own_space.low.empty() && !(built_in_ && !model_.empty()))
+    for (std::size_t i = 0; i < task.action.low.size(); ++i)
+      if (!task.model->has_control_range(static_cast<int>(i)))
+        task.action.low[i] = -kInfinity, task.action.high[i] = kInfinity;
   const std::vector<std::string>& own = task.needs.own;
   if (!task.needs.current && (!std::all_of(own.begin(), own.end(), is_applied_force) || task.needs.random_state))
     fail(MJENV_E_TASK, id_ + ": build: RandomState and own arrays of mjModel need mjenv_build_current");

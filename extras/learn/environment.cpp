@@ -8,7 +8,8 @@
 
 namespace mjenv::learn {
 
-Spaces::Spaces(const mjenv_space& observation, const mjenv_space& action)
+Spaces::Spaces(const mjenv_space& observation, const mjenv_space& action,
+               const std::function<std::string(std::size_t)>& name_of)
     : observations(static_cast<std::size_t>(observation.count)),
       actuators(static_cast<std::size_t>(action.count)),
       low(action.low, action.low + action.count),
@@ -19,13 +20,18 @@ Spaces::Spaces(const mjenv_space& observation, const mjenv_space& action)
   constexpr double kLargest = std::numeric_limits<float>::max();
   for (std::size_t i = 0; i < actuators; ++i)
     if (!(-kLargest <= low[i] && low[i] <= high[i] && high[i] <= kLargest))
-      core::fail(MJENV_E_VALUE, "the bounds of action " + std::to_string(i) + " are " + core::number(low[i]) + " and " +
-                                    core::number(high[i]) +
+      core::fail(MJENV_E_VALUE, "the bounds of action " + std::to_string(i) +
+                                    (name_of ? " (" + name_of(i) + ")" : std::string()) + " are " +
+                                    core::number(low[i]) + " and " + core::number(high[i]) +
                                     "; a policy needs finite ones, in float32 (ctrlrange in the model)");
 }
 
 Environment::Environment(const mjenv_learn_calls& calls, mjenv_env* env, const char* autoreset_mode)
-    : calls_(calls), env_(env), spaces_(space(MJENV_ROLE_OBSERVATION), space(MJENV_ROLE_ACTION)), batch_() {
+    : calls_(calls),
+      env_(env),
+      spaces_(space(MJENV_ROLE_OBSERVATION), space(MJENV_ROLE_ACTION),
+              [this](std::size_t i) { return action_name(i); }),
+      batch_() {
   mjenv_info info = MJENV_INFO_INIT;
   check(calls_.info_of(env_, &info));
   rows_ = info.rows;
@@ -52,6 +58,12 @@ Environment::Environment(const mjenv_learn_calls& calls, mjenv_env* env, const c
 
 void Environment::check(mjenv_status status) const {
   if (status != MJENV_OK) core::fail(status, calls_.last_error());
+}
+
+std::string Environment::action_name(std::size_t i) const {
+  mjenv_field field = MJENV_FIELD_INIT;
+  check(calls_.field_at(env_, MJENV_ROLE_ACTION, static_cast<std::int64_t>(i), &field));
+  return field.name;
 }
 
 mjenv_space Environment::space(mjenv_role role) const {

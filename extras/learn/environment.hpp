@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "mjenv/learn.h"
@@ -14,8 +16,9 @@ struct Spaces {
   std::size_t observations = 0, actuators = 0;
   std::vector<double> low, high;  // [actuators]
 
-  // Throws if a bound of the action is infinite.
-  Spaces(const mjenv_space& observation, const mjenv_space& action);
+  // Throws if a bound of the action is infinite. name_of: of a number of the action; null: unknown.
+  Spaces(const mjenv_space& observation, const mjenv_space& action,
+         const std::function<std::string(std::size_t)>& name_of = nullptr);
   bool operator==(const Spaces& other) const {
     return observations == other.observations && low == other.low && high == other.high;
   }
@@ -57,6 +60,8 @@ class Environment {
   mjenv_batch batch_;
 
   void check(mjenv_status status) const;
+  // The name of number i of an action.
+  std::string action_name(std::size_t i) const;
   mjenv_space space(mjenv_role role) const;
 };
 

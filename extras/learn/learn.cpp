@@ -96,7 +96,7 @@ T& need(T* pointer, const char* name) {
 mjenv_learn_calls calls_of(const mjenv_learn_calls* given) {
   const mjenv_learn_calls calls = read_struct(given, "calls");
   if (!calls.last_error || !calls.info_of || !calls.options_of || !calls.options_get_string || !calls.space_of ||
-      !calls.seed || !calls.reset || !calls.step || !calls.snapshot || !calls.restore)
+      !calls.seed || !calls.reset || !calls.step || !calls.snapshot || !calls.restore || !calls.field_at)
     fail(MJENV_E_ARGUMENT, "a function of calls is NULL");
   return calls;
 }

@@ -42,6 +42,7 @@ Base.@kwdef struct mjenv_learn_calls
     step::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     snapshot::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     restore::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    field_at::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_learn_settings

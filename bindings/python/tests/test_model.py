@@ -1,6 +1,8 @@
 """Model-v0, the physics of a model alone. tests/live/test_model.py compares its steps with MuJoCo."""
 
 import json
+import re
+from ctypes import c_float
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +48,32 @@ def test_a_model_without_actuators() -> None:
         assert (type(reward), reward, terminated, truncated, info) == (np.float64, 0, False, False, {})
     assert env.unwrapped.dt == 0.006
     assert env.unwrapped.data.qpos[0] == obs[0]
+
+
+@pytest.mark.parametrize("make", [mjenv.make, mjenv.make_vec, gymnasium.make])
+@pytest.mark.parametrize("timestep", ["0", "-1", "1e-320"])
+def test_a_timestep_by_which_nobody_can_divide(make: Any, timestep: str) -> None:
+    xml = PENDULUM.replace("<mujoco>", f'<mujoco><option timestep="{timestep}"/>')
+    with pytest.raises(mjenv.ModelError, match="the timestep is"):
+        make("mjenv/Model-v0", xml_string=xml)
+
+
+def test_a_motor_without_ctrlrange() -> None:
+    motors = '<motor joint="j"/><motor name="bounded" joint="j" ctrllimited="true" ctrlrange="-1 2"/>'
+    xml = PENDULUM.replace("<joint", '<joint name="j"')
+    xml = xml.replace("</mujoco>", f"<actuator>{motors}</actuator></mujoco>")
+    env = mjenv.make_vec("Model-v0", 2, xml_string=xml)
+    assert (env.single_action_space.low.tolist(), env.single_action_space.high.tolist()) == (
+        [-np.inf, -1],
+        [np.inf, 2],
+    )
+    with pytest.raises(mjenv.ModelError, match=r"actuator 0 \(j\) has infinite bounds.*give it a ctrlrange"):
+        env._pool.rows.call(env._pool.rows.engine.mjenv_sample_actions, (c_float * 4)(), 4)
+    with pytest.raises(mjenv.InvalidValueError, match=r"the bounds of action 0 \(j\) are -inf and inf"):
+        mjenv.train("Model-v0", steps=1, xml_string=xml, max_episode_steps=9)
+    # Gymnasium's space is that of the file, whatever the motor says.
+    hopper = re.sub(r' ctrl(limited|range)="[^"]*"', "", mjenv.model_xml("Hopper-v5"))
+    assert mjenv.make("Hopper-v5", xml_string=hopper).action_space.high.tolist() == [0, 0, 0]
 
 
 def test_the_limit_is_an_option() -> None:

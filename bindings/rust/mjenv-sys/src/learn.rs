@@ -82,6 +82,14 @@ pub struct mjenv_learn_calls {
             size_bytes: i64,
         ) -> mjenv_status,
     >,
+    pub field_at: ::std::option::Option<
+        unsafe extern "C" fn(
+            env: *const mjenv_env,
+            role: mjenv_role,
+            index: i64,
+            field: *mut mjenv_field,
+        ) -> mjenv_status,
+    >,
 }
 #[doc = " The activation function of the hidden layers."]
 pub type mjenv_activation = i32;

@@ -607,6 +607,7 @@ fn calls() -> sys::mjenv_learn_calls {
         step: Some(sys::mjenv_step),
         snapshot: Some(sys::mjenv_snapshot),
         restore: Some(sys::mjenv_restore),
+        field_at: Some(sys::mjenv_field_at),
     }
 }
 

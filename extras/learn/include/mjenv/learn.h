@@ -65,12 +65,13 @@ typedef struct mjenv_learn_calls {
                        const mjenv_batch *out);
   mjenv_status (*snapshot)(mjenv_env *env, int64_t row, void *image, int64_t capacity_bytes, int64_t *size_bytes);
   mjenv_status (*restore)(mjenv_env *env, int64_t row, const void *image, int64_t size_bytes);
+  mjenv_status (*field_at)(const mjenv_env *env, mjenv_role role, int64_t index, mjenv_field *field);
 } mjenv_learn_calls;
 
 /* clang-format off */
 #define MJENV_LEARN_CALLS_INIT \
   {sizeof(mjenv_learn_calls), 0, mjenv_last_error, mjenv_info_of, mjenv_options_of, mjenv_options_get_string, \
-   mjenv_space_of, mjenv_seed, mjenv_reset, mjenv_step, mjenv_snapshot, mjenv_restore}
+   mjenv_space_of, mjenv_seed, mjenv_reset, mjenv_step, mjenv_snapshot, mjenv_restore, mjenv_field_at}
 /* clang-format on */
 
 /* The activation function of the hidden layers. */

@@ -60,6 +60,7 @@ class mjenv_learn_calls(Structure):
         ("step", c_void_p),
         ("snapshot", c_void_p),
         ("restore", c_void_p),
+        ("field_at", c_void_p),
     )
 
 

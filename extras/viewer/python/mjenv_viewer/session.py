@@ -258,7 +258,8 @@ class Session:
         if self.source == "policy" and self.policy:
             found = np.array(self.policy(self.obs), space.dtype).reshape(shape)
         elif self.source == "random":
-            found = self.random.uniform(space.low, space.high, shape).astype(space.dtype)
+            low, high = np.nan_to_num(space.low, neginf=-1), np.nan_to_num(space.high, posinf=1)
+            found = self.random.uniform(low, high, shape).astype(space.dtype)
         else:
             found = np.clip(np.zeros(shape), space.low, space.high).astype(space.dtype)
         if self.sliders.any():
