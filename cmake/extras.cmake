@@ -1,5 +1,6 @@
 # Builds the programs and plug-ins beside the library: each folder of extras/ that has a CMakeLists.txt. They use the public
 # headers, and the library builds without them.
+include(mjenv-tasks)
 set(MJENV_EXTRAS all CACHE STRING "Which folders of extras/ are built: all, or a list of their names")
 set(MJENV_EXTRAS_CHOSEN "/extras/")
 if(NOT MJENV_EXTRAS STREQUAL all)

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import mjenv
 from mjenv.capi.declarations import Role, mjenv_batch, mjenv_space
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.handle import Rows, encoded, pointer_to
@@ -46,7 +47,7 @@ class Library(declarations.Library):
 @cache
 def library() -> Library:
     """The library beside that of the default engine, or inside the package."""
-    folders = [Path(ENGINES.get().path).absolute().parent, Path(__file__).parent]
+    folders = [Path(ENGINES.get().path).absolute().parent, Path(str(mjenv.__file__)).parent]
     file = next((folder / FILE for folder in folders if (folder / FILE).exists()), None)
     if file is None:
         raise errors.EngineError(f"training needs {FILE}, which is not in {' or '.join(map(str, folders))}")

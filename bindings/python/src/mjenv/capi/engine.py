@@ -117,7 +117,7 @@ class Engines:
         self._ready: dict[str, Engine] = {}
         self._opened: dict[str, Engine] = {}  # also those without MuJoCo's library or a registration
         self._registrations: list[Callable[[Engine], None]] = []
-        self._folders = [Path(__file__).parent]
+        self._folders = [Path(__file__).parents[1]]
         self.default = next(iter(FILES))
         file = os.environ.get("MJENV_LIBRARY")
         if file:
