@@ -1,9 +1,9 @@
 #include "engine/constants.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <new>
-#include <type_traits>
 
 #include "engine/errors.hpp"
 #include "engine/mujoco.hpp"
@@ -22,34 +22,27 @@ bool is_asset(const std::string& name) {
 
 }  // namespace
 
-std::vector<std::string> constant_arrays(const Model& model) {
-  static constexpr std::array names{
-      "body_subtreemass",    "body_invweight0",  "dof_invweight0", "dof_M0",           "tendon_length0",
-      "tendon_invweight0",   "actuator_length0", "actuator_acc0",  "eq_data",          "cam_pos0",
-      "cam_poscom0",         "cam_mat0",         "light_pos0",     "light_poscom0",    "light_dir0",
-      "stat.extent",         "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
-      "tendon_lengthspring", "dof_length"};
+std::vector<std::string> constant_arrays(const Model& model, const std::vector<std::string>& changed) {
+  const auto decides_pairs = [&](const std::string& name) {
+    return OwnArray::of(model, name).collisions == OwnArray::Collisions::other_pairs;
+  };
+  const bool changes_pairs = std::any_of(changed.begin(), changed.end(), decides_pairs);
   std::vector<std::string> found;
   for (const Array& array : model.arrays())
-    if ((is_in(names, array.name) || is_in(kSameframes, array.name)) && is_writable(model, array))
+    if (is_in(kConstants, array.name) && can_be_own(model, array) && (changes_pairs || !decides_pairs(array.name)))
       found.push_back(array.name);
   return found;
 }
 
 Constants::Constants(const Model& model)
     : blank_(std::make_unique<mjModel>(*model.get())), view_(std::make_unique<mjModel>()) {
-  const auto kind_of = [&](const std::string& name, bool is_real) {
-    const Array* array = find(model.arrays(), name);
-    if (array && is_writable(model, *array)) return Part::Kind::own;
-    return is_real ? Part::Kind::unchecked : Part::Kind::shared;
-  };
   std::vector<std::size_t> members;
   std::size_t count = 0;  // of doubles
   for_each_array(*blank_, [&](const char* name, const auto& data, std::int64_t rows, std::int64_t columns, bool) {
     const auto bytes = static_cast<std::size_t>(rows * columns) * sizeof *data;
     if (bytes == 0 || is_asset(name)) return;
-    const bool is_real = std::is_floating_point_v<std::decay_t<decltype(*data)>>;
-    parts_.push_back({name, kind_of(name, is_real), nullptr, data, bytes});
+    const Array* array = find(model.arrays(), name);
+    parts_.push_back({name, array && can_be_own(model, *array), nullptr, data, bytes});
     members.push_back(static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&data) -
                                                reinterpret_cast<const std::byte*>(blank_.get())));
     count += (bytes + sizeof(double) - 1) / sizeof(double);
@@ -63,9 +56,10 @@ Constants::Constants(const Model& model)
   }
   const OwnArrays arrays(model);
   for (const Array& array : model.arrays()) {
-    if (array.name.find('.') == std::string::npos || !is_writable(model, array)) continue;
+    if (!can_be_own(model, array)) continue;
     const OwnArray number = OwnArray::of(model, array.name);
-    parts_.push_back({array.name, Part::Kind::own, values_of(number), array.data, number.bytes});
+    if (number.place == OwnArray::Place::model_number)
+      parts_.push_back({array.name, true, values_of(number), array.data, number.bytes});
   }
   fill(arrays, nullptr);
 }
@@ -115,8 +109,8 @@ void Constants::compute(const OwnArrays& arrays, const std::byte* block) {
 std::vector<std::string> Constants::new_arrays(const OwnArrays& arrays) const {
   std::vector<std::string> names;
   for (const Part& part : parts_) {
-    if (part.kind == Part::Kind::unchecked || std::memcmp(part.values, part.original, part.bytes) == 0) continue;
-    if (part.kind == Part::Kind::shared)
+    if (std::memcmp(part.values, part.original, part.bytes) == 0) continue;
+    if (!part.can_be_own)
       fail(MJENV_E_MODEL, "mj_setConst changes " + part.name + ", which all rows share: change the model file");
     if (!arrays.find(part.name)) names.push_back(part.name);
   }

@@ -10,9 +10,9 @@
 
 namespace mjenv::core {
 
-// The arrays that mj_setConst computes and for which rows can have their own values, as far as the model and this
-// MuJoCo have them.
-std::vector<std::string> constant_arrays(const Model& model);
+// The arrays that mj_setConst may change in rows that have their own values of the arrays `changed`. It changes those
+// that decide which pairs of geoms MuJoCo finds only if one of `changed` does so, too.
+std::vector<std::string> constant_arrays(const Model& model, const std::vector<std::string>& changed);
 
 // Calls mj_setConst for one row after the other. mj_setConst changes its model, so it gets a view with copies of all
 // arrays that it may write. Arrays of meshes, skins, textures and height fields are large and not written, so
@@ -29,8 +29,8 @@ class Constants {
   void compute(const OwnArrays& arrays, const std::byte* block);
   // Allocates this object's mjData.
   void make_data();
-  // The arrays that mj_setConst has changed and for which rows do not have their own values yet, except those of
-  // Kind::unchecked. Fails with MJENV_E_MODEL if one of Kind::shared has changed.
+  // The arrays that mj_setConst has changed and for which rows do not have their own values yet. Fails with
+  // MJENV_E_MODEL if it has changed one for which they cannot.
   std::vector<std::string> new_arrays(const OwnArrays& arrays) const;
   // Writes the constants to the row's own arrays.
   void save(const OwnArrays& arrays, std::byte* block) const;
@@ -38,9 +38,8 @@ class Constants {
  private:
   // An array that the view has a copy of, or one of the view's options or statistics.
   struct Part {
-    enum class Kind { own, shared, unchecked };
     std::string name;
-    Kind kind;  // own: rows can have own values; shared: a change by mj_setConst is an error; unchecked: it is ignored
+    bool can_be_own;
     std::byte* values;
     const void* original;
     std::size_t bytes;

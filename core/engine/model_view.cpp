@@ -22,6 +22,10 @@ void ModelView::use(const OwnArrays& arrays, const std::byte* block) {
     collisions = std::max(collisions, array.collisions);
     if (array.place == OwnArray::Place::data_input) continue;
     const std::byte* values = block + array.offset;
+    if (array.shared > 0) {
+      whole_array_.resize(array.bytes + array.shared);
+      values = array.complete(block, whole_array_.data());
+    }
     for (mjModel* view : {whole_.get(), stepped_.get(), sensorless_.get()}) {
       std::byte* member = reinterpret_cast<std::byte*>(view) + array.member;
       if (array.place == OwnArray::Place::model_number)

@@ -34,7 +34,8 @@ class ModelView {
  private:
   const Model& model_;
   std::unique_ptr<mjModel_> whole_, stepped_, sensorless_;
-  Pairs mixed_;            // the model's list of pairs, with parameters that depend on the row's arrays
+  std::vector<std::byte> whole_array_;  // of the array of which rows own a part (OwnArray::shared)
+  Pairs mixed_;                         // the model's list of pairs, with parameters that depend on the row's arrays
   bool searches_ = false;  // the row's arrays may change which pairs MuJoCo finds, so no list of them is valid
   bool must_mix_ = false;  // the parameters in mixed_ are not yet those of the row
 

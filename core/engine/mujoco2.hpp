@@ -227,10 +227,21 @@ inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; 
 
 // ---- Own arrays of rows ----
 
-// Arrays of real numbers that only this version uses as indices: there are none.
-inline const std::vector<const char*> kIndices{};
+// Whether an array of real numbers holds indices that only this version has: there are none.
+inline bool has_indices(const mjModel&, const std::string&) { return false; }
 // Flags that say which frames coincide, if mj_setConst computes them: not in this version.
 inline const std::vector<const char*> kSameframes{};
+// The arrays and numbers of mjModel that mj_setConst writes.
+inline const std::vector<const char*> kConstants{
+    "body_subtreemass",   "body_invweight0",  "dof_invweight0", "dof_M0",           "tendon_length0",
+    "tendon_invweight0",  "actuator_length0", "actuator_acc0",  "eq_data",          "cam_pos0",
+    "cam_poscom0",        "cam_mat0",         "light_pos0",     "light_poscom0",    "light_dir0",
+    "stat.extent",        "stat.meansize",    "stat.meanmass",  "stat.meaninertia", "stat.center",
+    "tendon_lengthspring"};
+// Arrays that only in this version decide which pairs MuJoCo's search finds: there are none.
+inline const std::vector<const char*> kMoreSearch{};
+// How many boxes of bvh_aabb belong to bodies: this version has no such array.
+inline std::int64_t body_boxes(const mjModel&) { return 0; }
 // Parameters whose signs decide which variables an actuator's state consists of: none in this version.
 inline const std::vector<const char*> kSlotParameters{};
 // Calls visit for each input of mjData that only this version has: there are none.
@@ -243,6 +254,11 @@ void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}
 constexpr int visual_flag(int flag) { return flag; }
 // The mjtLabel of an mjenv_label.
 constexpr int label_kind(int label) { return label; }
+
+// The pixels of all textures.
+inline const mjtByte* pixels_of(const mjModel& m) { return m.tex_rgb; }
+// Makes MuJoCo draw materials with the textures that the model gives them, as this version always does.
+inline void use_textures(const mjModel&, mjrContext&) {}
 
 inline void move_camera(const mjModel& m, int action, double dx, double dy, const mjvScene& scene, mjvCamera& camera) {
   mjv_moveCamera(&m, action, dx, dy, &scene, &camera);

@@ -35,7 +35,7 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
   X(mj_getState) X(mj_setState) X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) \
   X(mjv_defaultPerturb) X(mjv_defaultOption) X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) \
   X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) X(mjr_freeContext) X(mjr_uploadHField) \
-  X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
+  X(mjr_uploadTexture) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
 // clang-format on
 
 namespace mjenv::core {
@@ -126,6 +126,9 @@ void for_each_number(const mjModel& m, const Visit& visit) {
 #undef X
 #pragma push_macro("XVEC")
 #undef XVEC
+  visit("flg_gravcomp", &m.flg_gravcomp);
+  visit("flg_surfacevel", &m.flg_surfacevel);
+  visit("flg_adhesion", &m.flg_adhesion);
 #define X(type, name, size) visit("opt." #name, &m.opt.name);
 #define XVEC(type, name, size) visit("opt." #name, m.opt.name, size);
   MJOPTION_FIELDS
@@ -234,11 +237,37 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
 
 // ---- Own arrays of rows ----
 
-// Arrays of real numbers that only this version uses as indices: eq_data has indices for equality constraints of
-// flexes.
-inline const std::vector<const char*> kIndices{"eq_data"};
+// Whether an array of real numbers holds indices: eq_data does for equality constraints of flexes.
+inline bool has_indices(const mjModel& m, const std::string& name) {
+  return name == "eq_data" && std::any_of(m.eq_type, m.eq_type + m.neq, [](int type) {
+           return type == mjEQ_FLEX || type == mjEQ_FLEXVERT || type == mjEQ_FLEXSTRAIN;
+         });
+}
 // Flags that say which frames coincide. In this version mj_setConst computes them.
 inline const std::vector<const char*> kSameframes{"body_sameframe", "geom_sameframe", "site_sameframe"};
+// The arrays of mjModel that mj_setConst writes, as MuJoCo's header lists them.
+inline const std::vector<const char*> kConstants = [] {
+  std::vector<const char*> names;
+#define X(name, fixed, kin0, inert0, spring) \
+  if constexpr (((fixed) | (kin0) | (inert0) | (spring)) & mjSC_OUT) names.push_back(#name);
+  MJSETCONST_ARRAYS
+#undef X
+#define X(name) names.push_back(#name);
+  MJSETCONST_SCALARS
+#undef X
+  return names;
+}();
+// Arrays that only in this version decide which pairs MuJoCo's search finds, or from which mj_setConst computes such
+// arrays. The search compares boxes in the frames of the bodies' inertia.
+inline const std::vector<const char*> kMoreSearch{"body_ipos",    "body_iquat",       "geom_aabb",
+                                                  "bvh_aabb",     "body_margin",      "geom_surfacevel",
+                                                  "body_contype", "body_conaffinity", "hfield_size"};
+// How many boxes of bvh_aabb belong to bodies. Those of meshes, which mj_setConst leaves alone, follow.
+inline std::int64_t body_boxes(const mjModel& m) {
+  int count = 0;
+  for (int i = 0; i < m.nbody; ++i) count = std::max(count, m.body_bvhadr[i] + m.body_bvhnum[i]);
+  return count;
+}
 // Parameters whose signs decide which variables an actuator's state consists of.
 inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
 // Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
@@ -257,6 +286,13 @@ constexpr int visual_flag(int flag) { return flag < mjVIS_ISLAND ? flag : flag +
 // mjtLabel.
 constexpr int label_kind(int label) {
   return label < mjLABEL_FLEX ? label : label + 1 < mjLABEL_CONTACTPOINT ? label + 1 : label + 2;
+}
+
+// The pixels of all textures.
+inline const mjtByte* pixels_of(const mjModel& m) { return m.tex_data; }
+// Makes MuJoCo draw materials with the textures that the model gives them.
+inline void use_textures(const mjModel& m, mjrContext& context) {
+  std::copy_n(m.mat_texid, mjNTEXROLE * std::min<mjtSize>(m.nmat, mjMAXMATERIAL), context.mat_texid);
 }
 
 inline void move_camera(const mjModel& m, int action, double dx, double dy, const mjvScene&, mjvCamera& camera) {

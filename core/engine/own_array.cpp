@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "engine/mujoco.hpp"
 #include "engine/untrusted/limits.hpp"
@@ -15,9 +17,11 @@ namespace {
 
 using Names = std::vector<const char*>;
 
-// Rows cannot have their own values of arrays whose names begin like this: they are large, MuJoCo uses them as indices,
-// or only drawing reads them (vis).
-const Names kShared{"mesh_", "skin_", "tex_", "flex", "bvh_", "oct_", "plugin_", "vis."};
+// Rows cannot have their own real numbers of arrays whose names begin like this: they are large, MuJoCo uses them as
+// indices, or only drawing reads them (vis).
+const Names kShared{"mesh_", "skin_", "tex_", "flex_", "oct_", "plugin_", "vis."};
+// Arrays whose names begin like this are written by mj_setConst alone.
+const Names kComputed{"bvh_aabb", "flexedge_", "ngravcomp", "flg_"};
 
 // The integers of which rows can have their own values, with their bounds.
 struct IntegerRule {
@@ -33,11 +37,29 @@ const std::vector<IntegerRule> kIntegers{
     {"actuator_forcelimited", 0, 1},
     {"geom_contype", 0, std::numeric_limits<int>::max()},
     {"geom_conaffinity", 0, std::numeric_limits<int>::max()},
+    {"body_contype", 0, std::numeric_limits<int>::max()},
+    {"body_conaffinity", 0, std::numeric_limits<int>::max()},
+    {"ngravcomp", 0, std::numeric_limits<int>::max()},
+    {"flg_gravcomp", 0, 1},
+    {"flg_surfacevel", 0, 1},
+    {"flg_adhesion", 0, 1},
+    {"tex_rgb", 0, 255},
+    {"tex_data", 0, 255},
     {"opt.iterations", 1, static_cast<double>(kIterations.untrusted)},
     {"opt.noslip_iterations", 0, static_cast<double>(kIterations.untrusted)},
     {"opt.mpr_iterations", 1, static_cast<double>(kIterations.untrusted)},
     {"opt.ccd_iterations", 1, static_cast<double>(kIterations.untrusted)},
 };
+
+// The arrays of indices of which rows can have their own, with the number of what they refer to. -1 refers to nothing.
+struct IndexRule {
+  const char* array;
+  mjtSize mjModel::*count;
+};
+const std::vector<IndexRule> kIndices{{"geom_matid", &mjModel::nmat},
+                                      {"site_matid", &mjModel::nmat},
+                                      {"tendon_matid", &mjModel::nmat},
+                                      {"mat_texid", &mjModel::ntex}};
 
 // MuJoCo divides by the elements of these arrays. So an element may be 0 only if it is 0 in the model.
 const Names kPositive{"body_mass",     "body_inertia",  "geom_size",       "hfield_size",
@@ -49,12 +71,12 @@ const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix", 
 const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
 const Names kDirections{"jnt_axis"};
 
-// The arrays of OwnArray::Collisions::other_pairs and other_contacts. geom_fluid changes no pairs, but it decides
-// whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in kSearch,
+// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch, and other_contacts. geom_fluid changes no pairs,
+// but it decides whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in kSearch,
 // because ModelView uses the whole model if rows have their own values of an array in this list.
-const Names kSearch{"geom_size",    "geom_rbound",      "geom_pos",        "geom_quat",  "geom_margin", "geom_gap",
-                    "geom_contype", "geom_conaffinity", "geom_fluid",      "body_pos",   "body_quat",   "jnt_pos",
-                    "jnt_axis",     "geom_aabb",        "geom_surfacevel", "body_margin"};
+const Names kSearch{"geom_size", "geom_rbound",  "geom_pos",         "geom_quat",  "geom_margin",
+                    "geom_gap",  "geom_contype", "geom_conaffinity", "geom_fluid", "body_pos",
+                    "body_quat", "jnt_pos",      "jnt_axis"};
 const Names kContacts{"geom_friction", "geom_solref", "geom_solimp", "geom_solmix", "geom_adhesion"};
 
 template <typename Struct>
@@ -93,6 +115,7 @@ auto with_type(mjenv_dtype type, const Body& body) {
   switch (type) {
     case MJENV_DTYPE_FLOAT32: return body(float{});
     case MJENV_DTYPE_INT32: return body(int{});
+    case MJENV_DTYPE_INT64: return body(std::int64_t{});
     case MJENV_DTYPE_UINT8: return body(mjtByte{});
     default: return body(double{});
   }
@@ -100,12 +123,14 @@ auto with_type(mjenv_dtype type, const Body& body) {
 
 bool is_integer(mjenv_dtype type) { return type != MJENV_DTYPE_FLOAT64 && type != MJENV_DTYPE_FLOAT32; }
 
-const IntegerRule* rule_of(const std::string& name) {
-  static constexpr IntegerRule sameframe{"", 0, 4};  // mjtSameFrame
-  if (is_in(kSameframes, name)) return &sameframe;
-  const auto found =
-      std::find_if(kIntegers.begin(), kIntegers.end(), [&](const IntegerRule& rule) { return name == rule.array; });
-  return found == kIntegers.end() ? nullptr : &*found;
+// The least and the greatest value of an array of integers. No value if rows cannot have their own.
+std::optional<std::pair<double, double>> bounds_of(const mjModel& m, const std::string& name) {
+  if (is_in(kSameframes, name)) return std::pair(0.0, 4.0);  // mjtSameFrame
+  for (const IntegerRule& rule : kIntegers)
+    if (name == rule.array) return std::pair(rule.low, rule.high);
+  for (const IndexRule& rule : kIndices)
+    if (name == rule.array) return std::pair(-1.0, static_cast<double>(m.*rule.count - 1));
+  return std::nullopt;
 }
 
 [[noreturn]] void refuse_name(const std::string& name, const std::string& why) {
@@ -129,7 +154,6 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
   const auto refuse = [&](std::size_t i, const std::string& why) {
     fail(MJENV_E_VALUE, element_is(name, i, value_of(i)) + why);
   };
-  const IntegerRule* rule = is_integer(array.original.type) ? rule_of(name) : nullptr;
   const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
   const bool has_sign = is_in(kSlotParameters, name);
   for (std::size_t i = 0; i < count; ++i) {
@@ -141,8 +165,8 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
     if (has_sign && (value > 0) - (value < 0) != (original > 0) - (original < 0))
       refuse(i, ", but must have the sign of the model's own " + number(original) +
                     ", which says what the actuator's state consists of");
-    if (rule && (value != std::floor(value) || value < rule->low || value > rule->high))
-      refuse(i, ", but must be an integer from " + number(rule->low) + " to " + number(rule->high));
+    if (array.bounds && (value != std::floor(value) || value < array.bounds->first || value > array.bounds->second))
+      refuse(i, ", but must be an integer from " + number(array.bounds->first) + " to " + number(array.bounds->second));
     if (array.original.type == MJENV_DTYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
       refuse(i, ", more than a float32 can hold");
     if (not_negative && value < 0) refuse(i, ", but must not be negative");
@@ -158,7 +182,7 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
   }
 }
 
-// Where in mjModel the pointer to the array is, in bytes from the beginning.
+// Where in mjModel the pointer to the array is, in bytes from the beginning; 0 if mjModel itself holds the values.
 std::size_t pointer_to(const mjModel& m, const std::string& name) {
   std::size_t member = 0;
   for_each_array(m, [&](const char* n, const auto& data, std::int64_t, std::int64_t, bool) {
@@ -175,15 +199,18 @@ bool has_sites(const mjModel& m, const std::string& name) {
 
 }  // namespace
 
-bool is_writable(const Model& model, const Array& of_model) {
-  if (is_in(kIndices, of_model.name) || has_sites(*model.get(), of_model.name)) return false;
-  return is_integer(of_model.type) ? rule_of(of_model.name) != nullptr : !begins_with(kShared, of_model.name);
+bool can_be_own(const Model& model, const Array& of_model) {
+  if (has_indices(*model.get(), of_model.name) || has_sites(*model.get(), of_model.name)) return false;
+  return is_integer(of_model.type) ? bounds_of(*model.get(), of_model.name).has_value()
+                                   : !begins_with(kShared, of_model.name);
 }
+
+bool is_computed(const std::string& name) { return begins_with(kComputed, name); }
 
 std::vector<std::string> writable_names(const Model& model) {
   std::vector<std::string> names;
   for (const Array& array : model.arrays())
-    if (is_writable(model, array)) names.push_back(array.name);
+    if (can_be_own(model, array) && !is_computed(array.name)) names.push_back(array.name);
   return names;
 }
 
@@ -191,16 +218,16 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
   const mjModel& m = *model.get();
   OwnArray array{};
   if (const Array* of_model = find(model.arrays(), name)) {
-    if (!is_writable(model, *of_model))
+    if (!can_be_own(model, *of_model))
       refuse_name(name,
                   std::string(is_integer(of_model->type)
                                   ? "it is part of the model's structure, which all rows share"
                                   : "it is shared by all rows, because it is large, an index, or only for drawing") +
                       ": change the model file");
     array.original = *of_model;
-    const bool is_number = name.find('.') != std::string::npos;
-    array.place = is_number ? Place::model_number : Place::model_array;
-    array.member = is_number ? offset_in(m, array.original.data) : pointer_to(m, name);
+    const std::size_t pointer = pointer_to(m, name);
+    array.place = pointer ? Place::model_array : Place::model_number;
+    array.member = pointer ? pointer : offset_in(m, array.original.data);
   } else {
     const auto inputs = inputs_of(m);
     const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) { return name == i.name; });
@@ -218,11 +245,24 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
     array.member = input->member;
     array.cleared = input->cleared;
   }
-  array.collisions = is_in(kSearch, name)     ? Collisions::other_pairs
-                     : is_in(kContacts, name) ? Collisions::other_contacts
-                                              : Collisions::same;
-  array.bytes = array.original.count() * with_type(array.original.type, [](auto zero) { return sizeof zero; });
+  if (is_integer(array.original.type)) array.bounds = bounds_of(m, name);
+  array.collisions = is_in(kSearch, name) || is_in(kMoreSearch, name) ? Collisions::other_pairs
+                     : is_in(kContacts, name)                         ? Collisions::other_contacts
+                                                                      : Collisions::same;
+  const auto bytes = [&] {
+    return array.original.count() * with_type(array.original.type, [](auto zero) { return sizeof zero; });
+  };
+  const std::size_t of_model = bytes();
+  if (name == "bvh_aabb") array.original.shape[0] = body_boxes(m);
+  array.bytes = bytes();
+  array.shared = of_model - array.bytes;
   return array;
+}
+
+OwnArray OwnArray::written(const Model& model, const std::string& name) {
+  if (is_computed(name) && find(model.arrays(), name))
+    refuse_name(name, "mj_setConst computes it (mjenv_set_constants)");
+  return of(model, name);
 }
 
 void OwnArray::check(const double* values) const {
@@ -247,6 +287,12 @@ bool OwnArray::refuses_originals() const {
 
 bool OwnArray::checks_elements_alone() const {
   return !is_in(kQuaternions, original.name) && !is_in(kDirections, original.name);
+}
+
+std::byte* OwnArray::complete(const std::byte* block, std::byte* whole) const {
+  std::memcpy(whole, block + offset, bytes);
+  std::memcpy(whole + bytes, static_cast<const std::byte*>(original.data) + bytes, shared);
+  return whole;
 }
 
 void OwnArray::read(const std::byte* block, double* values) const {

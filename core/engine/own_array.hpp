@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/model.hpp"
@@ -21,13 +23,17 @@ struct OwnArray {
   Collisions collisions;
   std::size_t member;  // the offset of the array's pointer, or of the number, in mjModel or mjData
   std::size_t bytes;
+  std::size_t shared;  // the bytes of the model's array behind those that rows own, which all rows share
   std::size_t offset;  // of the array in a row's block (OwnArrays)
+  std::optional<std::pair<double, double>> bounds;  // the least and the greatest value, if it holds integers
   // Of an input of mjData: the model's array that mj_resetData copies to it. Null: mj_resetData sets zeros, or the
   // bodies' poses for mocap_pos and mocap_quat (OwnArrays::clear_inputs).
   const void* cleared;
 
-  // The array of this name. Fails with MJENV_E_NAME and the reason if it cannot be written.
+  // The array of this name. Fails with MJENV_E_NAME and the reason if rows cannot have their own.
   static OwnArray of(const Model& model, const std::string& name);
+  // The same, but fails also if only mj_setConst writes the array.
+  static OwnArray written(const Model& model, const std::string& name);
 
   // These fail with MJENV_E_VALUE if MuJoCo could not compute with the values, or with the array's values in a row's
   // block.
@@ -38,6 +44,8 @@ struct OwnArray {
   // Whether `check` judges each element without the others.
   bool checks_elements_alone() const;
 
+  // Copies the values in a row's block, and those that all rows share behind them, to `whole`. Returns `whole`.
+  std::byte* complete(const std::byte* block, std::byte* whole) const;
   // The values in a row's block as doubles.
   void read(const std::byte* block, double* values) const;
   void write(const double* values, std::byte* block) const;
@@ -45,7 +53,10 @@ struct OwnArray {
 };
 
 // Whether rows can have their own values of this array of mjModel.
-bool is_writable(const Model& model, const Array& of_model);
+bool can_be_own(const Model& model, const Array& of_model);
+// Whether only mj_setConst writes it.
+bool is_computed(const std::string& name);
+// The arrays of mjModel that can be written.
 std::vector<std::string> writable_names(const Model& model);
 
 }  // namespace mjenv::core

@@ -302,6 +302,11 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
     own_array_.data = rows_.values(row) + own->offset;
+    if (own->shared > 0) {
+      own_array_ = *find(task_.model->arrays(), name);
+      whole_array_.resize(own->bytes + own->shared);
+      own_array_.data = own->complete(rows_.values(row), whole_array_.data());
+    }
     return own_array_;
   }
   for (const Array& array : task_.model->arrays())
@@ -343,7 +348,7 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
   OwnArray target{};
   if (!part && !parameter && !range) {
     const OwnArray* found = rows_.arrays().find(array);
-    target = found ? *found : OwnArray::of(model(), array);
+    target = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
   }
   const std::size_t elements = parameter ? static_cast<std::size_t>(parameter->count)
                                : range   ? range->count
@@ -479,7 +484,7 @@ void Env::randomize(const mjenv_randomization* items, std::int64_t count) {
   Randomization next(items, count, model());
   std::vector<std::string> arrays = next.arrays();
   if (next.computes_constants()) {
-    for (const std::string& name : constant_arrays(model())) arrays.push_back(name);
+    for (const std::string& name : constant_arrays(model(), arrays)) arrays.push_back(name);
     check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)",
                  model().work_bytes() * workers_.team_size());
     workers_.for_each([](Worker& worker) { worker.constants().prepare_draw(); });

@@ -51,10 +51,6 @@ class Env {
   const Schema& schema() const { return schema_; }
   const Model& model() const { return *task_.model; }
   const std::shared_ptr<const Model>& shared_model() const { return task_.model; }
-  // Whether the task itself writes the rows' own copies of this array (mjenv_build_own).
-  bool task_writes(const std::string& array) const {
-    return std::find(task_.needs.own.begin(), task_.needs.own.end(), array) != task_.needs.own.end();
-  }
   const mjenv_task_camera& camera() const { return task_.camera; }
   // How many rows each thread steps together. This does not change while the environment lives.
   const LaneChoice& lanes() const { return lanes_; }
@@ -125,7 +121,8 @@ class Env {
   mutable std::optional<Identity> identity_;  // computed when it is first needed
   Rng action_rng_;
   bool actions_seeded_ = false;
-  Array own_array_;  // the last result of array(), if it was an array of the row's own
+  Array own_array_;                     // the last result of array(), if it was an array of the row's own
+  std::vector<std::byte> whole_array_;  // its values, if rows own only a part of it
 
   const Identity& identity() const;
   void forget_observation(std::int64_t row);

@@ -70,7 +70,7 @@ void SimView::need_action(ActionBounds bounds) {
 }
 
 int SimView::need_own(const std::string& array) {
-  const OwnArray own = OwnArray::of(work_.compiled(), array);
+  const OwnArray own = OwnArray::written(work_.compiled(), array);
   const bool is_real = own.original.type == MJENV_DTYPE_FLOAT64 || own.original.type == MJENV_DTYPE_FLOAT32;
   if ((own.place != OwnArray::Place::model_array && !is_applied_force(array)) || !is_real)
     fail(MJENV_E_TYPE, "array " + quoted(array) +

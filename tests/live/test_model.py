@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -271,13 +272,13 @@ def test_assets_and_other_objects(kind: str) -> None:
 def test_drawn_constants() -> None:
     """Resets that call mj_setConst compute what MuJoCo computes with a new mjData."""
     names = ("body_mass", "body_inertia", "body_pos", "body_ipos", "qpos0", "dof_armature", "site_pos", "cam_pos")
+    names += ("geom_size", "geom_pos", "geom_margin")
     draws = {name: mjenv.Scale(0.7, 1.3, set_constants=name == "body_mass") for name in names}
+    draws["geom_margin"] = mjenv.Offset(0, 0.01)
     envs = mjenv.make_vec("Model-v0", ROWS, xml_string=CONSTANTS, num_threads=2, randomize=draws)
     model = mujoco.MjModel.from_xml_string(CONSTANTS)
     arrays = [name for name in dir(model) if isinstance(getattr(model, name), np.ndarray) and hasattr(envs.model, name)]
     assert {"body_invweight0", "dof_M0", "tendon_lengthspring", "eq_data", "cam_pos0", "mesh_vert"} <= set(arrays)
-    if envs.engine == "4.0":  # whose rows cannot have their own
-        arrays = [name for name in arrays if name not in ("eq_data", "bvh_aabb")]
     for seed in range(8):
         envs.reset(seed=seed)
         for row in range(ROWS):
@@ -291,3 +292,145 @@ def test_drawn_constants() -> None:
                 assert ours.tobytes() == getattr(expected, name).astype(ours.dtype).tobytes(), (seed, row, name)
             for name in ("meaninertia", "meanmass", "meansize", "extent"):
                 assert getattr(own.stat, name) == getattr(expected.stat, name), (seed, row, name)
+
+
+# What mj_setConst of MuJoCo 4.0 reads besides: flexes, and what the flags of a model count.
+FLEXES = """
+<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1" pos="0 0 3" radius="0.01" mass="0.1">
+  <edge equality="true"/>
+</flexcomp>
+<body name="post" pos="-2 0 1" gravcomp="0.5"><geom size="0.1"/></body>
+"""
+# Integers that can be written, and what is written.
+INTEGERS = {"geom_contype": 3, "geom_conaffinity": 3, "jnt_limited": 1, "tendon_limited": 1, "actuator_ctrllimited": 1}
+
+
+def contents(model: Any) -> dict[str, np.ndarray]:
+    """All arrays, sizes, flags and statistics of MuJoCo's model, except stat.center, which the package for 2.2.2
+    misreads."""
+    found = {name: getattr(model, name) for name in dir(model) if not name.startswith("_")}
+    found |= {f"stat.{name}": getattr(model.stat, name) for name in ("extent", "meaninertia", "meanmass", "meansize")}
+    return {name: np.array(value) for name, value in found.items() if isinstance(value, np.ndarray | float | int)}
+
+
+def of_row(model: Any, name: str) -> np.ndarray | None:
+    owner, member = (model.stat, name.removeprefix("stat.")) if name.startswith("stat.") else (model, name)
+    return np.asarray(getattr(owner, member)) if hasattr(owner, member) else None
+
+
+def test_set_constants_after_each_write() -> None:
+    """mjenv has all that MuJoCo has in its model after mj_setConst, whatever was written before."""
+    texts = [CONSTANTS]
+    if mujoco.__version__ >= "3":
+        # Constraints of flexes have indices in eq_data, so rows share it, and mj_setConst must not change it.
+        anchored = re.compile("<connect.*<weld[^>]*>")
+        texts.append(anchored.sub("", CONSTANTS).replace("<worldbody>", f"<worldbody>{FLEXES}"))
+    written, changed = set(), set()
+    for text in texts:
+        for name, old in contents(mujoco.MjModel.from_xml_string(text)).items():
+            theirs = mujoco.MjModel.from_xml_string(text)
+            env = mjenv.make("Model-v0", xml_string=text)
+            if "." in name or not old.size or (old.dtype.kind != "f" and name not in INTEGERS):
+                continue
+            rng = np.random.default_rng(len(written))
+            new = np.full(old.shape, INTEGERS.get(name)) if name in INTEGERS else old * rng.uniform(0.5, 2, old.shape)
+            if name in ("geom_margin", "geom_gap", "body_gravcomp", "geom_surfacevel", "geom_adhesion"):
+                new = new + rng.uniform(0, 0.1, old.shape)
+            try:
+                getattr(env.model, name)[...] = new.reshape(np.shape(getattr(env.model, name)))
+            except (KeyError, ValueError):  # it cannot be written
+                continue
+            written.add(name)
+            env.reset(seed=0)  # as a new mjData, whose mocap bodies are where the model has them
+            getattr(theirs, name)[...] = new
+            before = contents(theirs)
+            try:
+                mujoco.mj_setConst(theirs, mujoco.MjData(theirs))
+            except mujoco.FatalError as error:
+                with pytest.raises(mjenv.PhysicsError, match=re.escape(str(error).split(":")[-1].strip()[:20])):
+                    env.set_constants()
+                continue
+            env.set_constants()
+            for array, value in contents(theirs).items():
+                ours = of_row(env.model, array)
+                is_same = value.tobytes() == before[array].tobytes()
+                changed |= set() if is_same else {array}
+                assert is_same if ours is None else ours.astype(value.dtype).tobytes() == value.tobytes(), (name, array)
+    assert {"body_mass", "body_ipos", "geom_size", "geom_contype", "site_pos", "qpos0", "qpos_spring"} <= written
+    assert {"body_subtreemass", "dof_M0", "actuator_acc0", "eq_data", "cam_pos0"} <= changed
+    if len(texts) > 1:
+        assert {
+            "bvh_aabb",
+            "body_margin",
+            "body_contype",
+            "flexedge_invweight0",
+            "flg_gravcomp",
+            "ngravcomp",
+        } <= changed
+
+
+# A ball beside a geom that is grown or moved so that they touch.
+BALL = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="3 3 0.1"/>
+    {}
+    <body pos="0.15 0 0.7"><freejoint/><geom name="ball" size="0.03"/></body>
+  </worldbody>
+</mujoco>
+"""
+BOX = '<geom name="box" type="box" size="0.02 0.02 0.02"/>'
+PAIR = f'<body pos="0 0 0.5"><joint type="slide" damping="100"/>{BOX}<geom size="0.02" pos="-0.5 0 0"/></body>'
+GROWN: dict[str, tuple[str, str, float | tuple[float, ...]]] = {
+    "of the world": (BALL.format(BOX.replace("/>", ' pos="0 0 0.5"/>')), "geom_size", 0.24),
+    "one geom": (BALL.format(f'<body pos="0 0 0.5">{BOX}</body>'), "geom_size", 0.24),
+    "two geoms": (BALL.format(PAIR), "geom_size", 0.24),
+    "moved": (BALL.format(PAIR), "geom_pos", (0.15, 0, 0)),
+    "inertia": (BALL.format(PAIR.replace("0.02 0.02 0.02", "0.2 0.2 0.02")), "body_ipos", (3, 0, 0)),
+    "humanoidstandup.xml": (mjenv.model_xml("HumanoidStandup-v5"), "body_ipos", (0.3, 0.3, 0.3)),
+}
+
+
+@pytest.mark.parametrize("is_constant", [False, True])
+@pytest.mark.parametrize("name", GROWN)
+def test_contacts_after_a_write(name: str, is_constant: bool) -> None:
+    """MuJoCo's search for contacts sees what was written, or what mj_setConst has computed from it."""
+    text, array, value = GROWN[name]
+    model = mujoco.MjModel.from_xml_string(text)
+    getattr(model, array)[1] = value
+    data = mujoco.MjData(model)
+    env = mjenv.make("Model-v0", **({"xml_file": name} if name.endswith(".xml") else {"xml_string": text}))
+    getattr(env.model, array)[1] = value
+    if is_constant:
+        mujoco.mj_setConst(model, data)
+        mujoco.mj_resetData(model, data)
+        env.set_constants()
+    env.reset(seed=0)
+    mujoco.mj_forward(model, data)
+    for step in range(400):
+        mujoco.mj_step(model, data)
+        observed = env.step(np.zeros(model.nu))[0]
+        assert observed.tobytes() == np.concatenate([data.qpos, data.qvel]).tobytes(), step
+
+
+@pytest.mark.parametrize("array", ["geom_size", "geom_margin", "geom_gap", "geom_pos", "geom_contype", "body_gravcomp"])
+def test_draws_of_geoms_with_constants(array: str) -> None:
+    """After each reset, a row steps as MuJoCo does with the drawn values and what mj_setConst computes from them."""
+    text = BALL.format(PAIR)
+    if not hasattr(mujoco.MjModel.from_xml_string(text), array):
+        pytest.skip("MuJoCo 2.2.2 has no such array")
+    draw: Any = mjenv.Offset(0, 0.1, set_constants=True)
+    if array == "geom_contype":
+        draw = mjenv.Value(choices=(1, 2, 3), set_constants=True)
+    env = mjenv.make("Model-v0", xml_string=text, randomize={array: draw})
+    for seed in range(4):
+        env.reset(seed=seed)
+        model = mujoco.MjModel.from_xml_string(text)
+        getattr(model, array)[...] = np.reshape(getattr(env.model, array), getattr(model, array).shape)
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+        data = mujoco.MjData(model)
+        data.qacc_warmstart[:] = env.data.qacc_warmstart
+        for step in range(300):
+            mujoco.mj_step(model, data)
+            observed = env.step(np.zeros(0))[0]
+            assert observed.tobytes() == np.concatenate([data.qpos, data.qvel]).tobytes(), (seed, step)
