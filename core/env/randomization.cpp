@@ -82,7 +82,7 @@ void Randomization::add(const mjenv_randomization& given, const Model& model) {
   if (item.repeats) {
     if (items_.empty()) refuse("it repeats the item before, but there is none");
     const auto drawn = std::find_if(items_.rbegin(), items_.rend(), [](const Item& one) { return !one.repeats; });
-    if (!drawn->shared) check_count("element_count", item.elements.size(), drawn->elements.size());
+    if (!drawn->shared) item.per_draw = per_draw(item, drawn->elements.size());
     if (!is_real(item.array)) refuse("it holds integers, which can only be drawn with MJENV_DISTRIBUTION_CHOICE");
     item.is_checked = item.is_checked || drawn->distribution == MJENV_DISTRIBUTION_NORMAL;
     if (item.array.checks_elements_alone()) check_ends(item, *drawn, ranges_.data() + drawn->first);
@@ -113,6 +113,21 @@ void Randomization::add(const mjenv_randomization& given, const Model& model) {
   items_.push_back(std::move(item));
 }
 
+// How many elements of a repeating item use each of so many draws: one, or several of the same row of its array.
+std::size_t Randomization::per_draw(const Item& item, std::size_t draws) {
+  const std::vector<std::size_t>& elements = item.elements;
+  const std::vector<std::int64_t>& shape = item.array.original.shape;
+  const std::size_t columns = shape.size() == 2 ? static_cast<std::size_t>(shape[1]) : 1;
+  const std::size_t each = draws == 0 ? 0 : elements.size() / draws;
+  bool fits = elements.size() == each * draws && (each > 0 || draws == 0);
+  for (std::size_t i = 0; fits && i < elements.size(); ++i)
+    fits = elements[i] / columns == elements[i - i % each] / columns;
+  if (!fits)
+    fail(MJENV_E_SIZE, "element_count is " + std::to_string(elements.size()) + ", not " + std::to_string(draws) +
+                           ", as many as the item before draws, nor as many elements of one row of the array for each");
+  return each;
+}
+
 Randomization::Item Randomization::item_of(const mjenv_randomization& given, const Model& model) {
   Item item{};
   if (StateLayout(model).part(given.array))
@@ -123,7 +138,7 @@ Randomization::Item Randomization::item_of(const mjenv_randomization& given, con
                            (likely.empty() ? "those that can be drawn are " + listed(all)
                                            : "is one of these meant? " + listed(likely)));
   }
-  item.array = OwnArray::of(model, given.array);
+  item.array = OwnArray::written(model, given.array);
   if (given.distribution < MJENV_DISTRIBUTION_UNIFORM || given.distribution > MJENV_DISTRIBUTION_CHOICE)
     fail(MJENV_E_ARGUMENT, "no distribution " + std::to_string(given.distribution));
   if (given.effect < MJENV_EFFECT_VALUE || given.effect > MJENV_EFFECT_OFFSET)
@@ -274,7 +289,9 @@ void Randomization::draw(np::Generator& rng, const double* ranges, std::byte* bl
     } else {
       for (std::size_t i = 0; i < first.elements.size(); ++i) {
         const double drawn = first.next(ranges + first.first, rng);
-        for_each_item([&](const Item& item) { item.write(i, drawn, block); });
+        for_each_item([&](const Item& item) {
+          for (std::size_t j = 0; j < item.per_draw; ++j) item.write(i * item.per_draw + j, drawn, block);
+        });
       }
     }
     for_each_item([&](const Item& item) {

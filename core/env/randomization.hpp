@@ -56,7 +56,8 @@ class Randomization {
     mjenv_distribution distribution;
     mjenv_effect effect;
     bool shared, repeats;
-    bool is_checked;  // whether `draw` checks each value, because it may draw an invalid one
+    std::size_t per_draw = 1;  // how many of its elements use each draw of the item that it repeats
+    bool is_checked;           // whether `draw` checks each value, because it may draw an invalid one
     double factor;
     std::vector<std::size_t> elements;
     std::vector<double> originals;     // the model's own values of these elements
@@ -76,6 +77,7 @@ class Randomization {
 
   void add(const mjenv_randomization& given, const Model& model);
   static Item item_of(const mjenv_randomization& given, const Model& model);
+  static std::size_t per_draw(const Item& item, std::size_t draws);
   static void take_elements(Item& item, const mjenv_randomization& given);
   static void check_parameters(const Item& item, const double* parameters);
   static void check_ends(const Item& item, const Item& drawn, const double* parameters);

@@ -441,7 +441,8 @@ static void test_refused_ranges(void** state) {
   mjenv_destroy(env);
 }
 
-// An item that repeats takes as many elements as were drawn, and MuJoCo can compute with what it takes.
+// An item that repeats takes as many elements as were drawn, or for each draw as many of one row of its array. MuJoCo can
+// compute with what it takes.
 static void test_refused_repeats(void** state) {
   (void)state;
   mjenv_env* env = plain_env("Hopper-v5", 1, 2, "disabled");
@@ -458,7 +459,17 @@ static void test_refused_repeats(void** state) {
   items[1].factor = 0;  // 1
   items[1].element_count = 1;
   assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 1");
+  items[1].array = "body_inertia";
+  static const int64_t columns[] = {3, 4, 6, 7, 8, 9};
+  items[1].elements = columns;
+  items[1].element_count = 4;
+  assert_ok(mjenv_randomize(env, items, 2));
+  items[1].element_count = 5;
+  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 5, not 2", "one row");
+  items[1].element_count = 6;  // body 1 has the elements 3 to 5
+  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 6, not 2", "one row");
   items[1].array = "geom_contype";
+  items[1].elements = two;
   items[1].element_count = 2;
   assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "integers");
   items[1].array = "body_inertia";

@@ -86,7 +86,7 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
         for name, draw in self.draws.items():
             elements, own = self.elements(name, draw), self.own[name].reshape(-1)
             if isinstance(draw, Same):
-                values = drawn * draw.factor
+                values = np.repeat(drawn, len(elements) // len(drawn)) * draw.factor
             else:
                 values = drawn = self.drawn(draw, 1 if draw.shared else len(elements))
                 kind = draw.kind
@@ -317,6 +317,10 @@ SAME: list[dict[str, Any]] = [
     {"actuator_gainprm": Scale(0.5, 2, "log_uniform", columns=0), "actuator_biasprm": Same(columns=1)},
     {"body_mass": Scale(0.8, 1.2, shared=True), "body_inertia": Same(set_constants=True), "geom_friction": Same(0.5)},
     {"dof_damping": Offset(distribution="normal", mean=1.0, std=0.1), "dof_armature": Same(factor=0.25)},
+    {"body_mass": Scale(0.8, 1.2), "body_inertia": Same(set_constants=True)},
+    {"body_mass": Scale(0.8, 1.2, body=["torso", 3]), "body_inertia": Same(body=["torso", 3], set_constants=True)},
+    {"geom_rbound": Scale(0.5, 1.5), "geom_size": Same(set_constants=True)},
+    {"actuator_gainprm": Value(20, 40, columns=0), "actuator_biasprm": Same(factor=-1, columns=(1, 2))},
     {"dof_damping": Value(choices=(1.0, 2.0)), "dof_armature": Same(factor=0.5), "opt.gravity": Offset(-0.5, 0.5)},
 ]
 

@@ -293,7 +293,9 @@ typedef struct mjenv_randomization {
   int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
   int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that
                         item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and
-                        used again, with the factor -1, for biasprm. distribution, parameters and shared are not used */
+                        used again, with the factor -1, for biasprm. If it has n times as many elements, each n of them,
+                        which must be in one row of the array, use one draw: a body's three of body_inertia use that of
+                        body_mass. distribution, parameters and shared are not used */
   double factor;     /* each draw is multiplied by it; 0 means 1 */
 } mjenv_randomization;
 

@@ -24,7 +24,9 @@ class Value:
     names or numbers of the objects whose elements are drawn. elements: numbers of elements of the flattened array.
     Without any of these, all elements are drawn. columns: the columns of the array that are drawn; geom_friction has
     the sliding friction in column 0. shared: one draw for all elements instead of one each. set_constants: after all
-    draws mj_setConst computes anew what MuJoCo derives from masses and sizes.
+    draws mj_setConst computes anew what MuJoCo derives from masses and, in MuJoCo 4.0, from sizes.
+
+    Draw body_inertia with body_mass, and geom_rbound with geom_size (Same): a geom that grows alone loses contacts.
     """
 
     low: float | None = None
@@ -64,10 +66,11 @@ class Offset(Value):
 class Same:
     """Uses the draws of the item before it in randomize for another array, too.
 
-    Element i takes draw i, or the shared draw, times factor, as a value, a scale or an offset like the item before. An
-    actuator's kp, for example, is in two arrays: {"actuator_gainprm": Value(20, 40, columns=0), "actuator_biasprm":
-    Same(factor=-1, columns=1)}. body, geom, joint, actuator, site, tendon, elements, columns and
-    set_constants are those of Value.
+    Element i takes draw i, or the shared draw, times factor, as a value, a scale or an offset like the item before. If
+    there are several elements in each row of the array, all of row i take draw i: {"body_mass": Scale(0.8, 1.2),
+    "body_inertia": Same(set_constants=True)}. An actuator's kp, for example, is in two arrays: {"actuator_gainprm":
+    Value(20, 40, columns=0), "actuator_biasprm": Same(factor=-1, columns=1)}. body, geom, joint, actuator, site,
+    tendon, elements, columns and set_constants are those of Value.
     """
 
     factor: float = 1.0

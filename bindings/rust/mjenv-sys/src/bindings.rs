@@ -357,7 +357,9 @@ pub struct mjenv_randomization {
     pub constants: i32,
     #[doc = " 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that"]
     #[doc = "item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and"]
-    #[doc = "used again, with the factor -1, for biasprm. distribution, parameters and shared are not used"]
+    #[doc = "used again, with the factor -1, for biasprm. If it has n times as many elements, each n of them,"]
+    #[doc = "which must be in one row of the array, use one draw: a body's three of body_inertia use that of"]
+    #[doc = "body_mass. distribution, parameters and shared are not used"]
     pub repeats: i32,
     #[doc = " each draw is multiplied by it; 0 means 1"]
     pub factor: f64,
