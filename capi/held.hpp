@@ -84,7 +84,7 @@ struct Painting {
   std::shared_ptr<Link> link;
 
   Painting(const HeldEnv& env, const mjenv_render_settings& settings)
-      : painter(env.env.shared_model(), settings, env.env.task_writes("hfield_data")), link(env.link) {}
+      : painter(env.env.shared_model(), settings), link(env.link) {}
 };
 
 }  // namespace mjenv::core

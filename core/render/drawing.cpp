@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace mjenv::core {
 namespace {
@@ -78,6 +79,14 @@ void write_default_options(mjenv_render_settings& settings) {
 
 double or_default(double value, double fallback) { return std::isnan(value) ? fallback : value; }
 
+Drawing::Drawing(const mjModel& shown, bool trusted)
+    : model(shown),
+      budget(model, trusted),
+      trusted_(trusted),
+      heights_{static_cast<std::size_t>(model.nhfielddata) * sizeof(float), model.hfield_data, {}},
+      sizes_{static_cast<std::size_t>(model.nhfield) * 4 * sizeof(mjtNum), model.hfield_size, {}},
+      pixels_{static_cast<std::size_t>(model.ntexdata), pixels_of(model), {}} {}
+
 Drawing::Drawing(const Model& shared, const mjenv_render_settings& settings)
     : Drawing(set(*shared.get(), settings), shared.trusted()) {
   mjv_defaultCamera(&camera);
@@ -108,17 +117,29 @@ void Drawing::make_context(int framebuffer) {
   });
 }
 
+bool Drawing::Upload::has(const void* values) const {
+  const void* const here = other.empty() ? shared : other.data();
+  return values == here || bytes == 0 || (here && std::memcmp(values, here, bytes) == 0);
+}
+
+void Drawing::Upload::set(const void* values) {
+  const auto* first = static_cast<const std::byte*>(values);
+  other.assign(first, first + bytes);
+}
+
 void Drawing::prepare(const mjModel& row, gl::Context& owner, int framebuffer) {
-  const bool new_context = needs_context(row), new_fields = needs_fields(row);
-  if (!new_context && !new_fields) return;
+  const bool new_context = needs_context(row);
+  const bool new_fields = !heights_.has(row.hfield_data) || !sizes_.has(row.hfield_size);
+  const bool new_textures = !pixels_.has(pixels_of(row));
+  if (!new_context && !new_fields && !new_textures) return;
   const gl::Current current(owner);
   if (new_context) make_context(row, framebuffer);
   if (new_fields) upload_fields(row);
+  if (new_textures) upload_textures(row);
 }
 
 bool Drawing::needs_context(const mjModel& row) const {
-  return !shown_ && (row.stat.extent != model.stat.extent || row.hfield_data != model.hfield_data ||
-                     row.hfield_size != model.hfield_size || row.geom_size != model.geom_size ||
+  return !shown_ && (row.stat.extent != model.stat.extent || row.geom_size != model.geom_size ||
                      row.mat_texrepeat != model.mat_texrepeat);
 }
 
@@ -134,17 +155,23 @@ void Drawing::make_context(const mjModel& row, int framebuffer) {
   }
 }
 
-bool Drawing::needs_fields(const mjModel& row) const {
-  return follows_fields_ && (heights_.empty() || !std::equal(heights_.begin(), heights_.end(), row.hfield_data));
-}
-
 void Drawing::upload_fields(const mjModel& row) {
   heights_.clear();  // in case MuJoCo fails
   use(row);
   with_render_errors([&] {
     for (int i = 0; i < static_cast<int>(model.nhfield); ++i) mjr_uploadHField(&model, &context, i);
   });
-  heights_.assign(row.hfield_data, row.hfield_data + row.nhfielddata);
+  heights_.set(row.hfield_data);
+  sizes_.set(row.hfield_size);
+}
+
+void Drawing::upload_textures(const mjModel& row) {
+  pixels_.clear();
+  use(row);
+  with_render_errors([&] {
+    for (int i = 0; i < static_cast<int>(model.ntex); ++i) mjr_uploadTexture(&model, &context, i);
+  });
+  pixels_.set(pixels_of(row));
 }
 
 void Drawing::free_in(gl::Context& owner) noexcept {
@@ -164,6 +191,7 @@ void Drawing::use(const mjModel& row) {
 
 void Drawing::update(const mjModel& row, mjData* data) {
   use(row);
+  use_textures(row, context);
   shown_ = true;
   if (geom_rgba) model.geom_rgba = geom_rgba;
   with_render_errors([&] { mjv_updateScene(&model, data, &options, &perturbation, &camera, mjCAT_ALL, &scene); });

@@ -1,6 +1,7 @@
 // MuJoCo's structures for drawing one model, which renderers and windows share.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "engine/model.hpp"
@@ -39,27 +40,32 @@ struct Drawing {
   // context is lost, because everything in it is lost as well.
   void free_in(gl::Context& owner) noexcept;
 
-  // Makes pictures show each row's own height fields, for a task that writes them. Otherwise they show those of the
-  // first row that is drawn, as in Gymnasium.
-  void follow_fields() { follows_fields_ = true; }
-
   // Shows a row.
   void update(const mjModel& row, mjData* data);
 
  private:
-  bool trusted_, shown_ = false, follows_fields_ = false;
-  std::vector<float> heights_;  // the hfield_data in the context; empty unless follows_fields_
+  // An array of the model of which MuJoCo's context has a copy.
+  struct Upload {
+    std::size_t bytes;
+    const void* shared;            // the model's own values if the context has these; null if it has others
+    std::vector<std::byte> other;  // what it has instead
+    bool has(const void* values) const;
+    void set(const void* values);
+    void clear() { shared = nullptr, other.clear(); }
+  };
+  bool trusted_, shown_ = false;
+  Upload heights_, sizes_, pixels_;  // of the height fields and the textures
 
   // The public constructor delegates to this one, so that the destructor runs if the public one throws.
-  Drawing(const mjModel& shown, bool trusted) : model(shown), budget(model, trusted), trusted_(trusted) {}
+  Drawing(const mjModel& shown, bool trusted);
   void use(const mjModel& row);
-  // Whether the row needs a new context, because its height fields, planes or extent differ from those in the context.
-  // Only the first row that is drawn can need one: Gymnasium makes the context at the first picture, and never again.
+  // Whether the row needs a new context, because its planes or extent differ from those in the context. Only the first
+  // row that is drawn can need one: Gymnasium makes the context at the first picture, and never again.
   bool needs_context(const mjModel& row) const;
   void make_context(const mjModel& row, int framebuffer);
-  // Whether the row's height fields differ from those in the context, and follow_fields was called.
-  bool needs_fields(const mjModel& row) const;
+  // Copies the row's own height fields or textures to the context.
   void upload_fields(const mjModel& row);
+  void upload_textures(const mjModel& row);
 };
 
 // Sets those settings that are stored in mjvOption to MuJoCo's defaults.

@@ -50,7 +50,7 @@ mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camer
   return settings;
 }
 
-Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields)
+Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
     : model_(std::move(model)),
       width_(settings.width),
       height_(settings.height),
@@ -65,7 +65,6 @@ Renderer::Renderer(std::shared_ptr<const Model> model, const mjenv_render_settin
   traits_ = gl::traits_of(*context_);
   check_size();
   drawing_->make_context(mjFB_OFFSCREEN);
-  if (follows_fields) drawing_->follow_fields();
 }
 
 Renderer::~Renderer() { drawing_->free_in(*context_); }

@@ -23,8 +23,7 @@ mjenv_render_settings render_defaults(const Model& model, const mjenv_task_camer
 
 class Renderer {
  public:
-  // follows_fields: whether pictures show each row's own height fields (Drawing::follow_fields).
-  Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields);
+  Renderer(std::shared_ptr<const Model> model, const mjenv_render_settings& settings);
   ~Renderer();
 
   const std::string& gl() const { return traits_.text; }

@@ -33,7 +33,7 @@ std::string formatted(const char* format, Values... values) {
 
 }  // namespace
 
-Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields)
+Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings)
     : model_(std::move(model)),
       drawing_(*model_, sized_for_a_window(settings)),
       context_(gl::open_window(settings.width, settings.height, "mjenv")),
@@ -59,7 +59,6 @@ Window::Window(std::shared_ptr<const Model> model, const mjenv_render_settings& 
   glfw_.set_scroll_callback(window, [](GLFWwindow* w, double, double y) { owner_of(w).zoom(-0.05 * y); });
   const gl::Current current(*context_);
   drawing_.make_context(mjFB_WINDOW);
-  if (follows_fields) drawing_.follow_fields();
   glfw_.swap_interval(1);
 }
 

@@ -13,8 +13,7 @@ namespace mjenv::core {
 
 class Window {
  public:
-  // follows_fields: whether pictures show each row's own height fields (Drawing::follow_fields).
-  Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings, bool follows_fields);
+  Window(std::shared_ptr<const Model> model, const mjenv_render_settings& settings);
   ~Window();
 
   bool is_open() const { return open_; }

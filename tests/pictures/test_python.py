@@ -204,7 +204,15 @@ HILLS = """
 
 @pytest.mark.parametrize("is_first", [True, False])
 def test_what_the_first_picture_fixes(is_first: bool, tmp_path: Path) -> None:
-    """Gymnasium makes MuJoCo's context at the first picture, with its height fields, planes and extent."""
+    """Gymnasium makes MuJoCo's context at the first picture, with its planes and extent; here also with its height
+    fields, unless they are uploaded again, which mjenv does by itself."""
+
+    def upload(env: Any) -> None:
+        viewer = env.unwrapped.mujoco_renderer.viewer if env is envs[1] else None
+        if viewer:
+            viewer.make_context_current()
+            mujoco.mjr_uploadHField(env.unwrapped.model, viewer.con, 0)
+
     path = tmp_path / "hills.xml"
     path.write_text(HILLS)
     keywords: dict[str, Any] = {"render_mode": "rgbd_tuple", "xml_file": str(path), **SIZE}
@@ -219,9 +227,11 @@ def test_what_the_first_picture_fixes(is_first: bool, tmp_path: Path) -> None:
         model.hfield_size[0] = [0.8, 0.9, 0.5, 0.1]
         model.geom_size[0] = [2, 2.5, 0.7]
         model.stat.extent = 1.3
+        upload(env)
         pictures[-1].append(env.render())
         env.step([0.5])
         model.hfield_data[...] = 0
+        upload(env)
         pictures[-1].append(env.render())
         env.close()
     for ours, theirs in zip(*pictures, strict=True):
@@ -252,6 +262,67 @@ def test_height_fields_that_a_task_writes() -> None:
         theirs.close()
     assert not np.array_equal(pictures[0][1], pictures[2][1])
     env.close()
+
+
+PAINTED = """
+<mujoco>
+  <asset>
+    <hfield name="hills" nrow="6" ncol="7" size="1 1 0.4 0.1"/>
+    <texture name="grid" type="2d" builtin="checker" rgb1="0.9 0.3 0.2" rgb2="0.2 0.3 0.9" width="8" height="8"/>
+    <texture name="dots" type="2d" builtin="flat" rgb1="0.9 0.9 0.2" width="8" height="4" mark="random" random="0.3"/>
+    <texture name="cube" type="cube" builtin="gradient" rgb1="1 0 0" rgb2="0 1 0" width="4" height="4"/>
+    <texture type="skybox" builtin="gradient" rgb1="0.3 0.5 0.7" rgb2="0 0 0" width="4" height="24"/>
+    <material name="grid" texture="grid" texrepeat="2 2"/>
+    <material name="cube" texture="cube"/>
+  </asset>
+  <worldbody>
+    <light pos="0 0 3"/>
+    <camera pos="0 -3 2" xyaxes="1 0 0 0 0.5 0.8"/>
+    <geom type="plane" size="3 3 0.5" material="grid"/>
+    <geom type="hfield" hfield="hills" pos="0 1 0.1"/>
+    <body pos="0 0 1"><freejoint/><geom type="box" size="0.3 0.2 0.2" material="cube"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_what_rows_draw() -> None:
+    """A picture shows the row's own height fields, materials and textures, as a renderer that is made for them does."""
+    model: Any = mujoco.MjModel.from_xml_string(PAINTED)
+    pixels = "tex_data" if hasattr(model, "tex_data") else "tex_rgb"
+    textures = np.flatnonzero(model.mat_texid.reshape(-1) >= 0)
+    draws = {
+        "hfield_data": mjenv.Value(0, 1),
+        "geom_matid": mjenv.Value(choices=(-1, 0, 1)),
+        "mat_texid": mjenv.Value(choices=(-1, 0, 1, 2), elements=textures.tolist()),
+        pixels: mjenv.Value(choices=(0, 90, 255), elements=range(0, model.ntexdata, 2)),
+    }
+    envs = mjenv.make_vec("Model-v0", 2, xml_string=PAINTED, render_mode="rgbd_tuple", camera_id=0, **SIZE)
+    envs.reset(seed=0)
+    shown = []
+    for step in range(5):
+        if step == 1:
+            envs.randomize(draws)
+        if step in (1, 2):
+            envs.reset(seed=10 * step)
+        elif step == 3:
+            envs.envs[1].model.geom_matid[0] = 0
+            getattr(envs.envs[1].model, pixels)[...] = 7
+        for row, picture in enumerate(envs.render()):
+            for name in draws:
+                own = np.asarray(getattr(envs.envs[row].model, name))
+                getattr(model, name)[...] = own.reshape(getattr(model, name).shape)
+            data = mujoco.MjData(model)
+            data.qpos[:] = envs.envs[row].data.qpos
+            mujoco.mj_forward(model, data)
+            theirs = MujocoRenderer(model, data, None, SIZE["width"], SIZE["height"], camera_id=0)
+            assert_equal(picture, theirs.render("rgbd_tuple"))
+            theirs.close()
+            shown.append(picture[0].tobytes())
+    assert len(set(shown)) == 6  # the model's own, two draws of each row, and what row 1 writes
+    with pytest.raises(ValueError, match=r"geom_matid\[0\] is 2, but must be an integer from -1 to 1"):
+        envs.envs[0].model.geom_matid[0] = 2
+    envs.close()
 
 
 def test_list() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv.capi import declarations
-from mjenv.capi.declarations import Role, Status
+from mjenv.capi.declarations import Status
 from mjenv.capi.engine import Engine
 from mjenv.capi.handle import Rows, _struct, camera_config, pointer_to
 from mjenv.capi.keywords import Groups, Rendering, RenderMode
@@ -126,10 +126,9 @@ class Pictures:
     def _picture(self, row: int) -> Picture:
         if self._camera is None:
             self._camera = self._find_camera()
-        # A row needs its own renderer if a free camera without "lookat" looks at what it sees first in that row, or if
-        # the model has height fields, because a renderer keeps those of the row that it drew first.
+        # A row needs its own renderer if a free camera without "lookat" looks at what it sees first in that row.
         looks_once = self._camera == _FREE and "lookat" not in (self.camera_config or {})
-        place = row if looks_once or self._has_height_fields() else 0
+        place = row if looks_once else 0
         turn = [self._rows.enter()]
         try:
             if place not in self._renderers:
@@ -153,10 +152,6 @@ class Pictures:
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_renderers": {}, "_windows": {}}
-
-    def _has_height_fields(self) -> bool:
-        field = self._rows.array(Role.MODEL, "hfield_data")
-        return field is not None and field.count > 0
 
     def _find_camera(self) -> int:
         """The index of the camera. As in Gymnasium, a name that the model lacks means the free camera."""
