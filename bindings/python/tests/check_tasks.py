@@ -191,14 +191,14 @@ def test_model_in_a_file() -> None:
     ("path", "kind", "message"),
     [
         ("/nowhere/libx.so", mjenv.TaskError, 'plug-in "/nowhere/libx.so": No such file or directory'),
-        (Path(__file__), mjenv.TaskError, "check_tasks.py"),
+        (BUILT / "typed.xml", mjenv.TaskError, "typed.xml"),
         (BUILT / "libno_entry.so", mjenv.TaskError, "MJENV_PLUGIN"),
         (BUILT / "libother_abi.so", mjenv.TaskError, "999"),
         (BUILT / "libno_tasks.so", mjenv.TaskError, "it contains no task"),
         (BUILT / "librefuses.so", mjenv.TaskError, "it lacks the licence"),
         (BUILT / "libtwice.so", mjenv.InvalidValueError, "already registered"),
-        (b"libx.so", mjenv.OptionError, "path of its file, not b'libx.so'"),
-        (7, TypeError, "path of its file, not 7"),
+        (b"libx.so", mjenv.OptionError, "path of their file, not b'libx.so'"),
+        (7, TypeError, "path of their file, not 7"),
         ("libx.so\0", ValueError, "null character"),
     ],
 )

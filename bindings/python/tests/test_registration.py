@@ -196,3 +196,24 @@ def test_a_missing_package_is_named(name: str) -> None:
     run = python(f"import sys; sys.modules[{name!r}] = None; import mjenv; mjenv.make('Ant-v5')")
     assert run.returncode == 1
     assert f"No module named {name!r}" in run.stderr or f"import of {name} halted" in run.stderr
+
+
+REACH = Path(__file__).parents[3] / "examples" / "tasks" / "reach" / "reach.py"
+
+
+@pytest.mark.parametrize("load", ["mjenv.load_tasks(FILE)", "mjenv.load_tasks(FILE); mjenv.load_tasks(FILE)"])
+def test_tasks_of_a_python_file(load: str) -> None:
+    done = python(f"import mjenv; {load.replace('FILE', repr(str(REACH)))}; print('Reach-v0' in mjenv.ids())")
+    assert (done.stdout, done.stderr) == ("True\n", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [(None, "No such file"), ("1 / 0", "ZeroDivisionError"), ("def", "SyntaxError"), ("import nothing", "nothing")],
+)
+def test_a_python_file_that_cannot_be_imported(text: str | None, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "broken_tasks.py"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(mjenv.TaskError, match=f"broken_tasks.py cannot be imported: .*{message}"):
+        mjenv.load_tasks(file)

@@ -526,9 +526,7 @@ EMPTY = {"xml_string": "<mujoco><worldbody/></mujoco>"}
 
 def test_a_task_in_a_python_file(tmp_path: Path) -> None:
     (tmp_path / "hold.py").write_text(TASK)
-    code = (
-        "import mjenv_viewer.command as v; from pathlib import Path; v.load(Path('hold.py')); from mjenv_viewer.session"
-    )
+    code = "import mjenv; mjenv.load_tasks('hold.py'); from mjenv_viewer.session"
     code += " import Session; from mjenv_viewer.parts import observation_parts; s = Session('Hold-v0', 2, port=0)"
     code += "; s.step()"
     code += "; print(observation_parts(s.envs.envs[0])); s.close()"

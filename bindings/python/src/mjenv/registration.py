@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 else:
     errors = lazy("mjenv.errors")
 
-_TASKS: dict[str, None] = {}  # the files that loaded has been told of, in their order
+_TASKS: dict[str, None] = {}  # the files that load_tasks has loaded, in their order
 
 # Where make_vec has another default than the library.
 VECTOR_DEFAULTS: dict[str, Any] = {"num_threads": 0, "autoreset_mode": "next_step"}
@@ -100,30 +101,49 @@ def model_xml(id: str, engine: str | None = None) -> str:
 
 
 def load_tasks(path: str | os.PathLike[str] | None = None) -> None:
-    """Loads a plug-in, a shared object with tasks of your own. Its ids then work like the built-in ones, on every
-    engine: in make, make_vec and the other functions, and as "mjenv/ID" in Gymnasium's.
+    """Loads tasks of your own: a plug-in, which is a shared object, or a Python file (.py) that calls mjenv.register.
 
-    Tasks stay loaded until the process ends, and loading a plug-in again does nothing. A child process that was not
-    forked does not have the tasks: call this function there, too, or list the plug-ins in the environment variable
+    Their ids then work like the built-in ones, on every engine: in make, make_vec and the other functions, and as
+    "mjenv/ID" in Gymnasium's.
+
+    Tasks stay loaded until the process ends, and loading a file again does nothing. A child process that was not forked
+    does not have the tasks: call this function there, too, or list the plug-ins in the environment variable
     MJENV_TASKS, separated by ":". path=None loads the plug-ins in this variable, and raises an error if one of them
     cannot be loaded.
     """
     if path is None:
-        file = None
-    else:
-        if not isinstance(path, (str, os.PathLike)):
-            raise errors.OptionError(f"a plug-in is given by the path of its file, not {path!r}", Status.E_TYPE)
-        # An absolute path, because engines that are loaded later load the plug-in then.
-        file = handle.encoded(os.path.abspath(os.fspath(path)), "the path of a plug-in")
+        _load_plugin(None)
+        return
+    if not isinstance(path, (str, os.PathLike)):
+        raise errors.OptionError(f"tasks are given by the path of their file, not {path!r}", Status.E_TYPE)
+    # An absolute path, because engines that are loaded later load the plug-in then.
+    file = os.path.abspath(os.fspath(path))
+    encoded = handle.encoded(file, "the path of tasks")
+    if not file.endswith(".py"):
+        _load_plugin(encoded)
+    elif file not in _TASKS:
+        _import(Path(file))
+    _TASKS[file] = None
+
+
+def _load_plugin(file: bytes | None) -> None:
     ENGINES.register(lambda engine: engine.check(engine.mjenv_load_tasks(file)))
     namespace.register_ids()
-    if path is not None:
-        loaded(path)
 
 
-def loaded(path: str | os.PathLike[str]) -> None:
-    """Remembers that this process has the tasks of a file."""
-    _TASKS[os.path.abspath(os.fspath(path))] = None
+def _import(file: Path) -> None:
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    spec = spec_from_file_location(file.stem, file)
+    assert spec
+    assert spec.loader
+    module = module_from_spec(spec)
+    sys.modules[file.stem] = module  # so that objects of its classes can be pickled
+    sys.path.insert(0, str(file.parent))  # so that it can import modules of its folder
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # a stranger's module can raise anything
+        raise errors.TaskError(f"{file} cannot be imported: {type(error).__name__}: {error}") from error
 
 
 def loaded_tasks() -> list[str]:

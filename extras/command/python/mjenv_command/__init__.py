@@ -14,7 +14,7 @@ from importlib import import_module
 
 import mjenv
 from mjenv.beside import listed
-from mjenv_command.arguments import known_engine, plugin
+from mjenv_command.arguments import known_engine, tasks_file
 
 EPILOG = """\
 Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints
@@ -43,9 +43,9 @@ def parser(modules: Sequence[str]) -> argparse.ArgumentParser:
     made.add_argument(
         "--tasks",
         action="append",
-        type=plugin,
+        type=tasks_file,
         metavar="FILE",
-        help="a plug-in with tasks of your own, whose ids the command then knows; repeatable",
+        help="a plug-in or Python file with tasks of your own, whose ids the command then knows; repeatable",
     )
     made.add_argument(
         "--engine",

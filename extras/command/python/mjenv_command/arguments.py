@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import json
 import math
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import mjenv
 from mjenv import Kind
-from mjenv.registration import loaded, own_id
+from mjenv.registration import own_id
 
 GROUPS = tuple(f"{kind}group" for kind in ("geom", "site", "joint", "tendon", "actuator", "skin"))
 GROUP_COUNT = 6  # mjNGROUP
@@ -48,31 +45,13 @@ def known_engine(text: str) -> str:
     return text
 
 
-def plugin(text: str) -> str:
-    """Loads the plug-in while arguments are parsed, so that later arguments can be its ids."""
+def tasks_file(text: str) -> str:
+    """Loads the file's tasks while arguments are parsed, so that later arguments can be their ids."""
     try:
         mjenv.load_tasks(text)
     except mjenv.Error as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     return text
-
-
-def load(file: Path) -> None:
-    """Makes the ids of a plug-in or of a Python file known."""
-    if file.suffix != ".py":
-        mjenv.load_tasks(file)
-        return
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    if spec is None or spec.loader is None or not file.exists():
-        raise FileNotFoundError(f"there is no file {file}")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[file.stem] = module
-    sys.path.insert(0, str(file.resolve().parent))  # so that it can import modules of its folder
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # a stranger's module can raise anything
-        raise mjenv.TaskError(f"{file} cannot be imported: {type(error).__name__}: {error}") from error
-    loaded(file)
 
 
 def positive(text: str) -> int:

@@ -17,7 +17,6 @@ from mjenv_command.arguments import (
     Commands,
     add_options,
     known_engine,
-    load,
     not_negative,
     options_of,
     positive,
@@ -114,7 +113,7 @@ def _flag(text: str) -> bool:
 
 def run(arguments: argparse.Namespace) -> int:
     for file in arguments.own_tasks:
-        load(file)
+        mjenv.load_tasks(file)
     folder = arguments.out or Path("trained") / arguments.id.replace("/", "-")
     try:
         options = options_of(arguments.id, arguments.option, arguments.engine)

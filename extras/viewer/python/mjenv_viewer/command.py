@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import mjenv
-from mjenv_command.arguments import Commands, add_options, known_engine, load, not_negative, options_of, positive
+from mjenv_command.arguments import Commands, add_options, known_engine, not_negative, options_of, positive
 from mjenv_command.policies import policy_of
 
 
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     viser_module()
     for file in arguments.own_tasks:
-        load(file)
+        mjenv.load_tasks(file)
     options = options_of(arguments.id, arguments.option, arguments.engine)
     if arguments.xml is not None:
         options["xml_file"] = arguments.xml

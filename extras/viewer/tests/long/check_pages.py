@@ -21,7 +21,6 @@ import mjenv
 from commands import Command
 from mjenv.sb3 import VecEnv
 from mjenv_learn.training import Training
-from mjenv_viewer.command import load
 from mjenv_viewer.session import Session
 
 ROOT = Path(__file__).parents[4]
@@ -141,5 +140,5 @@ def test_mjenv_train_shows_what_it_trains(tmp_path: Path, tab: Any) -> None:
 
 
 def test_numba_tasks_can_be_loaded() -> None:
-    load(TESTS / "check_numba_tasks.py")
+    mjenv.load_tasks(TESTS / "check_numba_tasks.py")
     assert "NumbaLive-v0" in mjenv.ids()
