@@ -243,6 +243,23 @@ def test_option_tasks() -> None:
         done = run(*words, "info", id, "--json")
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["spaces"]["observation"]["shape"] == [size]
+    words = "-m", "mjenv", "--tasks", plugin("live"), "--tasks", plugin("groups"), "info"
+    found = json.loads(run(*words, "CppLive-v0", "--json").stdout)
+    assert [option["name"] for option in found["options"] if option["live"]] == ["speed", "gains"]
+    assert found["groups"] == []
+    found = json.loads(run(*words, "CppGroups-v0", "--json").stdout)
+    assert {group["name"]: group["terms"] for group in found["groups"]} == {
+        "policy": ["cart", "ball"],
+        "critic": ["mass", "velocity"],
+        "clock": ["clock"],
+    }
+    assert not any(option["live"] for option in found["options"])
+    assert "critic  8-15   mass, velocity\n" in run(*words, "CppGroups-v0").stdout
+    assert "the commanded speed, m/s [live: " in run(*words, "CppLive-v0").stdout
+
+
+def test_option_tasks_of_unknown_ids() -> None:
+    words = "-m", "mjenv", "--tasks", plugin("hopper_c")
     unknown = run(*words, "info", "CppHopper-v5")
     assert unknown.returncode == 2
     assert 'no environment "CppHopper-v5"; there are Ant-v4,' in unknown.stderr

@@ -126,6 +126,7 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
     spec = mjenv.spec(id, engine)
     env = mjenv.make(id, **options, engine=engine)
     model, library = env.model, mjenv.engine(engine)
+    live = {field.name.removeprefix("parameters.") for field in env.fields("parameters")}
     described: dict[str, Any] = {
         "id": id,
         "engine": env.engine,
@@ -136,7 +137,8 @@ def describe(id: str, options: dict[str, Any], engine: str | None = None) -> dic
             "action": _space(env.action_space),
         },
         **{kind: [_field(field) for field in env.fields(kind)] for kind in KINDS},
-        "options": [_option(option, options) for option in mjenv.options(id, engine).values()],
+        "groups": [_group(group, env.fields("observation")) for group in env.fields("groups")],
+        "options": [_option(option, options, live) for option in mjenv.options(id, engine).values()],
         "model": {
             **{name: int(getattr(model, name)) for name in SIZES},
             "timestep": float(model.opt.timestep),
@@ -204,7 +206,13 @@ def _field(field: Any) -> dict[str, Any]:
     }
 
 
-def _option(option: mjenv.Option, given: dict[str, Any]) -> dict[str, Any]:
+def _group(group: Any, terms: Any) -> dict[str, Any]:
+    """A group of the observation, with the names of its terms."""
+    last = group.offset + group.count
+    return {**_field(group), "terms": [term.name for term in terms if group.offset <= term.offset < last]}
+
+
+def _option(option: mjenv.Option, given: dict[str, Any], live: set[str]) -> dict[str, Any]:
     found = {
         "name": option.name,
         "kind": option.kind.name.lower(),
@@ -214,6 +222,7 @@ def _option(option: mjenv.Option, given: dict[str, Any]) -> dict[str, Any]:
         "high": option.high,
         "choices": list(option.choices),
         "doc": option.doc,
+        "live": option.name in live,
     }
     if option.name in given:
         found["value"] = given[option.name]
@@ -262,9 +271,14 @@ def _show(described: dict[str, Any]) -> None:
         else:
             print("nothing")
 
+    if described["groups"]:
+        terminal.heading("Groups of the observation")
+        rows = [[group["name"], _places(group), ", ".join(group["terms"])] for group in described["groups"]]
+        terminal.table(["name", "index", "terms"], rows)
+
     terminal.heading("Options")
     rows = [
-        [option["name"], _defaults(option), _range(option), option["doc"] + _given(option)]
+        [option["name"], _defaults(option), _range(option), option["doc"] + _live(option) + _given(option)]
         for option in described["options"]
     ]
     terminal.table(["option", "default", "allowed", "meaning"], rows)
@@ -316,6 +330,10 @@ def _text(value: Any) -> str:
 def _defaults(option: dict[str, Any]) -> str:
     default, vector_default = (_text(option[key]) for key in ("default", "vector_default"))
     return default if default == vector_default else f"{default}; make_vec: {vector_default}"
+
+
+def _live(option: dict[str, Any]) -> str:
+    return " [live: a program can change it while rows go on]" if option["live"] else ""
 
 
 def _given(option: dict[str, Any]) -> str:

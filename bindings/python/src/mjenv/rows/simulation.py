@@ -116,10 +116,11 @@ class Simulation:
         """The fields of a kind, each with its name, shape, offset, count, type and doc.
 
         kind: "observation", "action", "info" or "reset_info" for the named parts, "data" or "model" for the arrays of
-        MuJoCo, "parameters" for the live parameters.
+        MuJoCo, "parameters" for the live parameters, "groups" for the groups of the observation's terms.
         """
         roles = {"observation": Role.OBSERVATION, "action": Role.ACTION, "info": Role.INFO}
         roles |= {"reset_info": Role.RESET_INFO, "data": Role.DATA, "model": Role.MODEL, "parameters": Role.PARAMETERS}
+        roles |= {"groups": Role.GROUPS}
         if kind not in roles:
             raise UnknownNameError(f"there are no fields of {kind!r}, but of {', '.join(roles)}", Status.E_NAME)
         return self._rows.fields(roles[kind])
