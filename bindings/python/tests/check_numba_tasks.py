@@ -1,6 +1,7 @@
 """A task that numba compiles. tests/run gives this test a process of its own, because a task stays registered."""
 
 import os
+import pydoc
 from pathlib import Path
 from typing import Any
 
@@ -490,3 +491,11 @@ def test_callbacks_under_options(maps: bool, pushes: bool) -> None:
 def test_a_method_in_python_among_machine_code() -> None:
     with pytest.raises(mjenv.TaskError, match="reset is machine code, so carry must be, too"):
         mjenv.make("Optional-v0", python=True)
+
+
+def test_help_names_and_describes_every_function() -> None:
+    text = pydoc.render_doc(mjenv.jit, renderer=pydoc.plaintext)
+    assert "lambda" not in text
+    for name, value in vars(jit).items():
+        if type(value) is type(jit.fail) and not name.startswith("_"):
+            assert f"    {name} = <intrinsic {name}>\n        {(value.__doc__ or '').splitlines()[0]}" in text

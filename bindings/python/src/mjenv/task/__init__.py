@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +21,14 @@ from mjenv.capi.dtypes import DTYPES, Float64Array
 from mjenv.capi.handle import encoded, pointer_to
 from mjenv.capi.pointers import POINTER
 from mjenv.errors import InvalidValueError
+
+
+def __getattr__(name: str) -> Any:
+    """The modules of this package, which are imported when they are first used: jit needs numba."""
+    if name in ("jit", "locomotion"):
+        return importlib.import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 # ---- What a task declares ----
 

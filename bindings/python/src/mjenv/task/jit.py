@@ -33,7 +33,10 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-import numba
+try:
+    import numba
+except ImportError as error:
+    raise ImportError(f"mjenv.task.jit needs the package numba: pip install numba ({error})") from None
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -101,6 +104,13 @@ def _call(context: Any, builder: Any, struct: Any, name: str, result: Any, argum
     return builder.call(function, arguments)
 
 
+def _intrinsic(kind: str, name: str, function: Callable[..., Any]) -> Any:
+    """numba's intrinsic of the function, with a name and a text for help(mjenv.task.jit)."""
+    function.__name__ = name
+    function.__doc__ = f"The function {name} of mjenv_task_api, in mjenv/task.h. Its first argument is an mjenv_{kind}."
+    return intrinsic(function)
+
+
 def _simulate(name: str, result: Any, *kinds: Any) -> Any:
     """The function of mjenv_task_api with this name. Its first argument is the mjenv_start of a reset."""
 
@@ -109,8 +119,8 @@ def _simulate(name: str, result: Any, *kinds: Any) -> Any:
         return _call(context, builder, task_declarations.mjenv_start, name, result, [start, *arguments[1:]])
 
     if kinds:
-        return intrinsic(lambda context, start, count: (result(start, *kinds), generate))
-    return intrinsic(lambda context, start: (result(start), generate))
+        return _intrinsic("start", name, lambda context, start, count: (result(start, *kinds), generate))
+    return _intrinsic("start", name, lambda context, start: (result(start), generate))
 
 
 def _draw(name: str, result: Any, *kinds: Any) -> Any:
@@ -121,8 +131,8 @@ def _draw(name: str, result: Any, *kinds: Any) -> Any:
         return _call(context, builder, task_declarations.mjenv_random, name, signature.return_type, arguments)
 
     if kinds:
-        return intrinsic(lambda context, random, a, b: (signature, generate))
-    return intrinsic(lambda context, random: (signature, generate))
+        return _intrinsic("random", name, lambda context, random, a, b: (signature, generate))
+    return _intrinsic("random", name, lambda context, random: (signature, generate))
 
 
 random, normal = _draw("random", types.float64), _draw("normal", types.float64)
