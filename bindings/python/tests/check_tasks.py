@@ -368,6 +368,46 @@ def test_new_task(installed: Path, tmp_path: Path) -> None:
     assert "'My-Puck' is not" in mjenv_command("new-task", "My-Puck").stderr
 
 
+LEARNS = """
+#include <mjenv/learn.h>
+#include <stdio.h>
+int main(void) {
+  static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
+  mjenv_learner *learner = NULL;
+  printf("%d ", mjenv_learner_create(&calls, NULL, NULL, &learner) == MJENV_OK);
+  puts(mjenv_learn_last_error());
+}
+"""
+LISTS = """cmake_minimum_required(VERSION 3.22)
+project(learns LANGUAGES C)
+find_package(mjenv 0.1 REQUIRED)
+add_executable(learns learns.c)
+target_link_libraries(learns PRIVATE mjenv::mjenv mjenv::learn)
+"""
+
+
+def test_the_cmake_package_of_pip_has_the_learner(tmp_path: Path) -> None:
+    """Its files lie as bindings/python/CMakeLists.txt installs them."""
+    package = tmp_path / "mjenv" / "cmake" / "mjenv"
+    package.mkdir(parents=True)
+    build_folder = Path(os.environ["MJENV_LIBRARY"]).resolve().parent
+    for file in ("bindings/python/mjenv-config.cmake", "cmake/mjenv-tasks.cmake"):
+        shutil.copy(ROOT / file, package)
+    shutil.copy(build_folder / "mjenv-config-version.cmake", package)
+    for headers in ("capi/include", "extras/learn/include"):
+        shutil.copytree(ROOT / headers, tmp_path / "mjenv" / "include", dirs_exist_ok=True)
+    for library in ("libmjenv.so", "libmjenv-learn.so"):
+        shutil.copy(build_folder / library, tmp_path / "mjenv")
+    (tmp_path / "learns.c").write_text(LEARNS)
+    (tmp_path / "CMakeLists.txt").write_text(LISTS)
+    build(tmp_path, f"-Dmjenv_DIR={package}")
+    beside = {**os.environ, "LD_LIBRARY_PATH": str(tmp_path / "mjenv")}  # a wheel's libraries have no other names
+    (tmp_path / "mjenv" / "libmjenv.so.1").symlink_to("libmjenv.so")
+    (tmp_path / "mjenv" / "libmjenv-learn.so.1").symlink_to("libmjenv-learn.so")
+    done = subprocess.run([tmp_path / "build" / "learns"], capture_output=True, text=True, env=beside, check=True)
+    assert done.stdout.startswith("0 env ")
+
+
 def test_no_cmake_package(capsys: pytest.CaptureFixture[str]) -> None:
     """This library stands in the folder in which it was built."""
     assert main(["cmake-dir"]) == 2
