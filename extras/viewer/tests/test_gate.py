@@ -275,7 +275,7 @@ def test_numbers_keep_to_the_bounds_of_their_inputs() -> None:
 
 def test_a_page_chooses_no_files() -> None:
     """What reads files, or trusts them, only the command line sets."""
-    spider = str(Path(__file__).parents[1] / "golden" / "custom" / "spider.xml")
+    spider = str(Path(__file__).parents[3] / "tests" / "golden" / "custom" / "spider.xml")
     options = {"xml_file": spider, "trust_xml": "no"}
     with Session("Model-v0", 1, options, port=0) as session:
         labels = {handle.label for handle in session.server.viser.gui._gui_input_handle_from_uuid.values()}
