@@ -273,6 +273,14 @@ mjenv_status mjenv_policy_sizes(const mjenv_policy* policy, std::int64_t* observ
   });
 }
 
+mjenv_status mjenv_policy_spec_of(const mjenv_policy* policy, mjenv_policy_spec* spec) {
+  return read(policy, [&](const Policy& held) { write_struct(spec, "spec", held.spec()); });
+}
+
+mjenv_status mjenv_policy_layer_at(const mjenv_policy* policy, std::int64_t index, mjenv_policy_layer* layer) {
+  return read(policy, [&](const Policy& held) { write_struct(layer, "layer", held.layer(index)); });
+}
+
 mjenv_status mjenv_policy_act(const mjenv_policy* policy, mjenv_precision precision, std::int64_t rows,
                               const double* obs, std::int64_t obs_count, float* action, std::int64_t action_count) {
   return read(policy, [&](const Policy& held) {

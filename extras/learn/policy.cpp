@@ -32,9 +32,8 @@ void append_numbers(std::string& text, const char* name, const std::vector<doubl
   text += '\n';
 }
 
-const char* name_of(mjenv_activation activation) {
-  return activation == MJENV_ACTIVATION_TANH ? "tanh" : activation == MJENV_ACTIVATION_RELU ? "relu" : "elu";
-}
+// Their names, in the order of mjenv_activation, after that of the last layer of learners.
+constexpr std::array<std::string_view, 4> kActivations = {"identity", "tanh", "relu", "elu"};
 
 // Scales a weight or bias of the last layer's output j to the environment's units: multiplies it by half the range of
 // action j if scale_actions is set.
@@ -57,8 +56,9 @@ std::string policy_text(const Settings& settings, const Spaces& spaces, const Ne
   append_numbers(text, "clip", {clip});
   for (const Layer& layer : actor.layers()) {
     const bool last = &layer == &actor.layers().back(), scale_outputs = last && settings->scale_actions != 0;
-    text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(layer.inputs) + ' ' +
-            (last ? "identity" : name_of(settings->activation)) + "\nbias";
+    text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(layer.inputs) + ' ';
+    text += kActivations[static_cast<std::size_t>(last ? 0 : settings->activation)];
+    text += "\nbias";
     const float* bias = parameters + layer.bias;
     const auto append = [&](int output, float value, double offset) {
       const auto j = static_cast<std::size_t>(output);
@@ -181,16 +181,9 @@ class Policy::Parser {
     made.inputs = width();
     made.padded_outputs = padded(made.outputs, kLaneBlock);
     const std::string_view name = word();
-    if (name == "tanh")
-      made.activation = Activation::kTanh;
-    else if (name == "relu")
-      made.activation = Activation::kRelu;
-    else if (name == "elu")
-      made.activation = Activation::kElu;
-    else if (name == "identity")
-      made.activation = Activation::kIdentity;
-    else
-      fail("has the unknown activation " + shown(name));
+    const auto found = std::find(kActivations.begin(), kActivations.end(), name);
+    if (found == kActivations.end()) fail("has the unknown activation " + shown(name));
+    made.activation = static_cast<Activation>(found - kActivations.begin());
     policy_.layers_.push_back(std::move(made));
     rows_.clear();
   }
@@ -257,6 +250,29 @@ void Policy::check_fits(const Spaces& spaces) const {
     core::fail(MJENV_E_SIZE, "the policy of " + core::quoted(id_) + " has " + std::to_string(observations()) +
                                  " observations and " + std::to_string(actuators()) + " actuators, the environment " +
                                  std::to_string(spaces.observations) + " and " + std::to_string(spaces.actuators));
+}
+
+mjenv_policy_spec Policy::spec() const {
+  mjenv_policy_spec spec = MJENV_POLICY_SPEC_INIT;
+  spec.layer_count = static_cast<std::int64_t>(layers_.size());
+  spec.clip = clip_;
+  spec.mean = mean_.data();
+  spec.scale = scale_.data();
+  spec.low = low_.data();
+  spec.high = high_.data();
+  return spec;
+}
+
+mjenv_policy_layer Policy::layer(std::int64_t index) const {
+  core::check_index("layer", index, layers_.size());
+  const PolicyLayer& chosen = layers_[static_cast<std::size_t>(index)];
+  mjenv_policy_layer layer = MJENV_POLICY_LAYER_INIT;
+  layer.activation = kActivations[static_cast<std::size_t>(chosen.activation)].data();
+  layer.inputs = chosen.inputs;
+  layer.outputs = chosen.outputs;
+  layer.weights = chosen.weights.data();
+  layer.bias = chosen.bias.data();
+  return layer;
 }
 
 void Policy::act(mjenv_precision precision, std::size_t rows, const double* obs, float* actions) const {

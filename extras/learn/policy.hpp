@@ -27,6 +27,10 @@ class Policy {
   std::size_t observations() const { return mean_.size(); }
   std::size_t actuators() const { return low_.size(); }
 
+  // Their arrays belong to this policy.
+  mjenv_policy_spec spec() const;
+  mjenv_policy_layer layer(std::int64_t index) const;
+
   // obs: [rows][observations()]; actions: [rows][actuators()].
   void act(mjenv_precision precision, std::size_t rows, const double* obs, float* actions) const;
 

@@ -13,6 +13,8 @@
 constexpr std::size_t oldest_size(const mjenv_learn_calls*) { return 88; }
 constexpr std::size_t oldest_size(const mjenv_learn_settings*) { return 248; }
 constexpr std::size_t oldest_size(const mjenv_learn_report*) { return 128; }
+constexpr std::size_t oldest_size(const mjenv_policy_spec*) { return 56; }
+constexpr std::size_t oldest_size(const mjenv_policy_layer*) { return 48; }
 
 namespace mjenv::learn {
 

@@ -103,6 +103,27 @@ Base.@kwdef struct mjenv_learn_report
     epochs::Int64 = 0
 end
 
+Base.@kwdef struct mjenv_policy_spec
+    struct_size::UInt32 = sizeof(mjenv_policy_spec)
+    reserved::UInt32 = 0
+    layer_count::Int64 = 0
+    clip::Float64 = 0
+    mean::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    scale::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    low::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    high::Ptr{Float64} = Ptr{Float64}(C_NULL)
+end
+
+Base.@kwdef struct mjenv_policy_layer
+    struct_size::UInt32 = sizeof(mjenv_policy_layer)
+    reserved::UInt32 = 0
+    activation::Cstring = Cstring(C_NULL)
+    inputs::Int64 = 0
+    outputs::Int64 = 0
+    weights::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    bias::Ptr{Float64} = Ptr{Float64}(C_NULL)
+end
+
 # learn_address(index) is the function at this index in LEARN_FUNCTIONS.
 const LEARN_FUNCTIONS = (
     :mjenv_learn_abi_version,
@@ -130,6 +151,8 @@ const LEARN_FUNCTIONS = (
     :mjenv_policy_destroy,
     :mjenv_policy_id,
     :mjenv_policy_sizes,
+    :mjenv_policy_spec_of,
+    :mjenv_policy_layer_at,
     :mjenv_policy_act,
     :mjenv_evaluate,
 )
@@ -343,8 +366,25 @@ mjenv_policy_sizes(policy, observations, actuators) = ccall(
     actuators,
 )
 
-mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) = ccall(
+mjenv_policy_spec_of(policy, spec) = ccall(
     learn_address(26),
+    mjenv_status,
+    (Ptr{mjenv_policy}, Ptr{mjenv_policy_spec}),
+    policy,
+    spec,
+)
+
+mjenv_policy_layer_at(policy, index, layer) = ccall(
+    learn_address(27),
+    mjenv_status,
+    (Ptr{mjenv_policy}, Int64, Ptr{mjenv_policy_layer}),
+    policy,
+    index,
+    layer,
+)
+
+mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) = ccall(
+    learn_address(28),
     mjenv_status,
     (Ptr{mjenv_policy}, mjenv_precision, Int64, Ptr{Float64}, Int64, Ptr{Float32}, Int64),
     policy,
@@ -357,7 +397,7 @@ mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) 
 )
 
 mjenv_evaluate(calls, env, policy, precision, seed, episodes, returns, lengths) = ccall(
-    learn_address(27),
+    learn_address(29),
     mjenv_status,
     (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Ptr{mjenv_policy}, mjenv_precision, UInt64, Int64, Ptr{Float64}, Ptr{Int64}),
     calls,

@@ -134,7 +134,7 @@ def test_a_policy_as_text(capsys: pytest.CaptureFixture[str]) -> None:
     ("words", "message"),
     [
         (["--policy", "none.zip"], "none.zip"),
-        (["--policy", "text.pkl"], "text.pkl is no policy"),
+        (["--policy", "text.pkl"], "text.pkl: the text is no policy"),
         (["--policy", "model.zip", "--algorithm", "Poet"], "no algorithm 'Poet'"),
         (["--policy", "model.zip", "--normalizer", "none.pkl"], "none.pkl"),
         (["--policy", "model.zip", "--normalizer", "text.pkl"], "text.pkl is no saved VecNormalize"),

@@ -852,6 +852,18 @@ static void test_policies(void** state) {
   float rounded[2];
   ok(mjenv_policy_act(policy, MJENV_PRECISION_FLOAT32, 2, obs, 4, rounded, 2));
   for (int i = 0; i < 2; ++i) assert_true(fabsf(rounded[i] - action[i]) <= 1e-6F);
+  mjenv_policy_spec spec = MJENV_POLICY_SPEC_INIT;
+  ok(mjenv_policy_spec_of(policy, &spec));
+  assert_true(spec.layer_count == 2 && spec.clip == 10 && spec.mean[1] == 2 && spec.scale[1] == 0.5);
+  assert_true(spec.low[0] == -1 && spec.high[0] == 1.5);
+  mjenv_policy_layer layer = MJENV_POLICY_LAYER_INIT;
+  ok(mjenv_policy_layer_at(policy, 0, &layer));
+  assert_string_equal(layer.activation, "tanh");
+  assert_true(layer.inputs == 2 && layer.outputs == 2 && layer.bias[1] == -0.5);
+  assert_true(layer.weights[0] == 1 && layer.weights[1] == 0.25 && layer.weights[2] == 0 && layer.weights[3] == 2);
+  ok(mjenv_policy_layer_at(policy, 1, &layer));
+  assert_string_equal(layer.activation, "identity");
+  refused(MJENV_E_VALUE, mjenv_policy_layer_at(policy, 2, &layer), "layer 2 is outside 0..1");
   refused(MJENV_E_SIZE, mjenv_policy_act(policy, MJENV_PRECISION_FLOAT64, 2, obs, 3, action, 2),
           "obs_count is 3, not 4");
   refused(MJENV_E_SIZE, mjenv_policy_act(policy, MJENV_PRECISION_FLOAT64, 2, obs, 4, action, 3), "action_count");

@@ -235,6 +235,59 @@ pub struct mjenv_learn_report {
     #[doc = " that were done; fewer than the setting if target_kl ended the update"]
     pub epochs: i64,
 }
+#[doc = " What a policy does with an observation: (observation - mean) / scale is clipped to -clip .. clip, goes through the"]
+#[doc = " layers, and is clipped to low .. high. The arrays belong to the policy."]
+#[repr(C)]
+#[derive(Debug, Copy, Clone)]
+pub struct mjenv_policy_spec {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: u32,
+    pub layer_count: i64,
+    pub clip: f64,
+    #[doc = " [observations]"]
+    pub mean: *const f64,
+    #[doc = " [observations]"]
+    pub scale: *const f64,
+    #[doc = " [actuators]"]
+    pub low: *const f64,
+    #[doc = " [actuators]"]
+    pub high: *const f64,
+}
+impl Default for mjenv_policy_spec {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
+#[doc = " A layer of a policy: activation(bias + the sum of weights[input][output] * input). Its arrays belong to the policy."]
+#[repr(C)]
+#[derive(Debug, Copy, Clone)]
+pub struct mjenv_policy_layer {
+    pub struct_size: u32,
+    #[doc = " 0"]
+    pub reserved: u32,
+    #[doc = " \"tanh\", \"relu\", \"elu\" or \"identity\""]
+    pub activation: *const ::std::os::raw::c_char,
+    pub inputs: i64,
+    pub outputs: i64,
+    #[doc = " [inputs][outputs]"]
+    pub weights: *const f64,
+    #[doc = " [outputs]"]
+    pub bias: *const f64,
+}
+impl Default for mjenv_policy_layer {
+    fn default() -> Self {
+        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
+        unsafe {
+            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
+            s.assume_init()
+        }
+    }
+}
 extern "C" {
     #[doc = " Returns the MJENV_LEARN_ABI_VERSION of the loaded library."]
     pub fn mjenv_learn_abi_version() -> u32;
@@ -424,6 +477,20 @@ extern "C" {
         policy: *const mjenv_policy,
         observations: *mut i64,
         actuators: *mut i64,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Reads the numbers of a policy, and those of its layer 0 <= index < layer_count. Errors: VALUE (index)."]
+    pub fn mjenv_policy_spec_of(
+        policy: *const mjenv_policy,
+        spec: *mut mjenv_policy_spec,
+    ) -> mjenv_status;
+}
+extern "C" {
+    pub fn mjenv_policy_layer_at(
+        policy: *const mjenv_policy,
+        index: i64,
+        layer: *mut mjenv_policy_layer,
     ) -> mjenv_status;
 }
 extern "C" {

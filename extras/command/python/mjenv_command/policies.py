@@ -28,7 +28,8 @@ def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path
     normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy. It can run code, as the
     policy's .zip can, so it is not looked for.
     """
-    act = _zipped(path, algorithm, normalizer) if zipfile.is_zipfile(path) else _text(path, env, normalizer)
+    is_zip = path.is_file() and zipfile.is_zipfile(path)  # which would wait for a pipe
+    act = _zipped(path, algorithm, normalizer) if is_zip else _text(path, env, normalizer)
     try:
         act(unflatten(env.observation_space, np.zeros(flatdim(env.observation_space))))
     except (AttributeError, TypeError, ValueError) as error:

@@ -173,6 +173,35 @@ typedef struct mjenv_learn_report {
 #define MJENV_LEARN_REPORT_INIT {sizeof(mjenv_learn_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 /* clang-format on */
 
+/* What a policy does with an observation: (observation - mean) / scale is clipped to -clip .. clip, goes through the
+ * layers, and is clipped to low .. high. The arrays belong to the policy. */
+typedef struct mjenv_policy_spec {
+  uint32_t struct_size;
+  uint32_t reserved; /* 0 */
+  int64_t layer_count;
+  double clip;
+  const double *mean, *scale; /* [observations] */
+  const double *low, *high;   /* [actuators] */
+} mjenv_policy_spec;
+
+/* clang-format off */
+#define MJENV_POLICY_SPEC_INIT {sizeof(mjenv_policy_spec), 0, 0, 0, NULL, NULL, NULL, NULL}
+/* clang-format on */
+
+/* A layer of a policy: activation(bias + the sum of weights[input][output] * input). Its arrays belong to the policy. */
+typedef struct mjenv_policy_layer {
+  uint32_t struct_size;
+  uint32_t reserved;      /* 0 */
+  const char *activation; /* "tanh", "relu", "elu" or "identity" */
+  int64_t inputs, outputs;
+  const double *weights; /* [inputs][outputs] */
+  const double *bias;    /* [outputs] */
+} mjenv_policy_layer;
+
+/* clang-format off */
+#define MJENV_POLICY_LAYER_INIT {sizeof(mjenv_policy_layer), 0, NULL, 0, 0, NULL, NULL}
+/* clang-format on */
+
 /* ---- Library ---- */
 
 /* Returns the MJENV_LEARN_ABI_VERSION of the loaded library. */
@@ -283,6 +312,11 @@ MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
 
 /* Reads how many numbers an observation of the policy has, and how many an action. */
 MJENV_LEARN_API mjenv_status mjenv_policy_sizes(const mjenv_policy *policy, int64_t *observations, int64_t *actuators);
+
+/* Reads the numbers of a policy, and those of its layer 0 <= index < layer_count. Errors: VALUE (index). */
+MJENV_LEARN_API mjenv_status mjenv_policy_spec_of(const mjenv_policy *policy, mjenv_policy_spec *spec);
+MJENV_LEARN_API mjenv_status mjenv_policy_layer_at(const mjenv_policy *policy, int64_t index,
+                                                   mjenv_policy_layer *layer);
 
 /* Computes the actions of rows.
  *   obs       [rows][obs_count / rows]; action [rows][action_count / rows]

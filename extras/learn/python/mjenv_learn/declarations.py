@@ -126,6 +126,31 @@ class mjenv_learn_report(Structure):
     )
 
 
+class mjenv_policy_spec(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("layer_count", c_int64),
+        ("clip", c_double),
+        ("mean", POINTER(c_double)),
+        ("scale", POINTER(c_double)),
+        ("low", POINTER(c_double)),
+        ("high", POINTER(c_double)),
+    )
+
+
+class mjenv_policy_layer(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("activation", c_char_p),
+        ("inputs", c_int64),
+        ("outputs", c_int64),
+        ("weights", POINTER(c_double)),
+        ("bias", POINTER(c_double)),
+    )
+
+
 class Library(CDLL):
     def __init__(self, path: str) -> None:
         super().__init__(path)
@@ -191,6 +216,10 @@ class Library(CDLL):
         self.mjenv_policy_id.restype = c_char_p
         self.mjenv_policy_sizes.argtypes = (c_void_p, POINTER(c_int64), POINTER(c_int64))
         self.mjenv_policy_sizes.restype = c_int32
+        self.mjenv_policy_spec_of.argtypes = (c_void_p, POINTER(mjenv_policy_spec))
+        self.mjenv_policy_spec_of.restype = c_int32
+        self.mjenv_policy_layer_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_policy_layer))
+        self.mjenv_policy_layer_at.restype = c_int32
         self.mjenv_policy_act.argtypes = (
             c_void_p,
             c_int32,

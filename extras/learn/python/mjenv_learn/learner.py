@@ -50,7 +50,7 @@ def library() -> Library:
     folders = [Path(ENGINES.get().path).absolute().parent, Path(str(mjenv.__file__)).parent]
     file = next((folder / FILE for folder in folders if (folder / FILE).exists()), None)
     if file is None:
-        raise errors.EngineError(f"training needs {FILE}, which is not in {' or '.join(map(str, folders))}")
+        raise errors.EngineError(f"training and policies need {FILE}, which is not in {' or '.join(map(str, folders))}")
     try:
         loaded = Library(str(file))
     except (AttributeError, OSError) as error:
@@ -217,12 +217,43 @@ class PolicyHandle:
     """An owned policy of the library."""
 
     def __init__(self, text: str) -> None:
+        content = text.encode("utf-8", "surrogatepass")
+        self._read(library().mjenv_policy_parse, content, len(content))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PolicyHandle:
+        policy = cls.__new__(cls)
+        policy._read(library().mjenv_policy_load, os.fsencode(path))
+        return policy
+
+    def _read(self, function: Any, *arguments: Any) -> None:
         self._library = library()
         handle = c_void_p()
         self._owned = Owned(self._library.mjenv_policy_destroy, handle)
-        content = text.encode()
-        self._library.check(self._library.mjenv_policy_parse(content, len(content), byref(handle)))
+        self._library.check(function(*arguments, byref(handle)))
         self._pointer = handle
+
+    @property
+    def id(self) -> str:
+        return str(self._library.mjenv_policy_id(self._pointer), "ascii")
+
+    def sizes(self) -> tuple[int, int]:
+        """How many numbers an observation has, and how many an action."""
+        sizes = c_int64(), c_int64()
+        self._library.check(self._library.mjenv_policy_sizes(self._pointer, byref(sizes[0]), byref(sizes[1])))
+        return sizes[0].value, sizes[1].value
+
+    def spec(self) -> Any:
+        """The mjenv_policy_spec. Its arrays belong to this policy."""
+        spec = sized(declarations.mjenv_policy_spec)
+        self._library.check(self._library.mjenv_policy_spec_of(self._pointer, byref(spec)))
+        return spec
+
+    def layer(self, index: int) -> Any:
+        """The mjenv_policy_layer. Its arrays belong to this policy."""
+        layer = sized(declarations.mjenv_policy_layer)
+        self._library.check(self._library.mjenv_policy_layer_at(self._pointer, index, byref(layer)))
+        return layer
 
     def act(self, obs: Float64Array, actuators: int, precision: Precision) -> NDArray[np.float32]:
         """The actions (rows, actuators) for observations (rows, n)."""

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from mjenv.capi.declarations import Status
 from mjenv.capi.dtypes import Float64Array
 from mjenv.errors import InvalidValueError
+from mjenv_learn import saved
+from mjenv_learn.learner import PolicyHandle
 
 HEAD = "mjenv-policy 1"
 ACTIVATIONS: dict[str, Callable[[float], float]] = {
@@ -111,56 +113,40 @@ class Policy:
         return "\n".join([*lines, ""])
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the policy; load gives back every bit."""
-        Path(path).write_text(self.text())
+        """Writes the policy; load gives back every bit. Raises InvalidValueError if load would refuse it."""
+        text = self.text()
+        PolicyHandle(text)
+        saved.replace(Path(path), text)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Policy:
         """Reads a policy. Raises InvalidValueError if the file holds none."""
-        try:
-            text = Path(path).read_text()
-        except UnicodeDecodeError as error:
-            raise InvalidValueError(f"{path} is no policy: {error}", Status.E_VALUE) from error
-        return cls.parse(text, str(path))
+        return cls._of(PolicyHandle.load(path))
 
     @classmethod
-    def parse(cls, text: str, name: str = "the text") -> Policy:
-        """Reads a policy from text. name: what error messages call the text."""
-        try:
-            policy = cls._parse(text.splitlines())
-        except (KeyError, IndexError, TypeError, ValueError) as error:
-            raise InvalidValueError(f"{name} is no policy: {error}", Status.E_VALUE) from error
-        if not policy._fits():
-            raise InvalidValueError(f"{name} is no policy: its arrays do not fit each other", Status.E_SIZE)
-        return policy
+    def parse(cls, text: str) -> Policy:
+        """Reads a policy from text."""
+        return cls._of(PolicyHandle(text))
 
     @classmethod
-    def _parse(cls, lines: list[str]) -> Policy:
-        if lines[0] != HEAD:
-            raise ValueError(f"it does not begin with {HEAD!r}")
-        numbers: dict[str, list[float]] = {}
-        layers: list[Layer] = []
-        for name, *words in map(str.split, lines[2:]):
-            if name == "layer":
-                layers.append(Layer(words[2], [], []))
-            elif name == "bias":
-                layers[-1].bias.extend(map(float, words))
-            elif name == "weights":
-                layers[-1].weights.append([*map(float, words)])
-            else:
-                numbers[name] = [*map(float, words)]
-        [clip] = numbers.pop("clip")
-        return cls(id=lines[1].removeprefix("id "), clip=clip, layers=layers, **numbers)
+    def _of(cls, policy: PolicyHandle) -> Policy:
+        (observations, actuators), spec = policy.sizes(), policy.spec()
+        return cls(
+            id=policy.id,
+            mean=spec.mean[:observations],
+            scale=spec.scale[:observations],
+            clip=spec.clip,
+            low=spec.low[:actuators],
+            high=spec.high[:actuators],
+            layers=[_layer(policy.layer(index)) for index in range(spec.layer_count)],
+        )
 
-    def _fits(self) -> bool:
-        width = len(self.mean)
-        for layer in self.layers:
-            if layer.activation not in ACTIVATIONS or len(layer.weights) != len(layer.bias):
-                return False
-            if any(len(row) != width for row in layer.weights):
-                return False
-            width = len(layer.bias)
-        return len(self.scale) == len(self.mean) and len(self.low) == len(self.high) == width
+
+def _layer(layer: Any) -> Layer:
+    """The Layer of an mjenv_policy_layer, whose weights are [inputs][outputs]."""
+    weights = layer.weights[: layer.inputs * layer.outputs]
+    rows = [weights[output :: layer.outputs] for output in range(layer.outputs)]
+    return Layer(layer.activation.decode(), rows, layer.bias[: layer.outputs])
 
 
 def _choices(observation: Any) -> Iterator[list[Any]]:

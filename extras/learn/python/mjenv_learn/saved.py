@@ -112,6 +112,8 @@ def _plain(value: Any) -> Any:
 
 def replace(path: Path, text: str) -> None:
     """Replaces a file in one operation, so that no reader finds a part of it, even after a power cut."""
+    if path.exists() and not path.is_file():
+        raise FileExistsError(f"{path} is no regular file")
     partial = path.with_name(f"{path.name}.partial")
     partial.unlink(missing_ok=True)
     with partial.open("x", encoding="utf-8", newline="") as file:  # "x" follows no link

@@ -1,6 +1,9 @@
 """mjenv_learn.policy; tests/live plays trained policies from C++ and Gymnasium, the curricula compare with PyTorch."""
 
+import dataclasses
 import math
+import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -106,6 +109,13 @@ def test_every_bit_is_kept(tmp_path: Path) -> None:
         ("\nlow ", "\nlower "),
         ("\nlayer 3", "\nstratum 3"),
         ("0.5", "half"),
+        ("0.5", "nan"),
+        ("0.5", "1_0"),
+        ("0.5", "1\u2028"),
+        ("0.5", "\u0661"),  # an Arabic digit
+        ("scale 2.0", "scale 0.0"),
+        ("id ", "id\ud800 "),
+        ("low -1.0", "low 2.0"),
     ],
 )
 def test_refusals(tmp_path: Path, old: str, new: str) -> None:
@@ -113,6 +123,37 @@ def test_refusals(tmp_path: Path, old: str, new: str) -> None:
     SMALL.save(file)
     text = file.read_text()
     assert old in text
-    file.write_text(text.replace(old, new, 1))
-    with pytest.raises(mjenv.InvalidValueError, match=r"policy.txt is no policy"):
+    text = text.replace(old, new, 1)
+    with pytest.raises(mjenv.InvalidValueError, match="no policy"):
+        Policy.parse(text)
+    file.write_bytes(text.encode("utf-8", "surrogatepass"))
+    with pytest.raises(mjenv.InvalidValueError, match=r"policy.txt: the text is no policy"):
         Policy.load(file)
+
+
+def test_what_cannot_be_read_is_not_written(tmp_path: Path) -> None:
+    file = tmp_path / "policy.txt"
+    SMALL.save(file)
+    for changes in ({"mean": [math.inf] * 10}, {"scale": [0.0] * 10}, {"clip": math.nan}, {"id": "two\nlines"}):
+        with pytest.raises(mjenv.InvalidValueError, match="no policy"):
+            dataclasses.replace(SMALL, **changes).save(file)
+    assert Policy.load(file) == SMALL
+    assert [path.name for path in tmp_path.iterdir()] == ["policy.txt"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such files")
+def test_other_files(tmp_path: Path) -> None:
+    """Nothing waits for a pipe, and links that lie where a file is written first are not followed."""
+    pipe, file, mine = tmp_path / "pipe", tmp_path / "policy.txt", tmp_path / "mine"
+    os.mkfifo(pipe)
+    for path in (pipe, "/dev/zero", tmp_path):
+        with pytest.raises(FileNotFoundError, match="no regular file"):
+            Policy.load(path)
+    with pytest.raises(OSError, match="no regular file"):
+        SMALL.save(pipe)
+    mine.write_text("mine")
+    (tmp_path / "policy.txt.partial").symlink_to(mine)
+    SMALL.save(file)
+    assert mine.read_text() == "mine"
+    assert Policy.load(file) == SMALL
+    assert not file.is_symlink()
