@@ -198,14 +198,12 @@ def test_a_missing_package_is_named(name: str) -> None:
     assert f"No module named {name!r}" in run.stderr or f"import of {name} halted" in run.stderr
 
 
-def test_tasks_of_a_python_file(tmp_path: Path) -> None:
-    file = tmp_path / "falling.py"
-    file.write_text(
-        "import mjenv\nmjenv.register('Falling-v0', type('Falling', (mjenv.Task,), {'model': 'hopper.xml'}))"
-    )
-    load = f"mjenv.load_tasks({str(file)!r})"
-    done = python(f"import mjenv; {load}; {load}; print('Falling-v0' in mjenv.ids())")
-    assert (done.stdout, done.stderr) == ("True\n", "")
+def test_a_python_file_is_imported_once_with_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "robots.py").write_text("NAME = 'a robot'")
+    (tmp_path / "falling.py").write_text("import robots; print(__name__, robots.NAME)")
+    load = f"mjenv.load_tasks({str(tmp_path / 'falling.py')!r})"
+    done = python(f"import mjenv; {load}; {load}; import falling")
+    assert (done.stdout, done.stderr) == ("falling a robot\n", "")
 
 
 @pytest.mark.parametrize(
