@@ -91,6 +91,33 @@ def test_all_that_a_model_can_have_is_drawn() -> None:
         session.ask(lambda: session.picture.show(poses))
 
 
+@pytest.mark.parametrize(("kind", "group"), [("geom", 3), ("geom", 5), ("site", 4)])
+def test_a_robot_whose_groups_mujoco_hides_is_shown(kind: str, group: int) -> None:
+    """Also after its environment was built anew. Groups that MuJoCo shows stay as they are."""
+    size = "0.1" if kind == "geom" else "0.1 0.1 0.1"
+    imu = '<site size="0.01"/>' if kind == "geom" else ""  # which does not make the robot visible
+    body = f'<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><{kind} size="{size}" group="%d"/>{imu}'
+    model = f'<mujoco><worldbody><geom type="plane" size="1 1 1"/><body><freejoint/>{body}</body></worldbody></mujoco>'
+    for chosen, hint in ((group, f"The robot's {kind}s are in group {group},"), (2, None)):
+        with still("Model-v0", 1, {"xml_string": model % chosen}) as session:
+            for _ in range(2):
+                stage = session.picture.stage
+                assert all(node.visible for _, node, _ in stage._nodes)
+                shown = [number for number, is_shown in enumerate(stage.groups[kind]) if is_shown]
+                assert shown == sorted({0, 1, 2, chosen})
+                assert (session.picture.hint or "").startswith(hint or "")
+                assert (session.picture.hint is None) == (hint is None)
+                session.rebuild({**session.options, "frame_skip": 2})
+
+
+def test_a_new_environment_keeps_the_groups_that_are_shown() -> None:
+    with still("Ant-v5") as session:
+        session.picture.stage.show_group("geom", 0, False)
+        session.rebuild({"frame_skip": 4})
+        assert not session.picture.stage.groups["geom"][0]
+        assert not any(node.visible for batch, node, _ in session.picture.stage._nodes if batch.group == 0)
+
+
 def test_turns_are_those_of_the_matrices() -> None:
     rng = np.random.default_rng(0)
     expected = rng.normal(size=(200, 4))

@@ -56,6 +56,8 @@ class Picture:
         self._has_tendons = int(model.ntendon) > 0 and bool(np.asarray(data.ten_wrapnum).sum())
         self._skins = skins_of(model)
         self.stage = Stage(server.viser, self.scene, len(self.rows))
+        is_dressed = any(self.stage.groups["skin"][skin.group] and skin.colour[3] > 0 for skin in self._skins)
+        self.hint = None if is_dressed else self.stage.show_hidden_robot()
         self.stage.grabbed = lambda row, body, event: do(lambda: self._drag(row, body, event))
         self._puller = -1  # the number of the browser whose user pulls
         self._distance = self._look_at()
@@ -65,10 +67,13 @@ class Picture:
         server.viser.scene.configure_environment_map(SURROUNDINGS, environment_intensity=0.35)
 
     def take_settings(self, other: Picture) -> None:
-        """Copies the switches and the followed row of another picture with as many rows."""
+        """Copies the switches, groups and followed row of another picture with as many rows."""
         self.switches, self.tracks = other.switches, other.tracks
         self.follow, self._centred = other.follow, other._centred
         self.set_dark(other.dark)
+        for kind, groups in other.stage.groups.items():
+            for group, shown in enumerate(groups):
+                self.stage.show_group(kind, group, shown)
 
     def choose(self, row: int) -> None:
         """Follows another row, and puts it in the middle."""

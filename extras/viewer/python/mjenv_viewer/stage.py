@@ -202,6 +202,21 @@ class Stage:
             if batch.kind == kind and batch.group == group:
                 node.visible = shown
 
+    def show_hidden_robot(self) -> str | None:
+        """Shows the robot's geoms, or its sites if it has none, if all are in hidden groups. Returns a hint then."""
+        robot = [batch for batch in self.scene.batches if (batch.bodies > 0).any()]
+        kind = "geom" if any(batch.kind == "geom" for batch in robot) else "site"
+        hidden = sorted({batch.group for batch in robot if batch.kind == kind})
+        if not hidden or any(self.groups[kind][group] for group in hidden):
+            return None
+        for group in hidden:
+            self.show_group(kind, group, True)
+        drawn = ",".join(str(group) for group, shown in enumerate(self.groups[kind]) if shown)
+        return (
+            f"The robot's {kind}s are in group {', '.join(map(str, hidden))}, which MuJoCo draws only if asked. They "
+            f"are shown here; `mjenv play` draws them with `--{kind}group {drawn}`."
+        )
+
     def show_haze(self, dark: bool, near: float) -> None:
         """Hides the far edges of the floor in haze. near: the distance of the rows, which stay clear."""
         floors = [batch.shape.vertices for batch, _, _ in self._nodes if self._is_shared(batch)]

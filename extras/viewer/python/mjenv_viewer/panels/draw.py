@@ -21,6 +21,8 @@ class DrawPanel:
         """picture: returns the present picture. changed: is called after the user has changed what is drawn."""
         self._picture, self._changed = picture, changed
         self._run = do
+        if hint := picture().hint:
+            gui.add_markdown(hint)
         self._dark = gui.add_checkbox("Dark", False)
         on_user(self._dark, self._do, self._darken)
         for name, initial in picture().switches.items():
