@@ -23,12 +23,8 @@ def modules() -> dict[str, Path]:
 
 
 def executed(node: ast.AST) -> Iterator[ast.AST]:
-    """The nodes below a node, without what type checkers alone read, and without the viewer where a function imports
-    it: it needs viser, so it is imported when it is used."""
+    """The nodes below a node, without what type checkers alone read."""
     for child in ast.iter_child_nodes(node):
-        is_lazy = isinstance(child, ast.ImportFrom) and isinstance(node, ast.FunctionDef | ast.Try)
-        if is_lazy and str(getattr(child, "module", "")).startswith("mjenv_viewer"):
-            continue
         if isinstance(child, ast.If) and isinstance(child.test, ast.Name) and child.test.id == "TYPE_CHECKING":
             continue
         yield child

@@ -1,9 +1,7 @@
 """Model-v0, the physics of a model alone. tests/live/test_model.py compares its steps with MuJoCo."""
 
-import json
 import re
 from ctypes import c_float
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 
 import mjenv
-from mjenv_command import main
 
 PENDULUM = """<mujoco><worldbody><body pos="0 0 1"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 0.3"/></body>
 </worldbody></mujoco>"""
@@ -69,8 +66,6 @@ def test_a_motor_without_ctrlrange() -> None:
     )
     with pytest.raises(mjenv.ModelError, match=r"actuator 0 \(j\) has infinite bounds.*give it a ctrlrange"):
         env._pool.rows.call(env._pool.rows.engine.mjenv_sample_actions, (c_float * 4)(), 4)
-    with pytest.raises(mjenv.InvalidValueError, match=r"the bounds of action 0 \(j\) are -inf and inf"):
-        mjenv.train("Model-v0", steps=1, xml_string=xml, max_episode_steps=9)
     # Gymnasium's space is that of the file, whatever the motor says.
     hopper = re.sub(r' ctrl(limited|range)="[^"]*"', "", mjenv.model_xml("Hopper-v5"))
     assert mjenv.make("Hopper-v5", xml_string=hopper).action_space.high.tolist() == [0, 0, 0]
@@ -80,29 +75,3 @@ def test_the_limit_is_an_option() -> None:
     envs = mjenv.make_vec("Model-v0", 2, xml_string=PENDULUM, max_episode_steps=4)
     envs.reset()
     assert [envs.step(np.zeros((2, 0)))[3].tolist() for _ in range(4)] == [[False] * 2] * 3 + [[True] * 2]
-
-
-def test_whose_model_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "part.xml").write_text(PENDULUM)
-    (tmp_path / "robot").mkdir()
-    path = tmp_path / "robot" / "model.xml"
-    path.write_text('<mujoco><include file="../part.xml"/></mujoco>')
-    assert mjenv.options("Model-v0")["trust_xml"].choices == ("auto", "yes", "no")
-    assert mjenv.make("Model-v0", xml_file=path).model.nq == 1
-    with pytest.raises(mjenv.ModelError, match="outside of the model's folder"):
-        mjenv.make("Model-v0", xml_file=path, trust_xml="no")
-    with pytest.raises(mjenv.ModelError, match=r'from memory.*"trust_xml" to "yes"'):
-        mjenv.make("Model-v0", xml_string=path.read_text())
-    with pytest.raises(mjenv.OptionError, match="trust_xml"):
-        mjenv.make("Model-v0", xml_file=path, trust_xml=True)
-    assert main(["info", "Model-v0", "--option", f"xml_file={path}", "--json"]) == 0
-    assert main(["info", "Model-v0", "--option", f"xml_file={path}", "--option", "trust_xml=no", "--json"]) == 2
-    assert "outside" in capsys.readouterr().err
-
-
-def test_command(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", "Model-v0", "--option", "xml_file=hopper.xml", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert [(field["name"], field["shape"]) for field in found["observation"]] == [("qpos", [6]), ("qvel", [6])]
-    assert main(["info", "Model-v0"]) == 2
-    assert "xml_string" in capsys.readouterr().err

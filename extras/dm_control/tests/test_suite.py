@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -225,3 +226,10 @@ def test_errors_without_dm_control(monkeypatch: pytest.MonkeyPatch) -> None:
         ours.load("cheeta", "run")
     with pytest.raises(ValueError, match=r"Level 'walk' does not exist in domain 'cheetah'.*pip install dm_control"):
         ours.load("cheetah", "walk")
+
+
+def test_without_dm_env_it_says_what_to_install() -> None:
+    id = "dm_control/cheetah-run-v0"
+    text = f"import sys, gymnasium; sys.modules['dm_env'] = None; gymnasium.make('mjenv_dm_control:{id}')"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=False)
+    assert 'mjenv_dm_control needs dm_env: pip install "mjenv[dm_control]"' in done.stderr

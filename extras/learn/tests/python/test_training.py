@@ -500,3 +500,10 @@ def test_interrupt(tmp_path: Path) -> None:
     done = len((tmp_path / "out" / "curve.csv").read_text().splitlines()) - 1
     resumed = mjenv.train(ID, steps=2048 * (done + 1), out=tmp_path / "out", resume=True)
     assert len(resumed.curve) == done + 1
+
+
+def test_a_motor_without_ctrlrange() -> None:
+    xml = "<mujoco><worldbody><body><joint name='j'/><geom size='.1'/></body></worldbody>"
+    xml += "<actuator><motor joint='j'/></actuator></mujoco>"
+    with pytest.raises(mjenv.InvalidValueError, match=r"the bounds of action 0 \(j\) are -inf and inf"):
+        mjenv.train("Model-v0", steps=1, xml_string=xml, max_episode_steps=9)

@@ -14,7 +14,7 @@ import pytest
 from mjenv.capi import declarations
 from mjenv_command import snapshots
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "golden"))
+sys.path.append(str(Path(__file__).resolve().parents[4] / "tests/golden"))
 from episodes import Checksum
 
 LIBRARY = Path(os.environ["MJENV_LIBRARY"])  # conftest.py sets it
