@@ -141,6 +141,7 @@ def test_new_task(installed: Path, tmp_path: Path) -> None:
     assert "'My-Puck' is not" in mjenv_command("new-task", "My-Puck").stderr
 
 
+@pytest.mark.skipif(not (ROOT / "extras" / "learn").exists(), reason="the learner is a program of its own")
 def test_the_cmake_package_of_pip_has_the_learner(tmp_path: Path) -> None:
     """Its files lie as bindings/python/CMakeLists.txt installs them."""
     package = tmp_path / "mjenv" / "cmake" / "mjenv"
