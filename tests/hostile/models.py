@@ -415,13 +415,13 @@ def counts() -> Iterator[Case]:
         + "</worldbody></mujoco>",
         expect="works",
     )
-    yield Case("wide-sites", model('<site size="0.1"/>' * 20_000), expect="works")
+    yield Case("wide-sites", model('<site size="0.1"/>' * 19_000), expect="works")
     yield Case(
         "wide-names",
         model("".join(f'<geom name="g{i}" size="0.1" contype="0" conaffinity="0"/>' for i in range(10_000))),
         expect="works",
     )
-    yield Case("wide-keys", model(sections=f"<keyframe>{'<key/>' * 20_000}</keyframe>"), expect="works")
+    yield Case("wide-keys", model(sections=f"<keyframe>{'<key/>' * 19_000}</keyframe>"), expect="works")
     yield Case(
         "wide-classes",
         model(sections="<default>" + "".join(f'<default class="c{i}"/>' for i in range(5000)) + "</default>"),
@@ -429,6 +429,30 @@ def counts() -> Iterator[Case]:
     yield Case(
         "many-motors", model(sections="<actuator>" + '<motor joint="x"/>' * 5000 + "</actuator>"), expect="works"
     )
+    for number, expect in ((19_000, "works"), (45_000, "refused")):
+        words = ("elements",) if expect == "refused" else ()
+        positions = "<sensor>" + '<jointpos joint="x"/>' * number + "</sensor>"
+        yield Case(f"many-positions-{number}", model(sections=positions), {}, expect, words)
+        numerics = "<custom>" + "".join(f'<numeric name="n{i}" data="1"/>' for i in range(number)) + "</custom>"
+        yield Case(f"many-numerics-{number}", model(sections=numerics), {}, expect, words)
+    for length in (90, 200):
+        names = "".join(f'<default class="{"n" * length}{i}"/>' for i in range(19_000))
+        yield Case(
+            f"many-names-{length}",
+            model(sections=f"<default>{names}</default>"),
+            expect="refused" if length == 200 else "works",
+        )
+    for number, words in ((200, ("Schema",)), (80_000, ("80000 attributes",))):
+        attributes = " ".join(f"a{i}='>'" for i in range(number))
+        for begin, end in (
+            ("", ""),
+            ("<!-- it's <a b='' -->", ""),
+            ("<?a ' ?><![CDATA[ ' ]]>", ""),
+            ("a < ' >", "</b>"),
+        ):
+            xml = f"{begin}<mujoco><!--'-->{'<b>' * bool(end)}<a {attributes}/>{end}</mujoco>"
+            broken = begin.startswith("a")
+            yield Case(f"many-attributes-{number}-{begin}", xml, {}, "refused", () if broken else words)
     yield Case("many-sensors", model(sections="<sensor>" + '<rangefinder site="here"/>' * 5000 + "</sensor>"))
     yield Case(
         "many-contacts",

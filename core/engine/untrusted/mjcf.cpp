@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -57,7 +58,7 @@ struct Settings {
 };
 
 struct File {
-  enum class Kind { mesh, flex, skin, heights, texture } kind;
+  enum class Kind { mesh, flex, gmsh, skin, heights, texture } kind;
   std::string name;
   int factor;             // of an image: 6 if it is one side of a cube; of a flex: the degrees of freedom of each point
   std::string including;  // the folder of the included file that refers to it; "" for the model's own file
@@ -93,6 +94,29 @@ struct Source {
   std::vector<Child> children;                   // models that can be attached
   std::map<std::string, std::int64_t> attached;  // how often each child is attached
 };
+
+// How many attributes the element with the most of them has. If tinyxml2 finds an error, elements after it may count.
+std::int64_t most_attributes(std::string_view text) {
+  static constexpr std::array<std::string_view, 2> others[] = {
+      {"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<!", ">"}, {"<?", "?>"}};
+  std::int64_t most = 0;
+  for (std::size_t at = text.find('<'); at < text.size(); at = text.find('<', at)) {
+    const auto* other = std::find_if(std::begin(others), std::end(others),
+                                     [&](const auto& kind) { return text.compare(at, kind[0].size(), kind[0]) == 0; });
+    if (other != std::end(others)) {
+      at = text.find((*other)[1], at + (*other)[0].size());
+      continue;
+    }
+    std::int64_t count = 0;
+    for (at = text.find_first_of("\"'>", at); at < text.size() && text[at] != '>';
+         at = text.find_first_of("\"'>", at + 1)) {
+      most = std::max(most, ++count);
+      at = text.find(text[at], at + 1);
+      if (at == std::string_view::npos) return most;
+    }
+  }
+  return most;
+}
 
 // Reads the model element by element, and then checks its files and its total sizes.
 class Check {
@@ -163,6 +187,7 @@ class Check {
     // The number of "<" is limited, because tinyxml2 needs a hundred bytes of memory for each.
     check_limit("elements", std::count(text.begin(), text.end(), '<'), kTags);
     if (text.find('\0') != std::string::npos) refuse("the XML holds a NUL character");
+    check_limit("attributes of an element", most_attributes(text), kAttributes);
     document.Parse(text.data(), text.size());
     if (document.Error()) refuse("XML parse error " + std::to_string(document.ErrorID()) + ": " + document.ErrorStr());
   }
@@ -316,6 +341,9 @@ class Check {
         text.remove_prefix(std::min(end + 1, text.size()));
       }
     }
+    for (const char* attribute : {"name", "class", "prefix"})
+      check_limit(std::string("bytes of '") + attribute + "'",
+                  static_cast<std::int64_t>(element.text(attribute).size()), kNameBytes, &element.xml);
     for (const char* attribute : {"gaintype", "biastype"})
       if (const auto type = element.text(attribute); type == "muscle" || type == "user") has_muscles_ = true;
   }
@@ -470,6 +498,7 @@ class Check {
       add_file(element, File::Kind::flex, "file", has_nodes ? 0 : dofs_each);
     } else if (type == "gmsh") {
       if (!limits_.trusted()) refuse(std::string("files of Gmsh are not read") + kUnlessTrusted, &element.xml);
+      add_file(element, File::Kind::gmsh, "file");
     } else if (type == "direct") {
       points = static_cast<std::int64_t>(values_of<double>(element.text("point")).size()) / 3;
     } else {
@@ -502,7 +531,7 @@ class Check {
     if (element.name == "tactile" || (element.name == "rangefinder" && element.xml.Attribute("camera")))
       wide_samples_ += samples;
     else
-      numbers_ += samples * kNumbersPerContact * std::max(count_of(element, "num"), std::int64_t{1});
+      add_numbers(samples * kNumbersPerContact * std::max(count_of(element, "num"), std::int64_t{1}));
   }
 
   void joint(const Element& element) {
@@ -543,14 +572,17 @@ class Check {
     source_.files.push_back({kind, name, factor, source_.including});
   }
 
-  // Bounds each number, so that the sums and products of all fit into 64 bits.
+  // Bounds each number, so that products fit into 64 bits.
   std::int64_t count_of(const Element& element, const char* attribute) const {
     const std::int64_t count = std::max(element.integer(attribute), std::int64_t{0});
     check_limit(attribute, count, kNumericSize, &element.xml);
     return count;
   }
 
-  void add_numbers(const Element& element, const char* attribute) { numbers_ += count_of(element, attribute); }
+  void add_numbers(const Element& element, const char* attribute) { add_numbers(count_of(element, attribute)); }
+  void add_numbers(std::int64_t count) {
+    check_limit("numbers in user data and keyframes", numbers_ += count, kNumbers);
+  }
 
   void add_pixels(std::int64_t count, const XMLElement* element = nullptr) {
     check_limit("pixels and heights", pixels_ += std::max(count, std::int64_t{0}), kAllPixels, element);
@@ -611,6 +643,7 @@ class Check {
     switch (file.kind) {
       case File::Kind::mesh: return add_mesh(check_mesh(path, content, limits_), path);
       case File::Kind::flex: return add_points(check_mesh(path, content, limits_).vertices, file.factor);
+      case File::Kind::gmsh: return;
       case File::Kind::skin: return check_skin(content, limits_);
       case File::Kind::heights: return add_pixels(check_heights(path, content, limits_));
       case File::Kind::texture: return add_pixels(file.factor * check_image(path, content, limits_));
@@ -670,7 +703,8 @@ class Check {
 
     constexpr std::int64_t kNumbersPerPixel = 14, kNumbersPerVertex = 3;  // at most
     const std::int64_t wide = std::max(kNumbersPerPixel * max_camera_pixels_, kNumbersPerVertex * vertices_);
-    check_limit("numbers that sensors return for pixels or vertices", copies * wide_samples_ * wide, kWideNumbers);
+    for (const std::int64_t each : {std::int64_t{1}, wide})
+      check_limit("numbers that sensors return for pixels or vertices", copies * wide_samples_ * each, kWideNumbers);
     std::int64_t numbers = copies * numbers_ + sizes_.nuserdata;
     for (const auto& [count, numbers_each] : {std::pair{counts_.bodies, sizes_.nuser_body},
                                               {counts_.joints, sizes_.nuser_jnt},
