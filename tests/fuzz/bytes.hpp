@@ -41,6 +41,16 @@ class Bytes {
     return values;
   }
 
+  // Replaces pieces of some content by the bytes that are left.
+  template <typename T>
+  void damage(std::vector<T>& content) {
+    while (left() > 0 && !content.empty()) {
+      const std::size_t at = take<std::uint16_t>() % content.size();
+      const auto patch = list<T>(std::min<std::size_t>(below(9), content.size() - at));
+      std::copy(patch.begin(), patch.end(), content.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+  }
+
  private:
   const std::uint8_t* data_;
   std::size_t left_;

@@ -1,10 +1,7 @@
 // The files that a model refers to: meshes, skins, heights and textures.
-#include <unistd.h>
-
 #include <array>
-#include <filesystem>
-#include <fstream>
 
+#include "folder.hpp"
 #include "target.hpp"
 
 namespace {
@@ -24,21 +21,6 @@ constexpr std::array<Kind, 8> kinds{{
     {"h.png", "<hfield name='a' size='1 1 1 1' file='h.png'/>", ""},
     {"h.bin", "<hfield name='a' size='1 1 1 1' file='h.bin'/>", ""},
 }};
-
-// A folder for as long as the process lives.
-struct Folder {
-  std::filesystem::path path;
-  Folder() : path(std::filesystem::temp_directory_path() / ("mjenv-fuzz-" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-};
-
-void write(const std::filesystem::path& path, const std::string& content) {
-  std::ofstream(path, std::ios::binary) << content;
-}
 
 }  // namespace
 

@@ -148,11 +148,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool all = bytes.flag(), fits = bytes.flag();
   std::vector<unsigned char> image = all ? sample.all : sample.one;
   image.resize(bytes.flag() ? image.size() : bytes.take<std::uint16_t>());
-  while (bytes.left() > 0 && !image.empty()) {
-    const std::size_t at = bytes.take<std::uint16_t>() % image.size();
-    const auto patch = bytes.list<unsigned char>(std::min<std::size_t>(bytes.below(9), image.size() - at));
-    std::copy(patch.begin(), patch.end(), image.begin() + static_cast<std::ptrdiff_t>(at));
-  }
+  bytes.damage(image);
   if (fits) put_checksum(image);
   const std::int64_t row = all ? MJENV_ALL_ROWS : 1;
   if (check(mjenv_restore(env, row, image.data(), image.size())) == MJENV_OK) {
