@@ -296,9 +296,14 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
 
 // Whether a step may read the array.
 bool is_read(const std::string& name) {
-  for (const char* kind : {"key_", "light_", "mat_", "numeric_", "tuple_", "stat."})
+  for (const char* kind : {"key_", "light_", "mat_", "numeric_", "tex_", "tuple_", "stat."})
     if (name.rfind(kind, 0) == 0 && name != "stat.meaninertia") return false;
-  return !ends_with(name, "_user") && !ends_with(name, "_rgba");
+  return !ends_with(name, "_user") && !ends_with(name, "_rgba") && !ends_with(name, "_matid");
+}
+
+bool is_writable(const Model& model, const Array& array) {
+  const std::vector<std::string> names = writable_names(model);
+  return std::find(names.begin(), names.end(), array.name) != names.end();
 }
 
 // The arrays of which rows can have their own values; with those of frames and of which geoms touch, or without them.
