@@ -175,13 +175,13 @@ class Learner:
 
     def save(self, path: str | os.PathLike[str], note: str = "") -> None:
         """note: a text that note_of reads."""
-        self._library.check(self._library.mjenv_learner_save(self._pointer, os.fsencode(path), note.encode()))
+        self._library.check(self._library.mjenv_learner_save(self._pointer, _path(path), note.encode()))
 
     def load(self, path: str | os.PathLike[str]) -> None:
         if self.itself:
-            self.rows.call(self._load, os.fsencode(path))
+            self.rows.call(self._load, _path(path))
         else:
-            self._load(0, os.fsencode(path))
+            self._load(0, _path(path))
 
     def _load(self, env: int, path: bytes) -> int:
         self._library.check(self._library.mjenv_learner_load(self._pointer, path))
@@ -192,9 +192,13 @@ class Learner:
         return _text_of(self._library.mjenv_learner_policy, self._pointer, which).decode()
 
 
+def _path(path: str | os.PathLike[str]) -> bytes:
+    return encoded(os.fsdecode(path), "the path")
+
+
 def note_of(path: str | os.PathLike[str]) -> bytes:
     """The note in a checkpoint."""
-    return _text_of(library().mjenv_checkpoint_note, os.fsencode(path))
+    return _text_of(library().mjenv_checkpoint_note, _path(path))
 
 
 def _text_of(function: Any, *arguments: Any) -> bytes:
@@ -223,7 +227,7 @@ class PolicyHandle:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PolicyHandle:
         policy = cls.__new__(cls)
-        policy._read(library().mjenv_policy_load, os.fsencode(path))
+        policy._read(library().mjenv_policy_load, _path(path))
         return policy
 
     def _read(self, function: Any, *arguments: Any) -> None:

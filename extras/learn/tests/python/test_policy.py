@@ -94,6 +94,8 @@ def test_every_bit_is_kept(tmp_path: Path) -> None:
         assert Policy.load(file) == SMALL
     with pytest.raises(FileNotFoundError):
         Policy.load("no-such-policy")
+    with pytest.raises(mjenv.InvalidValueError, match="null character"):
+        Policy.load(f"{tmp_path}/policy.txt\0")
 
 
 @pytest.mark.parametrize(
