@@ -1,4 +1,4 @@
-# The learner. tests/learn tests what it learns, and that it computes the same bits however it is told to.
+# The learner. extras/learn/tests tests what it learns, and that it computes the same bits however it is told to.
 
 @testset "a training, its checkpoint and its policy" begin
     mktempdir() do folder

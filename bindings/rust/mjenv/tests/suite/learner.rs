@@ -1,4 +1,4 @@
-//! The learner. tests/learn tests what it learns, and that it computes the same bits however it is told to.
+//! The learner. extras/learn/tests tests what it learns, and that it computes the same bits however it is told to.
 
 use std::fs;
 
