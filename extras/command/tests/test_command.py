@@ -189,7 +189,7 @@ def test_refusals(words: list[str], message: str, capsys: pytest.CaptureFixture[
 def test_convert_needs_mujoco(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """tests/mujoco4 converts models."""
+    """extras/convert/tests converts models."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
     assert 'pip install "mujoco==4.0.*"' in refusal(capsys, "convert", "model.xml", "--out", tmp_path / "out.xml")
     monkeypatch.setitem(sys.modules, "mujoco", types.SimpleNamespace(__version__="3.3.0"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,6 +42,13 @@ def add(commands: Commands) -> None:
         help="drive MuJoCo 4.0 and the engine with the same random controls, and print how far positions and "
         f"velocities are apart after {', '.join(map(str, STEPS[:-1]))} and {STEPS[-1]} steps",
     )
+    command.add_argument(
+        "--trust-xml",
+        choices=("no", "yes"),
+        default="no",
+        help="no (default): the model may come from a stranger, so it refers to no files outside of its folder, and "
+        "has limits; yes: it may do anything that MuJoCo can",
+    )
     command.add_argument("--seed", type=not_negative, default=0, help="seed of these controls (default: 0)")
     add_json(command)
     command.set_defaults(run=run)
@@ -59,35 +67,71 @@ def run(arguments: argparse.Namespace) -> int:
         return 2
     if not arguments.model.is_file():
         raise FileNotFoundError(f"there is no file {arguments.model}")
-    if arguments.out.exists() and arguments.out.samefile(arguments.model):
-        raise mjenv.ModelError(f"{arguments.out} is the model itself: write the converted model to another file")
+    out = arguments.out.resolve()
+    if out.exists() and (not out.is_file() or out.samefile(arguments.model)):
+        raise mjenv.ModelError(
+            f"{arguments.out} is the model itself or no file: write the converted model to another file"
+        )
+    _refuse_harmful(arguments.model, arguments.trust_xml)
     try:
         spec = mujoco.MjSpec.from_file(str(arguments.model))
         model = spec.compile()
+        text, changes, actuators = older_mjcf.converted(spec, model, out.parent)
     except (ValueError, mujoco.FatalError) as error:
         raise mjenv.ModelError(f"model {str(arguments.model)!r}: {error}") from None
-    text, changes, actuators = older_mjcf.converted(spec, model, arguments.out.resolve().parent)
-    arguments.out.write_text(text, "utf-8")
     found: dict[str, Any] = {"out": str(arguments.out), "changes": changes, "actuators": actuators}
+    # In the same folder as the output, because the text has paths relative to that folder.
+    partial = out.with_name(f"{out.name}.{os.getpid()}.partial")
+    with partial.open("x", encoding="utf-8") as file:
+        file.write(text)
     try:
-        envs = mjenv.make_vec(
-            "Model-v0", 1, engine=arguments.target, xml_file=str(arguments.out.resolve()), frame_skip=1
-        )
-    except mjenv.Error:
-        arguments.out.unlink()
-        raise
-    with contextlib.closing(envs):
-        _compare_sizes(model, envs.envs[0].model)
-        if arguments.check:
-            found["apart"] = _apart(model, envs, actuators, arguments.seed)
+        envs = mjenv.make_vec("Model-v0", 1, engine=arguments.target, xml_file=str(partial), frame_skip=1)
+        with contextlib.closing(envs):
+            changes += _compiled_otherwise(model, envs)
+            partial.replace(out)
+            if arguments.check:
+                found["apart"] = _apart(model, envs, actuators, arguments.seed)
+    finally:
+        partial.unlink(missing_ok=True)
     print_json(found) if arguments.json else _show(found, arguments.target)
     return 0
 
 
-def _compare_sizes(model: Any, converted: Any) -> None:
+def _refuse_harmful(file: Path, trust_xml: str) -> None:
+    """Refuses the models that mjenv refuses, because MuJoCo itself crashes on some, and reads any file."""
+    if NEEDED not in mjenv.engines():
+        if trust_xml == "no":
+            raise mjenv.ModelError(f"only the engine {NEEDED} can check {file}: if you trust it, pass --trust-xml yes")
+        return
+    try:
+        mjenv.make("Model-v0", engine=NEEDED, xml_file=str(file.resolve()), frame_skip=1, trust_xml=trust_xml).close()
+    except mjenv.ModelError as error:
+        if "enables sleeping" not in error.message:  # which the conversion removes
+            raise
+
+
+def _compiled_otherwise(model: Any, envs: Any) -> list[dict[str, Any]]:
+    """What differs in numbers that both engines compute from the model."""
+    import mujoco
+
     for name in ("nq", "nv", "nu", "na", "nbody", "ngeom", "neq"):
-        if getattr(model, name) != int(getattr(converted, name)):
-            raise mjenv.ModelError(f"the converted model has another {name}: {getattr(converted, name)}")
+        if getattr(model, name) != int(getattr(envs.envs[0].model, name)):
+            raise mjenv.ModelError(f"the converted model has another {name}: {getattr(envs.envs[0].model, name)}")
+    data, row = mujoco.MjData(model), envs.envs[0]
+    mujoco.mj_forward(model, data)
+    envs.reset(seed=0)
+    places = [np.c_[one.geom_xpos.reshape(-1, 3), one.geom_xmat.reshape(-1, 9)] for one in (data, row.data)]
+    weights = [one.body_invweight0.reshape(-1, 2) for one in (model, row.model)]
+    found = {
+        ("mesh", "its geoms' frames are at another place of the shape"): places,
+        ("body_invweight0", "other numbers, so constraints are stiffer or softer"): weights,
+    }
+    differing = {line: ~np.isclose(one, other, 1e-6, 1e-6).all(axis=1) for line, (one, other) in found.items()}
+    return [
+        {"what": what, "effect": effect, "times": int(rows.sum())}
+        for (what, effect), rows in differing.items()
+        if rows.any()
+    ]
 
 
 def _apart(model: Any, envs: Any, actuators: Sequence[int], seed: int) -> list[dict[str, Any]]:
