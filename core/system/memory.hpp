@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
-#include <string>
 #include <new>
+#include <string>
 
 namespace mjenv::core {
 
