@@ -1,4 +1,4 @@
 """What the viewer adds to mjenv."""
 
-NAMES = {"view": "mjenv_viewer"}
+NAMES = {"html_of": "mjenv_viewer.notebook", "view": "mjenv_viewer"}
 COMMANDS = {"view": "mjenv_viewer.command"}

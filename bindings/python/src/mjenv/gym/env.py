@@ -14,6 +14,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
+from mjenv.beside import listed, value_of
 from mjenv.capi.counts import time_limit_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import Float64Array
@@ -238,11 +239,9 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         self._rows.close()
         self._pictures.close()
 
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        from mjenv_viewer.notebook import html_of
-
-        return html_of(self)
+    def _repr_html_(self) -> str | None:
+        """What Jupyter shows, if a program beside mjenv draws it."""
+        return str(value_of("html_of")(self)) if "html_of" in listed("NAMES") else None
 
     # ---- randomisation ----
 

@@ -14,6 +14,7 @@ from gymnasium.spaces import Box, Space
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from mjenv.beside import listed, value_of
 from mjenv.capi.counts import count_of, time_limit_of
 from mjenv.capi.declarations import ALL_ROWS, Role, Status
 from mjenv.capi.dtypes import FLOATS, Float64Array
@@ -176,11 +177,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         if hasattr(self, "_pool"):  # Gymnasium 1.0 also closes an environment whose __init__ failed
             self._pool.close()
 
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        from mjenv_viewer.notebook import html_of
-
-        return html_of(self)
+    def _repr_html_(self) -> str | None:
+        """What Jupyter shows, if a program beside mjenv draws it."""
+        return str(value_of("html_of")(self)) if "html_of" in listed("NAMES") else None
 
     # ---- stepping some rows at a time ----
 
