@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <locale>
 #include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 // NOLINTBEGIN(cert-dcl58-cpp): MuJoCo names them std::istringstream and std::stringstream
 namespace std {
@@ -26,6 +28,35 @@ using mjenv_stringstream = mjenv_classic<stringstream>;
 
 }  // namespace std
 // NOLINTEND(cert-dcl58-cpp)
+
+// In load.cc.
+std::string mjenv_getfiledir(const char* path);
+class mjXSchema;
+void mjenv_delete(mjXSchema* schema);
+
+// The children of an mjXSchema, of which it deletes those that are in the list. If memory runs out in its constructor, its
+// destructor does not run, and the list deletes them.
+template <>
+class std::vector<mjXSchema*> {
+ public:
+  ~vector() {
+    for (void* element : elements_) mjenv_delete(static_cast<mjXSchema*>(element));
+  }
+  void push_back(mjXSchema* element) {
+    try {
+      elements_.push_back(element);
+    } catch (...) {
+      mjenv_delete(element);
+      throw;
+    }
+  }
+  mjXSchema* operator[](std::size_t index) const { return static_cast<mjXSchema*>(elements_[index]); }
+  std::size_t size() const { return elements_.size(); }
+  void clear() { elements_.clear(); }
+
+ private:
+  std::vector<void*> elements_;
+};
 
 extern "C" {
 void mjenv_srand(unsigned seed);

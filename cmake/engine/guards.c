@@ -93,10 +93,14 @@ void mjenv_srand(unsigned seed) {
   for (int i = 0; i < DROPPED; ++i) mjenv_rand();
 }
 
-// The functions below replace qhull's usermem_r.c and userprintf_r.c.
-void* qh_malloc(size_t size) { return malloc(size); }
+// In load.cc.
+void* mjenv_malloc(size_t size);
+void mjenv_free(void* block);
 
-void qh_free(void* memory) { free(memory); }
+// The functions below replace qhull's usermem_r.c and userprintf_r.c.
+void* qh_malloc(size_t size) { return mjenv_malloc(size > 0 ? size : 1); }
+
+void qh_free(void* memory) { mjenv_free(memory); }
 
 // MuJoCo's error handler does not return.
 void qh_exit(int code) {

@@ -2,12 +2,17 @@
 // mj_saveLastXML, so threads that load models share nothing.
 #include "engine/load.hpp"
 
+#include <cstddef>
 #include <memory>
+#include <unordered_set>
 
+#include "engine/engine_io.h"
 #include "engine/engine_util_errmem.h"
 #include "engine/untrusted/limits.hpp"
 #include "user/user_model.h"
+#include "user/user_util.h"
 #include "xml/xml.h"
+#include "xml/xml_util.h"
 
 // In guards.c.
 extern "C" void mjenv_limit_hulls(double limit);
@@ -15,6 +20,36 @@ extern "C" int mjenv_hulls_exceeded();
 
 namespace mjenv::core {
 namespace {
+
+// What MuJoCo holds while this thread loads a model, so that all of it is freed if the load fails.
+struct Loading {
+  mjCModel* parsed = nullptr;  // by mjParseXML, which loses it if an exception of another kind than its own is thrown
+  bool is_constructed = false;
+  std::unordered_set<void*> blocks;  // of mju_malloc
+
+  Loading() { current = this; }
+  ~Loading() {
+    current = nullptr;
+    for (void* block : blocks) mju_free(block);
+  }
+  Loading(const Loading&) = delete;
+  Loading& operator=(const Loading&) = delete;
+  static thread_local Loading* current;
+};
+thread_local Loading* Loading::current = nullptr;
+
+thread_local void (*handler_of_caller)(const char*);
+
+[[noreturn]] void throw_error(const char* message) { throw mjCError(nullptr, "engine error: %s", message); }
+
+mjCModel* parse(const char* path, const mjVFS& vfs, Loading& loading, char (&error)[1000]) {
+  try {
+    return mjParseXML(path, &vfs, error, sizeof error);
+  } catch (...) {
+    if (loading.is_constructed) delete loading.parsed;
+    throw;
+  }
+}
 
 // What MuJoCo's parser and compiler pass to mjenv_find_file. They read only the first file of mjVFS.
 struct VirtualFiles : mjVFS {
@@ -29,14 +64,16 @@ struct VirtualFiles : mjVFS {
 
 const bool kLoadLimitsHulls = true;
 const bool kLengthRangesEnd = true;  // see guards.c
+const bool kCompilesOnThreads = false;
 
 mjModel* load(const std::string& path, const Files& files, std::int64_t hull_limit, std::string& reason) {
   mjenv_limit_hulls(static_cast<double>(hull_limit));
   const std::unique_ptr<VirtualFiles> virtual_files(new VirtualFiles);
   virtual_files->files = &files;
+  handler_of_caller = _mjPRIVATE__get_tls_error_fn();
+  Loading loading;
   char parse_error[1000] = "";
-  const std::unique_ptr<mjCModel> parsed(
-      mjParseXML(path.c_str(), virtual_files.get(), parse_error, sizeof parse_error));
+  const std::unique_ptr<mjCModel> parsed(parse(path.c_str(), *virtual_files, loading, parse_error));
   if (!parsed) {
     reason = parse_error;
     return nullptr;
@@ -48,10 +85,55 @@ mjModel* load(const std::string& path, const Files& files, std::int64_t hull_lim
   if (!model)
     reason = mjenv_hulls_exceeded() ? std::string("the convex hulls of the meshes take too much work") + kUnlessTrusted
                                     : std::string(parsed->GetError().message);
+  else
+    loading.blocks.clear();  // the model's
   return model;
 }
 
 }  // namespace mjenv::core
+
+using mjenv::core::Loading;
+
+// MuJoCo's loader, engine_io.c and qhull call these in place of mju_malloc and mju_free.
+extern "C" void* mjenv_malloc(std::size_t size) {
+  void* const block = mju_malloc(size);
+  if (!Loading::current) return block;
+  try {
+    Loading::current->blocks.insert(block);
+  } catch (...) {
+    mju_free(block);
+    throw;
+  }
+  return block;
+}
+
+extern "C" void mjenv_free(void* block) {
+  if (Loading::current) Loading::current->blocks.erase(block);
+  mju_free(block);
+}
+
+// mjCModel's constructor calls this in place of mj_defaultOption.
+extern "C" void mjenv_default_option(mjOption* option) {
+  if (Loading::current)
+    Loading::current->parsed =
+        reinterpret_cast<mjCModel*>(reinterpret_cast<char*>(option) - offsetof(mjCModel, option));
+  mj_defaultOption(option);
+}
+
+// mjParseXML calls this in place of mjuu_getfiledir, after it has constructed the model.
+std::string mjenv_getfiledir(const char* path) {
+  if (Loading::current) Loading::current->is_constructed = true;
+  return mjuu_getfiledir(path);
+}
+
+void mjenv_delete(mjXSchema* schema) { delete schema; }
+
+// MuJoCo's compiler calls this in place of _mjPRIVATE__set_tls_error_fn. Its own handler would leave the compiler by
+// longjmp, which skips destructors. An exception reaches the same place.
+extern "C" void mjenv_set_error_handler(void (*handler)(const char*)) {
+  const bool is_callers = handler == mjenv::core::handler_of_caller;
+  _mjPRIVATE__set_tls_error_fn(is_callers ? handler : mjenv::core::throw_error);
+}
 
 // MuJoCo's parser and compiler call this in place of mj_findFileVFS, which knows files by their names without the
 // folders. If the file is there, makes it the first file and returns 0. Otherwise fails, so that MuJoCo never opens a

@@ -75,7 +75,14 @@ set_property(SOURCE ${sources}/qhull/src/libqhull_r/libqhull_r.c APPEND PROPERTY
 file(GLOB loader ${sources}/mujoco/src/user/*.cc ${sources}/mujoco/src/xml/*.cc ${CMAKE_CURRENT_LIST_DIR}/load.cc)
 set_property(SOURCE ${loader} APPEND PROPERTY COMPILE_OPTIONS -include ${CMAKE_CURRENT_LIST_DIR}/apart.hpp)
 set_property(SOURCE ${loader} APPEND PROPERTY OBJECT_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/apart.hpp)
+list(REMOVE_ITEM loader ${CMAKE_CURRENT_LIST_DIR}/load.cc)  # which defines what they call in place of MuJoCo's functions
 set_property(SOURCE ${loader} APPEND PROPERTY COMPILE_DEFINITIONS mj_findFileVFS=mjenv_find_file)
+set_property(SOURCE ${loader} ${sources}/mujoco/src/engine/engine_io.c APPEND PROPERTY
+             COMPILE_DEFINITIONS mju_malloc=mjenv_malloc mju_free=mjenv_free)
+set_property(SOURCE ${sources}/mujoco/src/user/user_model.cc APPEND PROPERTY COMPILE_DEFINITIONS
+             mj_defaultOption=mjenv_default_option _mjPRIVATE__set_tls_error_fn=mjenv_set_error_handler)
+set_property(SOURCE ${sources}/mujoco/src/xml/xml.cc APPEND PROPERTY
+             COMPILE_DEFINITIONS mjuu_getfiledir=mjenv_getfiledir)
 set_property(SOURCE ${CMAKE_CURRENT_LIST_DIR}/load.cc APPEND PROPERTY INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/core)
 set_property(SOURCE ${sources}/libccd/src/mpr.c APPEND PROPERTY COMPILE_DEFINITIONS __ccdSupport=mjenv_support)
 # Errors leave MuJoCo's C code as exceptions. If that code had no tables for them, the compiler would drop the handlers of

@@ -30,6 +30,9 @@ extern const bool kLoadLimitsHulls;
 // ranges.
 extern const bool kLengthRangesEnd;
 
+// Whether MuJoCo starts threads to compile any model. If the system refused it a thread, the process would end.
+extern const bool kCompilesOnThreads;
+
 // Parses and compiles the model at this path, which is one of the files. If MuJoCo refuses the model, returns null and
 // sets `reason`. kHullWork explains the unit of hull_limit.
 mjModel_* load(const std::string& path, const Files& files, std::int64_t hull_limit, std::string& reason);

@@ -9,6 +9,7 @@
 
 #include "engine/assets.hpp"
 #include "engine/compile.hpp"
+#include "engine/load.hpp"
 #include "engine/model.hpp"
 #include "engine/mujoco.hpp"
 #include "engine/untrusted/files.hpp"
@@ -100,6 +101,12 @@ std::string expanded(const std::string& path) {
   return platform::home_folder() + path.substr(1);
 }
 
+// The text of a built-in model, which MuJoCo compiles on this thread alone.
+std::string without_threads(std::string text) {
+  if (kCompilesOnThreads) text.insert(text.rfind("</mujoco>"), "<compiler usethread='false'/>");
+  return text;
+}
+
 std::string folder_of(const std::string& path) { return path.substr(0, path.find_last_of("/\\") + 1); }
 
 // Calls body, and adds the model's name to the message of an error that it throws.
@@ -151,7 +158,8 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
       const platform::ClassicLocale locale;
       const bool built_in = source.origin == Origin::built_in;
       const Limits limits(source.origin != Origin::untrusted);
-      const Mjcf given = built_in ? Mjcf{source.text, {}} : checked(source.path, source.text, limits.trusted());
+      const Mjcf given =
+          built_in ? Mjcf{without_threads(source.text), {}} : checked(source.path, source.text, limits.trusted());
       refers_to_files = !given.files.empty();
       compiled.reset(compile(folder_of(source.path), given.text, given.files, limits.of(kHullWork)));
       if (given.must_state_ranges) check_length_ranges(*compiled);

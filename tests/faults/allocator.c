@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <link.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -21,7 +22,7 @@ static struct {
   enum failing failing;
   size_t first, count;
 } plan;
-static long live;
+static long live, bytes;
 static struct {
   bool chosen;  // false: all allocations fail
   struct {
@@ -96,6 +97,14 @@ size_t allocator_count(void) { return plan.count; }
 
 long allocator_live(void) { return only.chosen ? (long)only.count : __atomic_load_n(&live, __ATOMIC_RELAXED); }
 
+long allocator_bytes(void) { return __atomic_load_n(&bytes, __ATOMIC_RELAXED); }
+
+static void count(void* memory, int sign) {
+  if (!memory) return;
+  __atomic_add_fetch(&live, sign, __ATOMIC_RELAXED);
+  __atomic_add_fetch(&bytes, sign * (long)malloc_usable_size(memory), __ATOMIC_RELAXED);
+}
+
 static bool fails(const void* caller) {
   if (refused) {
     refused = false;
@@ -113,7 +122,7 @@ static bool fails(const void* caller) {
 #define CALLER __builtin_return_address(0)
 
 static void* counted(void* memory, const void* caller) {
-  if (memory) __atomic_add_fetch(&live, 1, __ATOMIC_RELAXED);
+  count(memory, 1);
   return keep(memory, caller);
 }
 
@@ -124,9 +133,9 @@ void* calloc(size_t number, size_t size) { return fails(CALLER) ? NULL : counted
 void* realloc(void* memory, size_t size) {
   if (fails(CALLER)) return NULL;
   forget(memory);
+  count(memory, -1);
   void* moved = __libc_realloc(memory, size);
-  if (!memory) return counted(moved, CALLER);
-  keep(moved ? moved : memory, CALLER);
+  counted(moved || size == 0 ? moved : memory, CALLER);
   return moved;
 }
 
@@ -157,7 +166,7 @@ int posix_memalign(void** memory, size_t alignment, size_t size) {
 }
 
 void free(void* memory) {
-  if (memory) __atomic_sub_fetch(&live, 1, __ATOMIC_RELAXED);
+  count(memory, -1);
   forget(memory);
   __libc_free(memory);
 }

@@ -23,5 +23,7 @@ bool allocator_disarm(void);
 size_t allocator_count(void);
 // Blocks that are allocated and not freed.
 long allocator_live(void);
+// Their bytes, whatever libraries have been chosen.
+long allocator_bytes(void);
 
 #endif

@@ -6,6 +6,7 @@
 #include <locale>
 #include <memory>
 #include <mutex>
+#include <new>
 
 #include "engine/load.hpp"
 #include "engine/mujoco.hpp"
@@ -60,12 +61,23 @@ void check_global_locale() {
              "before environments are created, or build mjenv with MJENV_ENGINE=source");
 }
 
+// If memory runs out while MuJoCo loads a model, MuJoCo does not free what it holds: 172 KB in version 4.0.0. So no load
+// begins unless as much memory is free as MuJoCo 4.0 needs for a small robot.
+void check_free_memory() {
+  constexpr std::size_t kNeeded = std::size_t{32} << 20;
+  void* const volatile room = std::malloc(kNeeded);  // volatile: otherwise the compiler drops the allocation
+  if (!room) throw std::bad_alloc();
+  std::free(room);
+}
+
 }  // namespace
 
 const bool kLoadLimitsHulls = false;
 const bool kLengthRangesEnd = false;
+const bool kCompilesOnThreads = true;
 
 mjModel* load(const std::string& path, const Files& files, std::int64_t, std::string& reason) {
+  check_free_memory();
   const std::lock_guard lock(one_at_a_time);
   const OtherRandom random;
   check_global_locale();

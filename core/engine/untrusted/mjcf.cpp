@@ -132,7 +132,7 @@ class Check {
       refuse("an MJCF model begins with <mujoco>; for URDF, convert it with MuJoCo's own compile program", root);
     read(*root, 1);
     check_sums();
-    if (!has_muscles_ && !has_meshes_) return {text, folder_.files()};
+    if (!has_muscles_ && !has_meshes_ && !kCompilesOnThreads) return {text, folder_.files()};
     XMLElement* compiler = root->InsertNewChildElement("compiler");
     // An error in one of MuJoCo's own threads would end the process.
     compiler->SetAttribute("usethread", "false");
