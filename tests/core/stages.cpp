@@ -15,6 +15,7 @@ extern "C" {
 #include <cmocka.h>
 }
 
+#include "engine/lanes/lanes.hpp"
 #include "engine/lanes/stages.hpp"
 #include "engine/lanes/stepper.hpp"
 #include "engine/model.hpp"
@@ -58,6 +59,20 @@ void test_document(void** /*state*/) {
   for (const lanes::Obstacle& one : lanes::obstacles()) obstacles.push_back(row({one.name, one.reason}));
   assert_same(table_under("| stage | in lanes | row by row |"), stages);
   assert_same(table_under("| obstacle | reason |"), obstacles);
+}
+
+// Each function of lanes belongs to one stage, except those that find bad numbers or copy.
+void test_functions(void** /*state*/) {
+  std::map<std::string, int> stages_of{{"bad", 1}, {"gather", 1}, {"scatter", 1}};
+  std::size_t count = 0;
+  for (const lanes::Stage& stage : lanes::stages()) {
+    std::istringstream functions(stage.functions);
+    for (std::string name; functions >> name;) ++stages_of[name];
+  }
+#define MJENV_CHECK(result, name, parameters) count += stages_of[#name] == 1;
+  MJENV_LANES_FUNCTIONS(MJENV_CHECK)
+#undef MJENV_CHECK
+  assert_int_equal(count, stages_of.size());
 }
 
 // The first word of each stage, and how the stage of a model is computed.
@@ -144,6 +159,7 @@ void test_models(void** /*state*/) {
 
 int run_stages() {
   using namespace mjenv::core;
-  const CMUnitTest tests[] = {cmocka_unit_test(test_document), cmocka_unit_test(test_models)};
+  const CMUnitTest tests[] = {cmocka_unit_test(test_document), cmocka_unit_test(test_functions),
+                              cmocka_unit_test(test_models)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -707,7 +707,7 @@ void comVel(Lanes& d) {
 // are 0 from the beginning.
 void rne(Lanes& d) {
   const mjModel& m = *d.model;
-  V *const cacc = vectors(d.cacc), *const cfrc = vectors(d.cfrc_body);
+  V *const cacc = vectors(d.rne_cacc), *const cfrc = vectors(d.rne_cfrc_body);
   const V *const cinert = vectors(d.cinert), *const cvel = vectors(d.cvel);
 
   if (!(m.opt.disableflags & mjDSBL_GRAVITY))

@@ -5,6 +5,8 @@
 
 #include <vector>
 
+#include "engine/lanes/arrays.hpp"
+
 namespace mjenv::core::lanes {
 
 constexpr int kMaxWidth = 8;
@@ -135,51 +137,20 @@ struct ConstraintNumbers {
 struct Lanes {
   const mjModel* model;
 
-  double *qpos, *qvel, *act, *act_dot, *ctrl, *qfrc_applied, *xfrc_applied, *mocap_pos, *mocap_quat, *qacc,
-      *qacc_warmstart, *qfrc_constraint;
-  double *xpos, *xquat, *xmat, *xipos, *ximat, *xanchor, *xaxis, *geom_xpos, *geom_xmat, *site_xpos, *site_xmat;
-  double *subtree_com, *cdof, *cinert, *ten_length, *actuator_length, *crb, *qM, *qLD, *qLDiagInv, *qLDiagSqrtInv;
-  double *ten_J, *actuator_moment, *ten_velocity, *actuator_velocity, *cvel, *cdof_dot, *qfrc_bias, *qfrc_passive;
-  double *actuator_force, *qfrc_actuator, *qfrc_smooth, *qacc_smooth, *qH, *qHDiagInv;
-
-  // Intermediate results, which MuJoCo keeps on its stack: angles of hinges with their sines and cosines, cacc and
-  // cfrc_body of mj_rne, MhB of mj_Euler, qacc of mj_Euler and mj_implicit, X, F and dX of mj_RungeKutta.
-  double *angle, *sine, *cosine, *cacc, *cfrc_body, *MhB, *qacc_integrated, *X_qpos, *X_qvel, *F, *dX, *X_act, *F_act;
-
-  // Only for the integrator implicit. qDeriv and qLU have the layout of TreeMatrix in derivative.hpp. Dcacc, Dcfrc_body
-  // and local_J are MuJoCo's arrays of derivatives: the first two for one dof's velocity, the third for one body or
-  // geom. Dmomentum is `mat` of mjd_rne_vel for each body.
-  double *qDeriv, *qDeriv_above, *qLU, *qLU_above, *Dcacc, *Dcfrc_body, *Dmomentum, *local_J;
-
-  // What mj_rnePostConstraint writes (cacc_ext is mjData's cacc, not that of mj_rne), and what sensors need and write,
-  // with body_vel of mj_subtreeVel.
-  double *cacc_ext, *cfrc_int, *cfrc_ext, *sensordata, *cam_xpos, *cam_xmat, *subtree_linvel, *subtree_angmom,
-      *body_vel;
-
-  // Arrays of mjModel whose values may differ from row to row.
-  double *body_mass, *body_subtreemass, *sensor_cutoff, *body_inertia, *body_ipos, *jnt_stiffness, *dof_armature,
-      *dof_damping, *dof_M0, *tendon_lengthspring, *tendon_length0, *tendon_range, *tendon_margin, *tendon_stiffness,
-      *tendon_damping, *eq_data, *actuator_gainprm, *actuator_biasprm, *actuator_dynprm, *actuator_gear,
-      *actuator_ctrlrange, *actuator_forcerange, *actuator_actrange, *actuator_lengthrange, *actuator_acc0, *jnt_range,
-      *jnt_margin, *qpos_spring;
-  double *wrap_prm, *cam_quat, *geom_size, *site_size;
-  double* geom_fluid;  // only if fluids act on ellipsoids
-  double *timestep, *gravity, *wind, *magnetic, *density, *viscosity;
-  // Flags of mjModel, as the numbers 0 and 1.
-  double *actuator_ctrllimited, *actuator_forcelimited;
-  // Filled only if has_own_frames.
-  double *body_pos, *body_quat, *body_iquat, *jnt_pos, *jnt_axis, *qpos0, *geom_pos, *geom_quat, *site_pos, *site_quat;
+#define MJENV_ARRAY(name, ...) double* name;
+  MJENV_LANES_DATA(MJENV_ARRAY)
+  MJENV_LANES_RESULTS(MJENV_ARRAY)
+  MJENV_LANES_OWN(MJENV_ARRAY)
+  MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
+  MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
+  MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)  // filled only if has_own_frames
+#undef MJENV_ARRAY
   // PairNumbers of each pair, filled only if has_own_pairs.
   double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
   bool has_own_frames, has_own_pairs;
   bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
-  double* com_scale;   // for each body 1 / (mass of its subtree), or 0 if that mass is too small
-  // For each body, the factors by which mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for the
-  // torque and one for the force; for drag, one for each axis.
-  double *viscous_torque, *viscous_force, *torque_drag, *force_drag;
-  double* ellipsoids;       // for each geom, kEllipsoidNumbers by which mj_ellipsoidFluidModel multiplies
-  bool has_fluid;           // a model has a fluid
-  bool has_wind;            // a model has wind
+  bool has_fluid;      // a model has a fluid
+  bool has_wind;       // a model has wind
   bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
   unsigned damped;          // the lanes, as bits, in which a dof has damping
 

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <limits>
 
+#include "engine/lanes/sensing.hpp"
 #include "engine/mujoco.hpp"
 
 namespace mjenv::core::lanes {
@@ -296,11 +297,15 @@ bool has_adhesion(const mjModel& m) {
   return std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; });
 }
 
-bool has_ellipsoids(const mjModel& m) {
+int count_of_fluid_geoms(const mjModel& m) {
   for (int geom = 0; geom < m.ngeom; ++geom)
-    if (is_ellipsoid(m, geom)) return true;
-  return false;
+    if (is_ellipsoid(m, geom)) return m.ngeom;
+  return 0;
 }
+
+int count_of_subtrees(const mjModel& m) { return m.nsensor > 0 ? m.nbody : 0; }
+int count_of_cameras(const mjModel& m) { return sees_from_cameras(m) ? m.ncam : 0; }
+int is_implicit(const mjModel& m) { return m.opt.integrator == mjINT_IMPLICIT ? 1 : 0; }
 
 bool has_moments(const mjModel& m) {
   if (SingleStages(m).actuation) return m.opt.integrator == mjINT_IMPLICIT;

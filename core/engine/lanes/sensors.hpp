@@ -42,8 +42,7 @@ class Forces {
   // mj_rnePostConstraint. computes_forces: if false, only accelerations are computed. In a lane without a force on a
   // body, zeros are added to +0, which changes nothing.
   void rnePostConstraint(bool computes_forces) {
-    V *const cacc = vectors(d_.cacc_ext), *const cfrc_int = vectors(d_.cfrc_int),
-             *const cfrc_ext = vectors(d_.cfrc_ext);
+    V *const cacc = vectors(d_.cacc), *const cfrc_int = vectors(d_.cfrc_int), *const cfrc_ext = vectors(d_.cfrc_ext);
     const V *const cinert = vectors(d_.cinert), *const cvel = vectors(d_.cvel);
     if (computes_forces) {
       zero(cfrc_ext, 6 * m_.nbody);
@@ -252,7 +251,7 @@ class Sensors : Forces {
   // mj_objectAcceleration, in the object's frame or the world's
   void objectAcceleration(V* res, const Frame& f, bool is_local) const {
     V vel[6], correction[3];
-    const V* const acc = vectors(d_.cacc_ext) + 6 * f.body;
+    const V* const acc = vectors(d_.cacc) + 6 * f.body;
     if (is_local) {
       objectVelocity(vel, f);
       transformMotion(res, acc, f.pos, root(f.body), f.mat);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "engine/lanes/arrays.hpp"
 #include "engine/lanes/model_tables.hpp"
 #include "engine/lanes/sensing.hpp"
 #include "engine/lanes/solver.hpp"
@@ -30,43 +31,15 @@ bool is_moderate(const mjtNum* numbers, int count) {
 // hold infinite numbers, because lanes compute with them as MuJoCo does. Returns the name of an array with a number
 // that is not moderate; "" if there is none.
 std::string excessive_array(const mjModel& m) {
-  const struct {
-    const char* name;
-    const mjtNum* numbers;
-    int count;
-  } arrays[] = {{"qpos0", m.qpos0, m.nq},
-                {"qpos_spring", m.qpos_spring, m.nq},
-                {"body_pos", m.body_pos, 3 * m.nbody},
-                {"body_quat", m.body_quat, 4 * m.nbody},
-                {"body_ipos", m.body_ipos, 3 * m.nbody},
-                {"body_iquat", m.body_iquat, 4 * m.nbody},
-                {"body_mass", m.body_mass, m.nbody},
-                {"body_inertia", m.body_inertia, 3 * m.nbody},
-                {"jnt_pos", m.jnt_pos, 3 * m.njnt},
-                {"jnt_axis", m.jnt_axis, 3 * m.njnt},
-                {"jnt_stiffness", m.jnt_stiffness, m.njnt},
-                {"dof_armature", m.dof_armature, m.nv},
-                {"dof_damping", m.dof_damping, m.nv},
-                {"dof_M0", m.dof_M0, m.nv},
-                {"geom_pos", m.geom_pos, 3 * m.ngeom},
-                {"geom_quat", m.geom_quat, 4 * m.ngeom},
-                {"site_pos", m.site_pos, 3 * m.nsite},
-                {"site_quat", m.site_quat, 4 * m.nsite},
-                {"tendon_stiffness", m.tendon_stiffness, m.ntendon},
-                {"tendon_damping", m.tendon_damping, m.ntendon},
-                {"tendon_lengthspring", m.tendon_lengthspring, m.ntendon},
-                {"wrap_prm", m.wrap_prm, m.nwrap},
-                {"actuator_gear", m.actuator_gear, 6 * m.nu},
-                {"actuator_ctrlrange", m.actuator_ctrlrange, 2 * m.nu},
-                {"actuator_gainprm", m.actuator_gainprm, mjNGAIN * m.nu},
-                {"actuator_biasprm", m.actuator_biasprm, mjNBIAS * m.nu},
-                {"opt.timestep", &m.opt.timestep, 1},
-                {"opt.gravity", m.opt.gravity, 3},
-                {"opt.wind", m.opt.wind, 3},
-                {"opt.density", &m.opt.density, 1},
-                {"opt.viscosity", &m.opt.viscosity, 1}};
-  for (const auto& array : arrays)
-    if (!is_moderate(array.numbers, array.count)) return array.name;
+#define MJENV_ARRAY(name, count, limit) \
+  if (limit == kModerate && !is_moderate(m.name, count)) return #name;
+  MJENV_LANES_OWN(MJENV_ARRAY)
+  MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)
+#undef MJENV_ARRAY
+#define MJENV_ARRAY(name, count, limit) \
+  if (limit == kModerate && !is_moderate(first(m.opt.name), count)) return "opt." #name;
+  MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
+#undef MJENV_ARRAY
   return "";
 }
 

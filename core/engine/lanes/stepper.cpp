@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "engine/lanes/arrays.hpp"
 #include "engine/lanes/constraint_maker.hpp"
 #include "engine/lanes/lanes.hpp"
 #include "engine/lanes/memory.hpp"
@@ -29,25 +30,16 @@ struct LaneArray {
   int count;
 };
 
-// An array of mjModel, of numbers or flags, whose values may differ from row to row.
+// Numbers or flags of mjModel whose values may differ from row to row. `of` finds them in a model.
 template <typename Element>
-struct OwnArrayOf {
+struct OwnArray {
   double* Lanes::*numbers;
-  Element* mjModel::*array;
+  const Element* (*of)(const mjModel& model);
   int count;
   bool are_shared = false;  // the lanes hold the values that all rows share
-  const Element* of(const mjModel& m) const { return m.*array; }
 };
-using OwnNumbers = OwnArrayOf<mjtNum>;
-using OwnFlags = OwnArrayOf<mjtByte>;
-
-// Numbers of mjOption that may differ from row to row.
-struct OwnOption {
-  double* Lanes::*numbers;
-  const mjtNum* (*of)(const mjModel& model);
-  int count;
-  bool are_shared = false;
-};
+using OwnNumbers = OwnArray<mjtNum>;
+using OwnFlags = OwnArray<mjtByte>;
 
 // Makes a view of a row's model that lists only the pairs of geoms that are near each other.
 class RowModel {
@@ -94,7 +86,9 @@ class RowModel {
   }
 };
 
-// Lists the arrays of Lanes, and the array of mjData or mjModel to which each belongs.
+std::size_t index_of(Party party) { return static_cast<std::size_t>(__builtin_ctz(party)); }
+
+// The arrays of Lanes for a model, as arrays.hpp lists them.
 class LaneArrays {
  public:
   explicit LaneArrays(const mjModel& model);
@@ -103,218 +97,50 @@ class LaneArrays {
 
  protected:
   const mjModel& m_;
-  std::vector<LaneArray> state_, control_, input_, forces_, shown_, others_, for_limits_, for_equality_, for_geoms_,
-      for_contacts_, for_solver_, for_sensors_, from_solver_, warmstart_, of_euler_, poses_, motions_, lengths_,
-      speeds_, actuation_, passive_, tendons_, moments_, sensed_, for_rays_, after_constraints_, for_cameras_, cameras_;
-  std::vector<OwnNumbers> own_;
-  std::vector<OwnOption> options_;
+  std::array<std::vector<LaneArray>, kParties> written_, read_;  // for each Party, what it writes and reads in mjData
+  std::vector<OwnNumbers> own_, frames_;  // frames_: those that the lanes hold only if rows have their own
   std::vector<OwnFlags> flags_;
-  std::vector<OwnNumbers> frames_;  // those that the lanes hold only if rows have their own
   Counts<Lanes> counts_;
   int longest_ = 1;  // the greatest count of an array that is copied from or to mjData
 };
 
-// shown_ lists what mjenv_sim shows to callbacks, except the state, sensors, the solver's results and what is computed
-// on demand.
-LaneArrays::LaneArrays(const mjModel& model) : m_(model) {
-  using L = Lanes;
-  using D = mjData;
-  const int nq = m_.nq, nv = m_.nv, nu = m_.nu, nbody = m_.nbody, njnt = m_.njnt, nM = m_.nM;
-  state_ = {{&L::qpos, &D::qpos, nq},
-            {&L::qvel, &D::qvel, nv},
-            {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap},
-            {&L::act, &D::act, m_.na}};
-  forces_ = {{&L::qfrc_applied, &D::qfrc_applied, nv}, {&L::xfrc_applied, &D::xfrc_applied, 6 * nbody}};
-  control_ = {{&L::ctrl, &D::ctrl, nu}};
-  input_ = {{&L::qpos, &D::qpos, nq},
-            {&L::qvel, &D::qvel, nv},
-            {&L::act, &D::act, m_.na},
-            {&L::qacc_warmstart, &D::qacc_warmstart, nv},
-            {&L::ctrl, &D::ctrl, nu},
-            {&L::mocap_pos, &D::mocap_pos, 3 * m_.nmocap},
-            {&L::mocap_quat, &D::mocap_quat, 4 * m_.nmocap}};
-  shown_ = {{&L::xpos, &D::xpos, 3 * nbody},
-            {&L::xquat, &D::xquat, 4 * nbody},
-            {&L::xmat, &D::xmat, 9 * nbody},
-            {&L::xipos, &D::xipos, 3 * nbody},
-            {&L::ximat, &D::ximat, 9 * nbody},
-            {&L::xanchor, &D::xanchor, 3 * njnt},
-            {&L::xaxis, &D::xaxis, 3 * njnt},
-            {&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
-            {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
-            {&L::subtree_com, &D::subtree_com, 3 * nbody},
-            {&L::cinert, &D::cinert, 10 * nbody},
-            {&L::ten_length, &D::ten_length, m_.ntendon},
-            {&L::actuator_length, &D::actuator_length, nu},
-            {&L::ten_velocity, &D::ten_velocity, m_.ntendon},
-            {&L::actuator_velocity, &D::actuator_velocity, nu},
-            {&L::cvel, &D::cvel, 6 * nbody},
-            {&L::qfrc_bias, &D::qfrc_bias, nv},
-            {&L::qfrc_passive, &D::qfrc_passive, nv},
-            {&L::actuator_force, &D::actuator_force, nu},
-            {&L::qfrc_actuator, &D::qfrc_actuator, nv}};
-  others_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
-             {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
-             {&L::cdof, &D::cdof, 6 * nv},
-             {&L::crb, &D::crb, 10 * nbody},
-             {&L::qM, &D::qM, nM},
-             {&L::qLD, &D::qLD, nM},
-             {&L::qLDiagInv, &D::qLDiagInv, nv},
-             {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
-             {&L::cdof_dot, &D::cdof_dot, 6 * nv},
-             {&L::act_dot, &D::act_dot, m_.na},
-             {&L::qfrc_smooth, &D::qfrc_smooth, nv},
-             {&L::qacc_smooth, &D::qacc_smooth, nv}};
-  tendons_ = {{&L::ten_J, &D::ten_J, m_.ntendon * nv}};
-  for_limits_ = {
-      {&L::qpos, &D::qpos, nq}, {&L::ten_length, &D::ten_length, m_.ntendon}, {&L::qacc_smooth, &D::qacc_smooth, nv}};
-  for_equality_ = {{&L::xpos, &D::xpos, 3 * nbody}, {&L::xquat, &D::xquat, 4 * nbody}, {&L::xmat, &D::xmat, 9 * nbody}};
-  for_geoms_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom}, {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
-  for_contacts_ = {{&L::subtree_com, &D::subtree_com, 3 * nbody}, {&L::cdof, &D::cdof, 6 * nv}};
-  for_solver_ = {{&L::qvel, &D::qvel, nv},
-                 {&L::qacc_warmstart, &D::qacc_warmstart, nv},
-                 {&L::qM, &D::qM, nM},
-                 {&L::qLD, &D::qLD, nM},
-                 {&L::qLDiagInv, &D::qLDiagInv, nv},
-                 {&L::qLDiagSqrtInv, &D::qLDiagSqrtInv, nv},
-                 {&L::qfrc_smooth, &D::qfrc_smooth, nv}};
-  for_sensors_ = {{&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
-                  {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
-                  {&L::cdof, &D::cdof, 6 * nv},
-                  {&L::cdof_dot, &D::cdof_dot, 6 * nv}};
-  after_constraints_ = {{&L::cacc_ext, &D::cacc, 6 * nbody},
-                        {&L::cfrc_int, &D::cfrc_int, 6 * nbody},
-                        {&L::cfrc_ext, &D::cfrc_ext, 6 * nbody}};
-  sensed_ = {{&L::sensordata, &D::sensordata, m_.nsensordata}};
-  const int ncam = sees_from_cameras(m_) ? m_.ncam : 0;
-  cameras_ = {{&L::cam_xpos, &D::cam_xpos, 3 * ncam}, {&L::cam_xmat, &D::cam_xmat, 9 * ncam}};
-  for_cameras_ = {{&L::xpos, &D::xpos, 3 * nbody},
-                  {&L::xquat, &D::xquat, 4 * nbody},
-                  {&L::xmat, &D::xmat, 9 * nbody},
-                  {&L::subtree_com, &D::subtree_com, 3 * nbody}};
-  for_rays_ = {{&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
-               {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
-               {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
-               {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom}};
-  poses_ = {{&L::qpos, &D::qpos, nq},
-            {&L::xpos, &D::xpos, 3 * nbody},
-            {&L::xquat, &D::xquat, 4 * nbody},
-            {&L::xmat, &D::xmat, 9 * nbody},
-            {&L::xipos, &D::xipos, 3 * nbody},
-            {&L::ximat, &D::ximat, 9 * nbody},
-            {&L::geom_xpos, &D::geom_xpos, 3 * m_.ngeom},
-            {&L::geom_xmat, &D::geom_xmat, 9 * m_.ngeom},
-            {&L::site_xpos, &D::site_xpos, 3 * m_.nsite},
-            {&L::site_xmat, &D::site_xmat, 9 * m_.nsite},
-            {&L::subtree_com, &D::subtree_com, 3 * nbody},
-            {&L::cdof, &D::cdof, 6 * nv}};
-  motions_ = {{&L::qvel, &D::qvel, nv}, {&L::act, &D::act, m_.na}, {&L::cvel, &D::cvel, 6 * nbody}};
-  lengths_ = {{&L::ten_length, &D::ten_length, m_.ntendon}, {&L::actuator_length, &D::actuator_length, nu}};
-  speeds_ = {{&L::ten_velocity, &D::ten_velocity, m_.ntendon}, {&L::actuator_velocity, &D::actuator_velocity, nu}};
-  actuation_ = {{&L::actuator_force, &D::actuator_force, nu},
-                {&L::qfrc_actuator, &D::qfrc_actuator, nv},
-                {&L::act_dot, &D::act_dot, m_.na}};
-  moments_ = {{&L::actuator_moment, &D::actuator_moment, has_moments(m_) ? nu * nv : 0}};
-  passive_ = {{&L::qfrc_passive, &D::qfrc_passive, nv}};
-  from_solver_ = {{&L::qacc, &D::qacc, nv}, {&L::qfrc_constraint, &D::qfrc_constraint, nv}};
-  warmstart_ = {{&L::qacc_warmstart, &D::qacc_warmstart, nv}};
-  of_euler_ = {{&L::qH, &D::qH, nM}, {&L::qHDiagInv, &D::qHDiagInv, nv}};
-
-  const int sensing = m_.nsensor > 0 ? nbody : 0;
-  const int fluid_geoms = has_ellipsoids(m_) ? m_.ngeom : 0;
-  const int implicit = m_.opt.integrator == mjINT_IMPLICIT ? 1 : 0;
-  // Arrays of Lanes that are not copied from or to mjData.
-  const std::vector<std::pair<double * Lanes::*, int>> more{{&L::body_vel, 6 * sensing},
-                                                            {&L::subtree_linvel, 3 * sensing},
-                                                            {&L::subtree_angmom, 3 * sensing},
-                                                            {&L::angle, njnt},
-                                                            {&L::sine, njnt},
-                                                            {&L::cosine, njnt},
-                                                            {&L::cacc, 6 * nbody},
-                                                            {&L::cfrc_body, 6 * nbody},
-                                                            {&L::MhB, nM},
-                                                            {&L::qacc_integrated, nv},
-                                                            {&L::X_qpos, nq},
-                                                            {&L::X_qvel, 4 * nv},
-                                                            {&L::F, 4 * nv},
-                                                            {&L::dX, 2 * nv},
-                                                            {&L::X_act, m_.na},
-                                                            {&L::F_act, 4 * m_.na},
-                                                            {&L::qDeriv, implicit * nM},
-                                                            {&L::qDeriv_above, implicit * nM},
-                                                            {&L::qLU, implicit * nM},
-                                                            {&L::qLU_above, implicit * nM},
-                                                            {&L::Dcacc, implicit * 6 * nbody},
-                                                            {&L::Dcfrc_body, implicit * 6 * nbody},
-                                                            {&L::Dmomentum, implicit * 36 * nbody},
-                                                            {&L::local_J, implicit * 6 * nv},
-                                                            {&L::com_scale, nbody},
-                                                            {&L::viscous_torque, nbody},
-                                                            {&L::viscous_force, nbody},
-                                                            {&L::torque_drag, 3 * nbody},
-                                                            {&L::force_drag, 3 * nbody},
-                                                            {&L::ellipsoids, kEllipsoidNumbers * fluid_geoms}};
-  using M = mjModel;
-  own_ = {{&L::body_mass, &M::body_mass, nbody},
-          {&L::body_subtreemass, &M::body_subtreemass, sensing},
-          {&L::sensor_cutoff, &M::sensor_cutoff, m_.nsensor},
-          {&L::body_inertia, &M::body_inertia, 3 * nbody},
-          {&L::body_ipos, &M::body_ipos, 3 * nbody},
-          {&L::jnt_stiffness, &M::jnt_stiffness, njnt},
-          {&L::qpos_spring, &M::qpos_spring, nq},
-          {&L::dof_armature, &M::dof_armature, nv},
-          {&L::dof_damping, &M::dof_damping, nv},
-          {&L::dof_M0, &M::dof_M0, nv},
-          {&L::tendon_stiffness, &M::tendon_stiffness, m_.ntendon},
-          {&L::tendon_damping, &M::tendon_damping, m_.ntendon},
-          {&L::tendon_lengthspring, &M::tendon_lengthspring, m_.ntendon},
-          {&L::tendon_length0, &M::tendon_length0, m_.ntendon},
-          {&L::tendon_range, &M::tendon_range, 2 * m_.ntendon},
-          {&L::tendon_margin, &M::tendon_margin, m_.ntendon},
-          {&L::eq_data, &M::eq_data, mjNEQDATA * m_.neq},
-          {&L::actuator_gainprm, &M::actuator_gainprm, mjNGAIN * nu},
-          {&L::actuator_biasprm, &M::actuator_biasprm, mjNBIAS * nu},
-          {&L::actuator_dynprm, &M::actuator_dynprm, mjNDYN * nu},
-          {&L::actuator_gear, &M::actuator_gear, 6 * nu},
-          {&L::actuator_ctrlrange, &M::actuator_ctrlrange, 2 * nu},
-          {&L::actuator_forcerange, &M::actuator_forcerange, 2 * nu},
-          {&L::actuator_actrange, &M::actuator_actrange, 2 * nu},
-          {&L::actuator_lengthrange, &M::actuator_lengthrange, 2 * nu},
-          {&L::actuator_acc0, &M::actuator_acc0, nu},
-          {&L::jnt_range, &M::jnt_range, 2 * njnt},
-          {&L::jnt_margin, &M::jnt_margin, njnt},
-          {&L::cam_quat, &M::cam_quat, 4 * ncam},
-          {&L::wrap_prm, &M::wrap_prm, m_.nwrap},
-          {&L::geom_size, &M::geom_size, 3 * m_.ngeom},
-          {&L::geom_fluid, &M::geom_fluid, mjNFLUID * fluid_geoms},
-          {&L::site_size, &M::site_size, m_.nsensor > 0 ? 3 * m_.nsite : 0}};
-  options_ = {{&L::timestep, [](const M& m) { return &m.opt.timestep; }, 1},
-              {&L::gravity, [](const M& m) -> const mjtNum* { return m.opt.gravity; }, 3},
-              {&L::wind, [](const M& m) -> const mjtNum* { return m.opt.wind; }, 3},
-              {&L::magnetic, [](const M& m) -> const mjtNum* { return m.opt.magnetic; }, 3},
-              {&L::density, [](const M& m) { return &m.opt.density; }, 1},
-              {&L::viscosity, [](const M& m) { return &m.opt.viscosity; }, 1}};
-  flags_ = {{&L::actuator_ctrllimited, &M::actuator_ctrllimited, nu},
-            {&L::actuator_forcelimited, &M::actuator_forcelimited, nu}};
-  frames_ = {{&L::body_pos, &M::body_pos, 3 * nbody},     {&L::body_quat, &M::body_quat, 4 * nbody},
-             {&L::body_iquat, &M::body_iquat, 4 * nbody}, {&L::jnt_pos, &M::jnt_pos, 3 * njnt},
-             {&L::jnt_axis, &M::jnt_axis, 3 * njnt},      {&L::qpos0, &M::qpos0, nq},
-             {&L::geom_pos, &M::geom_pos, 3 * m_.ngeom},  {&L::geom_quat, &M::geom_quat, 4 * m_.ngeom},
-             {&L::site_pos, &M::site_pos, 3 * m_.nsite},  {&L::site_quat, &M::site_quat, 4 * m_.nsite}};
+LaneArrays::LaneArrays(const mjModel& m) : m_(m) {
   const auto add = [&](double* Lanes::*array, int count) {
     counts_.emplace_back(array, static_cast<std::size_t>(count));
   };
-  for (const auto& [array, count] : more) add(array, count);
+  const auto add_of_data = [&](const LaneArray& array, unsigned writers, unsigned readers) {
+    add(array.numbers, array.count);
+    longest_ = std::max(longest_, array.count);
+    for (std::size_t party = 0; party < kParties; ++party) {
+      if (writers >> party & 1) written_[party].push_back(array);
+      if (readers >> party & 1) read_[party].push_back(array);
+    }
+  };
+#define MJENV_ARRAY(name, count) add(&Lanes::name, count);
+  MJENV_LANES_RESULTS(MJENV_ARRAY)
+#undef MJENV_ARRAY
+#define MJENV_ARRAY(name, count, limit) \
+  own_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, count});
+  MJENV_LANES_OWN(MJENV_ARRAY)
+#undef MJENV_ARRAY
+#define MJENV_ARRAY(name, count, limit) \
+  own_.push_back({&Lanes::name, [](const mjModel& of) { return first(of.opt.name); }, count});
+  MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
+#undef MJENV_ARRAY
+#define MJENV_ARRAY(name, count, limit) \
+  frames_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, count});
+  MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)
+#undef MJENV_ARRAY
+#define MJENV_ARRAY(name, count, limit) \
+  flags_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtByte* { return of.name; }, count});
+  MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
+#undef MJENV_ARRAY
+#define MJENV_ARRAY(name, count, writers, readers) add_of_data({&Lanes::name, &mjData::name, count}, writers, readers);
+  MJENV_LANES_DATA(MJENV_ARRAY)
+#undef MJENV_ARRAY
   for (const auto* list : {&own_, &frames_})
     for (const OwnNumbers& own : *list) add(own.numbers, own.count);
-  for (const OwnOption& own : options_) add(own.numbers, own.count);
   for (const OwnFlags& own : flags_) add(own.numbers, own.count);
-  for (const auto* list : {&input_, &forces_, &shown_, &tendons_, &moments_, &sensed_, &cameras_, &after_constraints_,
-                           &others_, &from_solver_, &of_euler_})
-    for (const LaneArray& array : *list) {
-      add(array.numbers, array.count);
-      longest_ = std::max(longest_, array.count);
-    }
 }
 
 class LaneStepper final : public Stepper, private LaneArrays {
@@ -365,8 +191,8 @@ class LaneStepper final : public Stepper, private LaneArrays {
   bool is_unlike(const mjModel& m) const;
   bool has_other_types(const mjModel& m) const;
   void gather_forces(Work* const* works);
-  void gather(const std::vector<LaneArray>& arrays);
-  void scatter(const std::vector<LaneArray>& arrays, unsigned rows = ~0U);
+  void gather(Party writer);
+  void scatter(Party reader, unsigned rows = ~0U);
   std::uint32_t live() const { return all_ & ~lanes_.left_to_mujoco; }
   template <typename Body>
   void for_live_rows(const Body& body);
@@ -380,6 +206,16 @@ class LaneStepper final : public Stepper, private LaneArrays {
   void forward(Readers readers);
   bool constrain_in_lanes();
   void keep_warmstart();
+  // A stage of the dynamics before constraints. is_single: whether MuJoCo's functions compute it row by row; null if
+  // lanes always compute it. is_shown: whether callbacks see its results in a new state.
+  struct SmoothStage {
+    void (*Code::*in_lanes)(Lanes&);
+    bool is_shown;
+    bool SingleStages::*is_single = nullptr;
+    void (LaneStepper::*row_by_row)() = nullptr;
+  };
+  static const std::array<SmoothStage, 13> kSmoothStages;
+  void compute(const SmoothStage& stage);
   void actuate_row_by_row();
   void gather_sparse_tendons();
   void compute_passive_row_by_row();
@@ -482,7 +318,6 @@ void LaneStepper::gather_own() {
   lanes_.has_own_sizes =
       has_own(&mjModel::geom_size) || has_own(&mjModel::geom_margin) || has_own(&mjModel::hfield_size);
   for (OwnNumbers& own : own_) gather_own(own);
-  for (OwnOption& own : options_) gather_own(own);
   for (OwnFlags& own : flags_) gather_own(own);
   lanes_.has_own_frames =
       !std::all_of(frames_.begin(), frames_.end(), [&](const OwnNumbers& own) { return are_shared(own); });
@@ -545,7 +380,6 @@ void LaneStepper::leave_unlike() {
       if (!own.are_shared) lanes_.unlike |= code_.bad(lanes_.*own.numbers, own.count);
   };
   leave(own_);
-  leave(options_);
   if (lanes_.has_own_frames) leave(frames_);
   for (int row = 0; row < count_; ++row)
     if (is_unlike(*row_models_[row])) lanes_.unlike |= 1U << row;
@@ -581,18 +415,19 @@ bool LaneStepper::has_other_types(const mjModel& m) const {
   return m.geom_contype != m_.geom_contype || m.geom_conaffinity != m_.geom_conaffinity;
 }
 
-// Copies the rows' arrays to lanes. Lanes without a row get a copy of the first row.
-void LaneStepper::gather(const std::vector<LaneArray>& arrays) {
+// Copies to lanes what this Party has written to the rows' mjData. Lanes without a row get a copy of the first row.
+void LaneStepper::gather(Party writer) {
   std::array<const double*, kMaxWidth> from{};
-  for (const LaneArray& array : arrays) {
+  for (const LaneArray& array : written_[index_of(writer)]) {
     for (int lane = 0; lane < code_.width; ++lane) from[lane] = data_[lane < count_ ? lane : 0]->*array.data;
     code_.gather(lanes_.*array.numbers, from.data(), array.count);
   }
 }
 
-void LaneStepper::scatter(const std::vector<LaneArray>& arrays, unsigned rows) {
+// Copies to the rows' mjData what this Party reads there.
+void LaneStepper::scatter(Party reader, unsigned rows) {
   std::array<double*, kMaxWidth> to{};
-  for (const LaneArray& array : arrays) {
+  for (const LaneArray& array : read_[index_of(reader)]) {
     for (int lane = 0; lane < code_.width; ++lane)
       to[lane] = lane < count_ && rows >> lane & 1 ? data_[lane]->*array.data : spare_.data();
     code_.scatter(to.data(), lanes_.*array.numbers, array.count);
@@ -603,8 +438,9 @@ void LaneStepper::scatter(const std::vector<LaneArray>& arrays, unsigned rows) {
 void LaneStepper::gather_forces(Work* const* works) {
   lanes_.has_forces = std::any_of(works, works + count_, [](const Work* work) { return work->has_forces(); });
   if (!lanes_.has_forces) return;
-  gather(forces_);
-  for (const LaneArray& array : forces_) leave_bad(lanes_.*array.numbers, array.count);
+  gather(kForces);
+  leave_bad(lanes_.qfrc_applied, m_.nv);
+  leave_bad(lanes_.xfrc_applied, 6 * m_.nbody);
 }
 
 // Calls body(row, its model, its mjData) for the rows that are not left to MuJoCo. If MuJoCo fails in a row, this
@@ -643,7 +479,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
                        [&](const mjModel* m) { return solver_->has_noslip_of(*m); });
   lanes_.left_to_mujoco = lanes_.unlike;
   if (live() == 0) return 0;
-  gather(input_);
+  gather(kState);
   gather_forces(works);
   leave_bad(lanes_.act, m_.na);
   leave_bad(lanes_.ctrl, m_.nu);
@@ -653,11 +489,10 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     const bool is_last = frame == frames;
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
-    if (before_substep || is_last) scatter(state_);
-    if (is_last) scatter(warmstart_);
+    if (before_substep || is_last) scatter(kState);
     if (before_substep) {
       for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { (*before_substep)(row, frame - 1); });
-      gather(control_);
+      gather(kCallback);
       gather_forces(works);
       leave_bad(lanes_.ctrl, m_.nu);
     }
@@ -673,10 +508,9 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   const bool computes_forces = reads_forces_ && !is_whole_;
   if (computes_forces) {
     code_.rnePostConstraint(lanes_, maker_->found(), solver_->constraints());
-    scatter(after_constraints_);
+    scatter(kBetweenBodies);
   }
-  scatter(state_);
-  scatter(warmstart_);
+  scatter(kState);
   if (is_whole_ && !single_.actuation) scatter_moments();
   const bool is_current = works[0]->keeps_current(), is_shown = is_current && shows_current();
   if (is_shown) show_current(works);
@@ -696,46 +530,27 @@ bool LaneStepper::shows_current() const {
 // contacts, constraints and energies.
 void LaneStepper::show_current(Work* const* works) {
   for (int row = 0; row < count_; ++row) works[row]->keep_raw_qpos();
-  code_.kinematics(lanes_);
-  code_.comPos(lanes_);
-  code_.tendon(lanes_);
-  code_.transmission(lanes_);
-  code_.fwdVelocity(lanes_);
-  code_.comVel(lanes_);
-  code_.passive(lanes_);
-  code_.rne(lanes_);
-  scatter(state_);
-  scatter(shown_);
+  for (const SmoothStage& stage : kSmoothStages)
+    if (stage.is_shown) compute(stage);
+  scatter(kState);
+  scatter(kShown);
   if (sensors_ == SensorNeeds::nothing) return;
-  scatter(for_sensors_);
+  scatter(kSensing);
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_state(m, d); });
+}
+
+void LaneStepper::compute(const SmoothStage& stage) {
+  if (!stage.is_single || !(single_.*stage.is_single)) {
+    if (stage.in_lanes) (code_.*stage.in_lanes)(lanes_);
+  } else if (stage.row_by_row) {
+    (this->*stage.row_by_row)();
+  }
 }
 
 // mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come after all other
 // stages except sensors and energies, unless the model has adhesion.
 void LaneStepper::forward(Readers readers) {
-  code_.kinematics(lanes_);
-  code_.comPos(lanes_);
-  if (single_.actuation) scatter(poses_);
-  if (!single_.actuation) code_.tendon(lanes_);
-  code_.crb(lanes_);
-  code_.factorM(lanes_);
-  if (!single_.actuation) {
-    code_.transmission(lanes_);
-    code_.fwdVelocity(lanes_);
-  }
-  code_.comVel(lanes_);
-  if (single_.actuation) {
-    scatter(motions_);
-    actuate_row_by_row();
-  }
-  if (single_.passive)
-    compute_passive_row_by_row();
-  else
-    code_.passive(lanes_);
-  code_.rne(lanes_);
-  if (!single_.actuation) code_.fwdActuation(lanes_);
-  code_.fwdAcceleration(lanes_);
+  for (const SmoothStage& stage : kSmoothStages) compute(stage);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
   const bool reads_constraints = readers.sensors && sensors_ == SensorNeeds::constraints;
@@ -743,14 +558,12 @@ void LaneStepper::forward(Readers readers) {
   if (readers.after_step && reads_forces_ && !is_made) is_whole_ = true;
   const bool is_held = (readers.after_step && is_whole_) || reads_constraints;
   if (!is_made) {
-    scatter(for_limits_);
+    scatter(kConstraints);
     if (!has_adhesion_) {
       collide();
       make_constraints();
     }
     solve_constraints(is_held);
-  } else if (readers.after_step || readers.sensors) {
-    scatter(from_solver_);
   }
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
   if (readers.sensors && !is_whole_ && (is_made || !reads_constraints))
@@ -760,9 +573,26 @@ void LaneStepper::forward(Readers readers) {
   if (readers.after_step) show();
 }
 
+// In this order. A single call computes tendons and actuators row by row.
+const std::array<LaneStepper::SmoothStage, 13> LaneStepper::kSmoothStages{
+    {{&Code::kinematics, true},
+     {&Code::comPos, true},
+     {&Code::tendon, true, &SingleStages::actuation},
+     {&Code::crb, false},
+     {&Code::factorM, false},
+     {&Code::transmission, true, &SingleStages::actuation},
+     {&Code::fwdVelocity, true, &SingleStages::actuation},
+     {&Code::comVel, true},
+     {nullptr, false, &SingleStages::actuation, &LaneStepper::actuate_row_by_row},
+     {&Code::passive, true, &SingleStages::passive, &LaneStepper::compute_passive_row_by_row},
+     {&Code::rne, true},
+     {&Code::fwdActuation, false, &SingleStages::actuation},
+     {&Code::fwdAcceleration, false}}};
+
 // MuJoCo's functions compute tendons and actuators row by row. The moments of adhesion depend on contacts and
 // constraints, so these come first.
 void LaneStepper::actuate_row_by_row() {
+  scatter(kActuation);
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_tendon(&m, &d); });
   if (has_adhesion_) {
     collide();
@@ -778,9 +608,9 @@ void LaneStepper::actuate_row_by_row() {
     mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m_.nu, m_.nv);
     mj_fwdActuation(&m, &d);
   });
-  for (const auto* list : {&lengths_, &speeds_, &moments_, &actuation_}) gather(*list);
+  gather(kActuation);
   if (!mj_isSparse(&m_))
-    gather(tendons_);
+    gather(kTendons);
   else if (m_.opt.integrator == mjINT_IMPLICIT)
     gather_sparse_tendons();
 }
@@ -802,42 +632,40 @@ void LaneStepper::gather_sparse_tendons() {
 // comes first.
 void LaneStepper::compute_passive_row_by_row() {
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_passive(&m, &d); });
-  gather(passive_);
+  gather(kPassive);
 }
 
 void LaneStepper::sense_in_lanes() {
   static const Contacts kNoContacts{};
   static const Constraints kNoConstraints{};
   if (sees_from_cameras_) {
-    scatter(for_cameras_);
+    scatter(kCameras);
     for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_camlight(&m, &d); });
-    gather(cameras_);
+    gather(kCameras);
   }
   if (sensors_ == SensorNeeds::constraints)
     code_.sensors(lanes_, maker_->found(), solver_->constraints());
   else
     code_.sensors(lanes_, kNoContacts, kNoConstraints);
-  scatter(sensed_);
-  if (has_rangefinders_) scatter(for_rays_);
+  scatter(kSensed);
+  if (has_rangefinders_) scatter(kRays);
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_singly(m, d); });
 }
 
 void LaneStepper::sense_row_by_row(bool holds_constraints) {
-  scatter(shown_);
-  scatter(state_);
-  scatter(for_sensors_);
+  for (const Party reader : {kShown, kState, kSensing}) scatter(reader);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) { sense(m, d, holds_constraints); });
 }
 
 // Writes to mjData what callbacks can read, and everything else if somebody reads it (is_whole_).
 void LaneStepper::show() {
-  scatter(shown_);
+  scatter(kShown);
   if (!is_whole_) return;
-  scatter(others_);
-  if (!single_.actuation) scatter(tendons_);
+  scatter(kWhole);
+  if (!single_.actuation) scatter(kTendons);
   const bool has_paths = !tables_.segments.empty(), has_energy = (m_.opt.enableflags & mjENBL_ENERGY) != 0;
   if (!has_paths && !has_energy) return;
-  scatter(state_);
+  scatter(kState);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     if (has_paths) mj_tendon(&m, &d);  // for the tendons' paths, which lanes do not compute
     if (!has_energy) return;
@@ -865,7 +693,7 @@ void LaneStepper::collide() {
   code_.reject(lanes_);
   std::uint32_t near = 0;
   for (const unsigned char rows : may_touch_) near |= rows;
-  if ((near & live()) != 0) scatter(for_geoms_);
+  if ((near & live()) != 0) scatter(kCollision);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     d.ncon = 0;
     if (!(near >> row & 1)) return;
@@ -877,7 +705,7 @@ void LaneStepper::collide() {
 // Calls mjenv_collision row by row, which looks for pairs itself. If the model has a list of pairs, lanes do not
 // compute the frames of geoms that only such a search reads, so this does.
 void LaneStepper::search() {
-  scatter(searches_ ? for_geoms_ : poses_);
+  scatter(searches_ ? kCollision : kSearch);
   for_live_rows([&](int /*row*/, const mjModel& m, mjData& d) {
     for (int geom = 0; geom < m.ngeom && !searches_; ++geom) update_frame(m, d, geom);
     mjenv_collision(&m, &d);
@@ -888,9 +716,8 @@ void LaneStepper::search() {
 void LaneStepper::make_constraints() {
   int contacts = 0;
   for_live_rows([&](int /*row*/, const mjModel& /*m*/, mjData& d) { contacts += d.ncon; });
-  if (contacts > 0 || m_.neq > 0) scatter(for_contacts_);
-  if (m_.neq > 0) scatter(for_equality_);
-  if (!single_.actuation) scatter(tendons_);
+  if (contacts > 0 || m_.neq > 0) scatter(kBodyConstraints);
+  if (!single_.actuation) scatter(kTendons);
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { mj_makeConstraint(&m, &d); });
 }
 
@@ -903,7 +730,7 @@ void LaneStepper::solve_constraints(bool is_held) {
     if (solver_ && solver_->solves(m, d)) solvable |= 1u << row;
   });
   if ((solvable & (solvable - 1)) == 0) solvable = 0;  // for a single row, MuJoCo's solver is faster
-  if ((constrained & ~solvable) != 0) scatter(for_solver_);
+  if ((constrained & ~solvable) != 0) scatter(kSolver);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (solvable >> row & 1) return;
     if (d.nefc > 0) {
@@ -913,10 +740,7 @@ void LaneStepper::solve_constraints(bool is_held) {
     mj_fwdConstraint(&m, &d);
   });
   if (solvable != 0) solver_->solve(lanes_, solvable, row_models_, data_, is_held);
-  if (constrained != 0) {
-    gather(from_solver_);
-    return gather(warmstart_);
-  }
+  if (constrained != 0) return gather(kSolver);
   const auto count = static_cast<std::size_t>(m_.nv) * static_cast<std::size_t>(code_.width);
   std::copy_n(lanes_.qacc_smooth, count, lanes_.qacc);
   std::fill_n(lanes_.qfrc_constraint, count, 0.0);
@@ -929,7 +753,7 @@ void LaneStepper::keep_warmstart() { std::copy_n(lanes_.qacc, m_.nv * code_.widt
 // Copies the moments of actuators to mjData. If all actuators act on slides and hinges, their moments are their gears,
 // and the lanes have no array of them.
 void LaneStepper::scatter_moments() {
-  if (tables_.has_moments) return scatter(moments_);
+  if (tables_.has_moments) return scatter(kMoments);
   for (int row = 0; row < count_; ++row) {
     mjtNum* const moment = data_[row]->actuator_moment;
     std::fill_n(moment, m_.nu * m_.nv, 0.0);
@@ -966,7 +790,7 @@ void LaneStepper::integrate(bool is_last) {
   if (m_.opt.integrator == mjINT_EULER) {
     code_.Euler(lanes_);
     code_.advanceActivations(lanes_, 0);
-    if (is_last && is_whole_ && lanes_.damped != 0) scatter(of_euler_, lanes_.damped);
+    if (is_last && is_whole_ && lanes_.damped != 0) scatter(kFactor, lanes_.damped);
     return;
   }
   for (int stage = 1; stage < 4; ++stage) {
