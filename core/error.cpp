@@ -23,7 +23,7 @@ std::size_t distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names) {
-  constexpr std::size_t kMaxNames = 6, kLongest = 100;
+  constexpr std::size_t kMaxNames = 3, kLongest = 100;
   if (given.empty() || given.size() > kLongest) return {};
   const auto is_last_word_of = [&](const std::string& name) {
     const std::size_t at = name.size() - given.size();
@@ -50,6 +50,14 @@ std::string listed(const std::vector<std::string>& names) {
   std::string text;
   for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
   return text.empty() ? "none" : text;
+}
+
+std::string choices(const std::string& given, const std::vector<std::string>& names, const std::string& lister) {
+  constexpr std::size_t kFew = 16;
+  if (names.size() <= kFew) return "; there are " + listed(names);
+  const std::vector<std::string> likely = nearest(given, names);
+  return (likely.empty() ? "; " : "; nearest: " + listed(likely) + "; ") + lister + " lists all " +
+         std::to_string(names.size());
 }
 
 }  // namespace mjenv::core

@@ -31,7 +31,11 @@ inline std::string quoted(const std::string& text) { return '"' + text + '"'; }
 // Joins names as "a, b, c", for messages that list the valid choices.
 std::string listed(const std::vector<std::string>& names);
 
-// The names that the caller probably meant, the likeliest first: names that end with the given word, such as
+// Ends a message about a name that does not exist: "; there are a, b, c" if there are few, otherwise the nearest, and
+// which function lists all.
+std::string choices(const std::string& given, const std::vector<std::string>& names, const std::string& lister);
+
+// The up to three names that the caller probably meant, the likeliest first: names that end with the given word, such as
 // "opt.gravity" for "gravity", names that contain it, and names that differ by a few letters.
 std::vector<std::string> nearest(const std::string& given, const std::vector<std::string>& names);
 

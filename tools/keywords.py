@@ -65,7 +65,7 @@ def type_of(option: Option) -> str:
         return "Sequence[float]" if isinstance(option.default, tuple) else "float"
     if option.choices:
         choices = ", ".join(f'"{choice}"' for choice in option.choices)
-        return f"Literal[{choices}]"
+        return f"Literal[{choices}]" + (" | int" if option.kind == Kind.STRING_OR_INT else "")
     if option.name == "xml_file":
         return "str | PathLike[str]"
     return {Kind.FLAG: "bool", Kind.INTEGER: "int", Kind.STRING: "str", Kind.STRING_OR_INT: "str | int"}[option.kind]

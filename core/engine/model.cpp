@@ -212,7 +212,8 @@ int Model::index(const std::string& type, const std::string& name) const {
   std::vector<std::string> names;
   for (int i = 0; i < count(type); ++i)
     if (*this->name(type, i)) names.emplace_back(this->name(type, i));
-  fail(MJENV_E_NAME, "model " + quoted(label_) + " has no " + type + " " + quoted(name) + "; it has " + listed(names));
+  fail(MJENV_E_NAME,
+       "model " + quoted(label_) + " has no " + type + " " + quoted(name) + choices(name, names, "mjenv_object_name"));
 }
 
 const char* Model::name(const std::string& type, std::int64_t index) const {

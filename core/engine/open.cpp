@@ -139,7 +139,7 @@ std::shared_ptr<const Model> Model::open(const std::string& xml_file, bool trust
     if (xml_file == assets[i].name) return open({xml_file, "", assets[i].text, Origin::built_in});
     names.emplace_back(assets[i].name);
   }
-  fail(MJENV_E_FILE, "no built-in model " + quoted(xml_file) + "; there are " + listed(names) +
+  fail(MJENV_E_FILE, "no built-in model " + quoted(xml_file) + choices(xml_file, names, "the folder assets of mjenv") +
                          "; a path starts with \".\", \"/\" or \"~\"");
 }
 

@@ -67,11 +67,14 @@ void declare_env_options(Options& options) {
                   "how many threads step rows, at most one per row; 1: only the caller's; 0: one for each CPU that the "
                   "process may use",
                   InIdentity::no);
-  options.integer("lanes", -1, -2, static_cast<std::int64_t>(Team::kMaxSize),
-                  "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: "
-                  "one by one; -1: as the environment variable MJENV_LANES says, or if it is not set, at most 4; "
-                  "-2: likewise, but as many as the CPU has, which is faster and takes more memory",
-                  InIdentity::no);
+  Option lanes(MJENV_KIND_STRING_OR_INT, "lanes",
+               "how many rows one thread steps at once, in the lanes of the CPU's vector unit, with equal bits; 0: one "
+               "by one; auto: as the environment variable MJENV_LANES says, or if it is not set, at most 4; max: "
+               "likewise, but as many as the CPU has, which is faster and takes more memory",
+               InIdentity::no, 0, static_cast<double>(Team::kMaxSize));
+  lanes.text = "auto";
+  lanes.choices = "auto max";
+  options.add(std::move(lanes));
   options.flag("cpu_affinity", false, "pin each thread of the library to one CPU", InIdentity::no);
   options.text("arrays", "",
                "names of the mjData arrays to export in each step, separated by blanks: \"xpos sensordata\"", "",
@@ -315,7 +318,8 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   std::vector<std::string> names;
   for (const auto role : {MJENV_ROLE_DATA, MJENV_ROLE_MODEL})
     for (const auto& field : schema_.fields(role)) names.push_back(field.name);
-  fail(MJENV_E_NAME, "no array " + quoted(name) + "; there are " + listed(names));
+  fail(MJENV_E_NAME,
+       "no array " + quoted(name) + choices(name, names, "mjenv_field_at with MJENV_ROLE_DATA and MJENV_ROLE_MODEL"));
 }
 
 void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {

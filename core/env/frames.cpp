@@ -174,7 +174,8 @@ void Frames::stack_terms(const std::string& lengths) {
     if (found == fields_.end()) {
       std::vector<std::string> names;
       for (const Field& field : fields_) names.push_back(field.name);
-      refuse(MJENV_E_NAME, "the observation has no term " + quoted(name) + "; it has " + listed(names));
+      refuse(MJENV_E_NAME, "the observation has no term " + quoted(name) +
+                               choices(name, names, "mjenv_field_at with MJENV_ROLE_OBSERVATION"));
     }
     std::size_t& of_term = frames[static_cast<std::size_t>(found - fields_.begin())];
     if (of_term != 0) refuse(MJENV_E_VALUE, "the term " + quoted(name) + " is named twice");

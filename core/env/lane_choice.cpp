@@ -34,11 +34,13 @@ LaneChoice best(const Task& task, std::int64_t rows, int threads, int most) {
 }  // namespace
 
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads) {
-  const std::int64_t option = options.get("lanes").integer;
-  const bool is_explicit = option >= 0;
+  const Option& option = options.get("lanes");
+  const bool is_explicit = option.given_as_integer;
   const std::string source = is_explicit ? "option \"lanes\"" : std::string("environment variable ") + kVariable;
-  const std::string chosen = is_explicit ? std::to_string(option) : platform::environment(kVariable).value_or("");
-  if (chosen.empty()) return best(task, rows, threads, option == -1 ? lanes::kThriftyWidth : lanes::kWidths.back());
+  const std::string chosen =
+      is_explicit ? std::to_string(option.integer) : platform::environment(kVariable).value_or("");
+  if (chosen.empty())
+    return best(task, rows, threads, option.text == "auto" ? lanes::kThriftyWidth : lanes::kWidths.back());
   if (chosen == "0") return {0, "the " + source + " is 0"};
   const auto refuse = [&](const std::string& why) { fail(MJENV_E_VALUE, source + " is " + chosen + ", but " + why); };
   const auto find = [&](const std::vector<int>& widths) {
@@ -56,7 +58,7 @@ LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t r
   std::string why = obstacle_of(task);
   if (why.empty() && rows < width) why = "the environment has only " + counted(rows, "row");
   if (why.empty()) return {width, ""};
-  if (is_explicit) refuse(why + "; the default, -1, takes only as many lanes as this environment can use");
+  if (is_explicit) refuse(why + "; \"auto\" takes only as many lanes as this environment can use");
   return {0, std::move(why)};
 }
 

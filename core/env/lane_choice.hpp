@@ -16,7 +16,7 @@ struct LaneChoice {
 };
 
 // Chooses the number of lanes that the option "lanes" asks for, or throws if that many are not available. If the option
-// is negative and the environment variable MJENV_LANES is set, the variable decides. It must be a number that this CPU
+// is "auto" or "max" and the environment variable MJENV_LANES is set, the variable decides. It must be a number that this CPU
 // supports; an environment that cannot have so many lanes then has none.
 LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t rows, int threads);
 

@@ -39,7 +39,8 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
     if (!found) {
       std::vector<std::string> known;
       for (const auto& a : arrays) known.push_back(a.name);
-      fail(MJENV_E_NAME, "option \"arrays\": no array " + quoted(name) + "; there are " + listed(known));
+      fail(MJENV_E_NAME,
+           "option \"arrays\": no array " + quoted(name) + choices(name, known, "mjenv_field_at with MJENV_ROLE_DATA"));
     }
     exported_.push_back(static_cast<std::size_t>(found - arrays.data()));
     std::vector<Field>& list = fields_[MJENV_ROLE_ARRAYS];

@@ -76,7 +76,7 @@ const Option& Options::get(const std::string& name) const {
     if (option.name == name) return option;
   std::vector<std::string> names;
   for (const auto& option : options_) names.push_back(option.name);
-  fail(MJENV_E_NAME, id_ + " has no option " + quoted(name) + "; it has " + listed(names));
+  fail(MJENV_E_NAME, id_ + " has no option " + quoted(name) + choices(name, names, "mjenv_options_at"));
 }
 
 void Options::refuse_type(const Option& option, const char* given) const {

@@ -30,7 +30,8 @@ const Field& Parameters::find(const std::string& array, const std::string& id) c
     if (field.name == array) return field;
     names.push_back(field.name);
   }
-  fail(MJENV_E_NAME, id + " has no live parameter " + quoted(array) + "; it has " + listed(names));
+  fail(MJENV_E_NAME, id + " has no live parameter " + quoted(array) +
+                         choices(array, names, "mjenv_field_at with MJENV_ROLE_PARAMETERS"));
 }
 
 void Parameters::check(const Field& field, const double* values) const {

@@ -117,7 +117,7 @@ const Id& id_of(const std::string& name) {
   for (std::size_t i = 0; i < list.count; ++i) names.emplace_back(list.ids[i]->name);
   names.emplace_back(unlisted.name);
   const std::string unloaded = environment_failure();
-  fail(MJENV_E_NAME, "no environment " + quoted(name) + "; there are " + listed(names) +
+  fail(MJENV_E_NAME, "no environment " + quoted(name) + choices(name, names, "mjenv_id_at") +
                          (unloaded.empty() ? "" : "; MJENV_TASKS: " + unloaded));
 }
 

@@ -426,8 +426,9 @@ static void test_names(void** state) {
   int64_t count = 77;
   int64_t index = 77;
   const char* name = NULL;
-  assert_refused(MJENV_E_NAME, mjenv_read(b->env, 0, "q_pos", values, 8, &count), "q_pos", "qpos", "body_mass");
-  assert_refused(MJENV_E_NAME, mjenv_read(b->env, 0, "", values, 8, &count), "qpos");
+  assert_refused(MJENV_E_NAME, mjenv_read(b->env, 0, "q_pos", values, 8, &count),
+                 "\"q_pos\"; nearest: qpos; mjenv_field_at");
+  assert_refused(MJENV_E_NAME, mjenv_read(b->env, 0, "", values, 8, &count), "mjenv_field_at", "lists all");
   assert_refused(MJENV_E_NAME, mjenv_object_count(b->env, "bodies", &index), "bodies", "body", "sensor");
   assert_refused(MJENV_E_NAME, mjenv_object_index(b->env, "bodies", "torso", &index), "bodies", "body", "sensor");
   assert_refused(MJENV_E_NAME, mjenv_object_index(b->env, "body", "head", &index), "body", "head", "torso", "thigh");
@@ -436,7 +437,8 @@ static void test_names(void** state) {
   assert_refused(MJENV_E_VALUE, mjenv_object_name(b->env, "body", 5, &name), "body", "5", "0..4");
   assert_refused(MJENV_E_VALUE, mjenv_object_name(b->env, "tendon", 0, &name), "tendon");
   mjenv_spec spec = MJENV_SPEC_INIT;
-  assert_refused(MJENV_E_NAME, mjenv_spec_of("Hopper", &spec), "Hopper", "Hopper-v4", "Hopper-v5");
+  assert_refused(MJENV_E_NAME, mjenv_spec_of("Hopper", &spec),
+                 "\"Hopper\"; nearest: Hopper-v4, Hopper-v5; mjenv_id_at lists all");
   assert_true(count == 77 && index == 77 && !name && !spec.id);
   assert_unharmed(b);
 }

@@ -30,7 +30,7 @@ static bool runs(int64_t lanes) {
 
 static mjenv_options* options_for(const char* id, struct way way, const char* autoreset) {
   mjenv_options* options = options_of_id(id);
-  assert_ok(mjenv_options_set_integer(options, "lanes", way.lanes));
+  set_lanes(options, way.lanes);
   assert_ok(mjenv_options_set_integer(options, "num_threads", way.threads));
   assert_ok(mjenv_options_set_integer(options, "max_episode_steps", LIMIT));
   assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
@@ -288,7 +288,7 @@ static void test_refused(void** state) {
   mjenv_env* env = NULL;
   mjenv_options* options = options_for("Hopper-v5", (struct way){3, 1}, "disabled");
   assert_refused(MJENV_E_VALUE, mjenv_create(options, 64, &env), "\"lanes\" is 3", "0");
-  assert_ok(mjenv_options_set_integer(options, "lanes", -1));
+  set_lanes(options, AUTO_LANES);
   static const char* const wrong[] = {"3", "many", "4x"};
   for (size_t i = 0; i < COUNT(wrong); ++i) {
     set_variable("MJENV_LANES", wrong[i]);
@@ -301,6 +301,8 @@ static void test_refused(void** state) {
   mjenv_options_destroy(options);
   options = options_of_id("Hopper-v5");
   assert_refused(MJENV_E_VALUE, mjenv_options_set_integer(options, "lanes", 9), "lanes");
+  assert_refused(MJENV_E_VALUE, mjenv_options_set_integer(options, "lanes", -1), "lanes");
+  assert_refused(MJENV_E_VALUE, mjenv_options_set_string(options, "lanes", "all"), "auto, max");
   mjenv_options_destroy(options);
 }
 
@@ -314,7 +316,7 @@ static void assert_lanes(mjenv_env* env, int64_t wanted, const char* why) {
 
 static mjenv_options* options_with_lanes(const char* id, int64_t lanes) {
   mjenv_options* options = options_of_id(id);
-  assert_ok(mjenv_options_set_integer(options, "lanes", lanes));
+  set_lanes(options, lanes);
   return options;
 }
 
@@ -345,13 +347,17 @@ static void test_reasons(void** state) {
   const bool has = runs(2);
   const int64_t widest = runs(8) ? 8 : runs(4) ? 4 : has ? 2 : 0;
   const char* const obstacle = has ? "opt.enableflags" : "lanes";
-  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
-  assert_lanes_of(options_with_lanes("Hopper-v5", -2), 64, widest, has ? "" : "this library");
-  assert_lanes_of(options_with_lanes("Hopper-v5", -2), 7, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", AUTO_LANES), 64,
+                  runs(4) ? 4
+                  : has   ? 2
+                          : 0,
+                  has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", MAX_LANES), 64, widest, has ? "" : "this library");
+  assert_lanes_of(options_with_lanes("Hopper-v5", MAX_LANES), 7, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", 0), 64, 0, "option \"lanes\" is 0");
-  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only one row" : "this library");
-  assert_lanes_of(options_with_obstacle(-1), 64, 0, obstacle);
-  assert_lanes_of(options_with_obstacle(-2), 64, 0, obstacle);
+  assert_lanes_of(options_with_lanes("Hopper-v5", AUTO_LANES), 1, 0, has ? "only one row" : "this library");
+  assert_lanes_of(options_with_obstacle(AUTO_LANES), 64, 0, obstacle);
+  assert_lanes_of(options_with_obstacle(MAX_LANES), 64, 0, obstacle);
   assert_refused_lanes(options_with_obstacle(2), 64, obstacle);
   if (has)
     assert_lanes_of(options_with_lanes("Hopper-v5", 2), 2, 2, "");
@@ -359,12 +365,12 @@ static void test_reasons(void** state) {
     assert_refused_lanes(options_with_lanes("Hopper-v5", 2), 64, "this library");
   assert_refused_lanes(options_with_lanes("Hopper-v5", 2), 1, has ? "only 1 row" : "this library");
   set_variable("MJENV_LANES", "2");
-  for (int64_t option = -2; option < 0; ++option)
+  for (int64_t option = MAX_LANES; option < 0; ++option)
     assert_lanes_of(options_with_lanes("Hopper-v5", option), 64, has ? 2 : 0, has ? "" : "this library");
-  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 1, 0, has ? "only 1 row" : "this library");
-  assert_lanes_of(options_with_obstacle(-1), 64, 0, obstacle);
+  assert_lanes_of(options_with_lanes("Hopper-v5", AUTO_LANES), 1, 0, has ? "only 1 row" : "this library");
+  assert_lanes_of(options_with_obstacle(AUTO_LANES), 64, 0, obstacle);
   set_variable("MJENV_LANES", "0");
-  assert_lanes_of(options_with_lanes("Hopper-v5", -1), 64, 0, "MJENV_LANES is 0");
+  assert_lanes_of(options_with_lanes("Hopper-v5", AUTO_LANES), 64, 0, "MJENV_LANES is 0");
   set_variable("MJENV_LANES", NULL);
 }
 

@@ -217,17 +217,19 @@ static void test_refused_names(void** state) {
   int64_t integer = 0;
   int64_t count = 0;
   assert_refused(MJENV_E_NAME, mjenv_options_set_integer(options, "frame_skip", 5), "HalfCheetah-v4", "frame_skip",
-                 "forward_reward_weight", "reset_noise_scale", "max_episode_steps");
+                 "mjenv_options_at lists all");
   assert_refused(MJENV_E_NAME, mjenv_options_set_reals(options, "healthy_reward", &real, 1), "healthy_reward");
   assert_refused(MJENV_E_NAME, mjenv_options_set_string(options, "xml_file", "ant.xml"), "xml_file");
   assert_refused(MJENV_E_NAME, mjenv_options_get_integer(options, "", &integer), "\"\"");
   assert_refused(MJENV_E_NAME, mjenv_options_get_reals(options, "x", NULL, 0, &count), "\"x\"");
-  assert_refused(MJENV_E_NAME, mjenv_options_get_string(options, "Norm", &text), "Norm", "norm");
+  assert_refused(MJENV_E_NAME, mjenv_options_get_string(options, "Norm", &text),
+                 "\"Norm\"; nearest: norm; mjenv_options_at lists all");
   mjenv_options_destroy(options);
 
   mjenv_options* none = NULL;
-  assert_refused(MJENV_E_NAME, mjenv_options_create("Ant-v3", &none), "Ant-v3", "Ant-v4", "Walker2d-v5");
-  assert_refused(MJENV_E_NAME, mjenv_options_create("", &none), "Ant-v4");
+  assert_refused(MJENV_E_NAME, mjenv_options_create("Ant-v3", &none),
+                 "\"Ant-v3\"; nearest: Ant-v4, Ant-v5; mjenv_id_at lists all");
+  assert_refused(MJENV_E_NAME, mjenv_options_create("", &none), "\"\"; mjenv_id_at lists all");
   assert_refused(MJENV_E_NAME, mjenv_options_create("ant-v5", &none), "Ant-v5");
   assert_null(none);
 }

@@ -80,6 +80,13 @@ mjenv_env* env_of_options(mjenv_options* options, int64_t rows) {
   return env;
 }
 
+void set_lanes(mjenv_options* options, int64_t lanes) {
+  if (lanes >= 0)
+    assert_ok(mjenv_options_set_integer(options, "lanes", lanes));
+  else
+    assert_ok(mjenv_options_set_string(options, "lanes", lanes == AUTO_LANES ? "auto" : "max"));
+}
+
 mjenv_env* env_of_id(const char* id, int64_t rows) { return env_of_options(options_of_id(id), rows); }
 
 void seed_rows(mjenv_env* env, uint64_t seed) {

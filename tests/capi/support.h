@@ -49,6 +49,9 @@ char* read_file(const char* path, size_t* size);
 
 mjenv_options* options_of_id(const char* id);
 mjenv_env* env_of_id(const char* id, int64_t rows);
+// The option "lanes": a number, or AUTO_LANES or MAX_LANES for "auto" or "max".
+enum { AUTO_LANES = -1, MAX_LANES = -2 };
+void set_lanes(mjenv_options* options, int64_t lanes);
 // Destroys the options.
 mjenv_env* env_of_options(mjenv_options* options, int64_t rows);
 mjenv_env* env_of_model(const char* xml);  // Model-v0, one row

@@ -135,10 +135,10 @@ class Plain:
         return seen(arrays, contacts)[0]
 
 
-@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), (-1, 1), (-1, 2)])
+@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), ("auto", 1), ("auto", 2)])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("needs", ["Few", "All"])
-def test_new_state(needs: str, integrator: str, lanes: int, threads: int) -> None:
+def test_new_state(needs: str, integrator: str, lanes: int | str, threads: int) -> None:
     model = mujoco.MjModel.from_xml_string(MODEL.format(integrator=integrator))
     plain = [Plain(model, FEW if needs == "Few" else ALL) for _ in range(ROWS)]
     streams = [np.random.default_rng(seed) for seed in range(ROWS)]
@@ -174,8 +174,8 @@ def test_new_state(needs: str, integrator: str, lanes: int, threads: int) -> Non
     other.close()
 
 
-@pytest.mark.parametrize("lanes", [0, -1])
-def test_divergence_of_the_new_state(lanes: int) -> None:
+@pytest.mark.parametrize("lanes", [0, "auto"])
+def test_divergence_of_the_new_state(lanes: int | str) -> None:
     """Only mj_step1 finds that x has become greater than MuJoCo allows."""
     model = mujoco.MjModel.from_xml_string(MODEL.format(integrator="Euler"))
     plain = [Plain(model, FEW) for _ in range(ROWS)]
@@ -255,9 +255,9 @@ def forward_without_actuation(model: mujoco.MjModel, data: mujoco.MjData) -> Non
     model.opt.disableflags ^= mujoco.mjtDisableBit.mjDSBL_ACTUATION
 
 
-@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), (-1, 1), (-1, 2)])
+@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), ("auto", 1), ("auto", 2)])
 @pytest.mark.parametrize("current", [False, True])
-def test_maps_of_actions(current: bool, lanes: int, threads: int) -> None:
+def test_maps_of_actions(current: bool, lanes: int | str, threads: int) -> None:
     plain = [PlainFollow(seed, current) for seed in range(ROWS)]
     envs = mjenv.make_vec("tests/Follow-v0", ROWS, current=current, lanes=lanes, num_threads=threads)
     other = mjenv.make_vec("tests/Follow-v0", ROWS, current=current, lanes=0)

@@ -131,9 +131,9 @@ mjenv.register("tests/NumpyWalk-v0", Walk)
 mjenv.register("tests/NumpyCurrentWalk-v0", CurrentWalk)
 
 
-@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), (-1, 2)])
+@pytest.mark.parametrize(("lanes", "threads"), [(0, 1), ("auto", 2)])
 @pytest.mark.parametrize("current", [False, True])
-def test_walk(current: bool, lanes: int, threads: int) -> None:
+def test_walk(current: bool, lanes: int | str, threads: int) -> None:
     plain = [Plain(seed, current) for seed in range(ROWS)]
     options: dict[str, Any] = {"num_threads": threads, "lanes": lanes}
     envs = mjenv.make_vec("tests/Walk-v0", ROWS, current=current, **options)

@@ -326,7 +326,7 @@ def test_zeros_at_bounds(actuators: int, dtype: Any) -> None:
         ({"history": "qpos=0"}, mjenv.InvalidValueError, '"qpos=0" is not TERM=COUNT'),
         ({"history": "qpos=99999999999"}, mjenv.InvalidValueError, '"qpos=99999999999" is not'),
         ({"history": "qpos=2 qpos=3"}, mjenv.InvalidValueError, '"qpos" is named twice'),
-        ({"history": "speed=2"}, mjenv.UnknownNameError, 'no term "speed"; it has qpos, qvel'),
+        ({"history": "speed=2"}, mjenv.UnknownNameError, 'no term "speed"; there are qpos, qvel'),
         ({"history": "time=2"}, mjenv.UnknownNameError, 'no term "time"'),
         ({"history": 2.5}, mjenv.OptionError, "a str or an int"),
         ({"history": 2, "history_padding": "last"}, mjenv.InvalidValueError, "reset, zero"),

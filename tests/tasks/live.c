@@ -114,7 +114,7 @@ static mjenv_env* env_with(const char* id, const char* autoreset, int64_t thread
   mjenv_options* own = options_of_id(id);
   assert_ok(mjenv_options_set_string(own, "autoreset_mode", autoreset));
   assert_ok(mjenv_options_set_integer(own, "num_threads", threads));
-  assert_ok(mjenv_options_set_integer(own, "lanes", lanes));
+  set_lanes(own, lanes);
   mjenv_env* env = env_of_options(own, ROWS);
   seed_rows(env, 1);
   return env;
@@ -165,7 +165,7 @@ static void test_fields(void** state) {
   assert_int_equal(mjenv_field_count(env, MJENV_ROLE_PARAMETERS), 0);
   const double one = 1;
   assert_refused(MJENV_E_NAME, mjenv_write(env, NULL, "parameters.speed", &one, 1), "Hopper-v5 has no live parameter",
-                 "it has none");
+                 "there are none");
   mjenv_destroy(env);
 }
 
@@ -216,7 +216,7 @@ static void test_refused(void** state) {
   assert_refused(MJENV_E_NAME, mjenv_write(env, NULL, "parameters.fixed", each, 1), "parameters.fixed");
   double value = 0;
   int64_t count = 0;
-  assert_refused(MJENV_E_NAME, mjenv_read(env, 0, "parameters.", &value, 1, &count), "it has");
+  assert_refused(MJENV_E_NAME, mjenv_read(env, 0, "parameters.", &value, 1, &count), "there are parameters.speed");
   const double half = 0.5;
   for (int64_t row = 0; row < ROWS; ++row) assert_parameter(env, row, "parameters.speed", &half, 1);
   assert_ok(mjenv_write(env, others, "parameters.speed", each, ROWS));  // what the mask leaves out is not read
@@ -230,7 +230,7 @@ static void test_kept(void** state) {
   const char* const modes[] = {"next_step", "same_step"};
   for (size_t mode = 0; mode < 2; ++mode)
     for (int64_t threads = 1; threads <= 2; ++threads)
-      for (int64_t lanes = -1; lanes <= 0; ++lanes) {
+      for (int64_t lanes = AUTO_LANES; lanes <= 0; ++lanes) {
         mjenv_env* env = env_with(*state, modes[mode], threads, lanes);
         do_reset(env);
         double level = 1, goals = 3, steps = 0;

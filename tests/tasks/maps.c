@@ -131,7 +131,7 @@ static const mjenv_task mapped = {.struct_size = sizeof(mjenv_task),
 static mjenv_env* env_with(const char* how, int64_t lanes) {
   mjenv_options* chosen = options_of_id(mapped.id);
   assert_ok(mjenv_options_set_string(chosen, "fails", how));
-  assert_ok(mjenv_options_set_integer(chosen, "lanes", lanes));
+  set_lanes(chosen, lanes);
   mjenv_env* env = env_of_options(chosen, ROWS);
   seed_rows(env, 1);
   const double rows[ROWS] = {0, 1, 2, 3, 4};
@@ -187,7 +187,7 @@ static void test_action_space(void** state) {
 
 // The row that fails keeps state, carried numbers, own arrays and stream; the others are stepped.
 static void failing(const char* how, mjenv_status status, const char* word) {
-  for (int64_t lanes = -1; lanes <= 0; ++lanes) {
+  for (int64_t lanes = AUTO_LANES; lanes <= 0; ++lanes) {
     mjenv_env *env = env_with(how, lanes), *good = env_with("never", lanes);
     struct outputs *out = outputs_of(env), *want = outputs_of(good);
     for (int i = 0; i < 3; ++i) {

@@ -8,7 +8,7 @@ enum { ROWS = 9, ACTIONS = 2, FIELD = 30 };
 
 static mjenv_env* terrain(int64_t lanes, int64_t threads) {
   mjenv_options* options = options_of_id("tests/Terrain-v0");
-  assert_ok(mjenv_options_set_integer(options, "lanes", lanes));
+  set_lanes(options, lanes);
   assert_ok(mjenv_options_set_integer(options, "num_threads", threads));
   assert_ok(mjenv_options_set_string(options, "autoreset_mode", "next_step"));
   mjenv_env* env = env_of_options(options, ROWS);
@@ -153,7 +153,7 @@ static const mjenv_task gusty = {.struct_size = sizeof(mjenv_task),
 
 static mjenv_env* windy(int64_t lanes) {
   mjenv_options* options = options_of_id("tests/Gusty-v0");
-  assert_ok(mjenv_options_set_integer(options, "lanes", lanes));
+  set_lanes(options, lanes);
   mjenv_env* env = env_of_options(options, ROWS);
   seed_rows(env, 1);
   fails = false;
@@ -164,7 +164,7 @@ static mjenv_env* windy(int64_t lanes) {
 // They act in the next step, as if the caller had written them before it, and a reset ends them.
 static void test_forces_of_steps(void** state) {
   (void)state;
-  for (int64_t lanes = -1; lanes <= 0; ++lanes) {
+  for (int64_t lanes = AUTO_LANES; lanes <= 0; ++lanes) {
     mjenv_env* env = windy(lanes);
     mjenv_options* options = options_of_id("Model-v0");
     assert_ok(mjenv_options_set_string(options, "xml_string", model));

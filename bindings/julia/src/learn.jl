@@ -200,7 +200,7 @@ function train(
     rows = get(settings, :rows, learn_settings(id).rows)
     others = Dict{Symbol,Any}(name => value for (name, value) in pairs(settings) if name !== :rows)
     steps === nothing || (others[:steps] = steps)
-    env = Env(id; rows = rows, num_threads = threads, lanes = -2, options..., autoreset_mode = :same_step)
+    env = Env(id; rows = rows, num_threads = threads, lanes = "max", options..., autoreset_mode = :same_step)
     learner = Learner(env; seed = seed, threads = threads, others...)
     return train!(learner, learner.settings.steps)
 end
@@ -375,7 +375,7 @@ function evaluate(
 )
     episodes >= 1 || throw(ArgumentError("episodes is $episodes, less than 1"))
     returns, lengths = zeros(episodes), zeros(Int64, episodes)
-    Env(id; rows = min(rows, episodes), lanes = -2, options..., autoreset_mode = :disabled) do env
+    Env(id; rows = min(rows, episodes), lanes = "max", options..., autoreset_mode = :disabled) do env
         calls = Ref(learn_calls(env.handle.engine))
         GC.@preserve policy inside(env) do handle
             learn_check(

@@ -118,8 +118,8 @@ KICKS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("lanes", [0, -1])
-def test_images_in_the_middle_of_a_push(lanes: int) -> None:
+@pytest.mark.parametrize("lanes", [0, "auto"])
+def test_images_in_the_middle_of_a_push(lanes: int | str) -> None:
     """A row goes on from an image, in another row and environment, as it would have gone on; with threads and lanes."""
     envs = mjenv.make_vec("Ant-v5", 6, num_threads=2, lanes=lanes, **KICKS)
     one = mjenv.make_vec("Ant-v5", 1, **KICKS)

@@ -78,7 +78,7 @@ def test_option_tasks_of_unknown_ids() -> None:
     words = "-m", "mjenv", "--tasks", plugin("hopper_c")
     unknown = run(*words, "info", "CppHopper-v5")
     assert unknown.returncode == 2
-    assert 'no environment "CppHopper-v5"; there are Ant-v4,' in unknown.stderr
+    assert 'no environment "CppHopper-v5"; nearest: Hopper-v5' in unknown.stderr
     missing = run("-m", "mjenv", "--tasks", "/nowhere/libx.so", "list")
     assert missing.returncode == 2
     assert 'argument --tasks: plug-in "/nowhere/libx.so": No such file or directory' in missing.stderr

@@ -168,7 +168,7 @@ def test_options(assignment: str, value: Any) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["info", "Ant-v6"], 'no environment "Ant-v6"; there are Ant-v4, '),
+        (["info", "Ant-v6"], 'no environment "Ant-v6"; nearest: Ant-v4, Ant-v5; '),
         (["info", "Ant-v5", "--option", "nothing=1"], "no option 'nothing'"),
         (["info", "Ant-v5", "--option", "strict"], "not NAME=VALUE"),
         (["info", "Ant-v5", "--option", "strict=perhaps"], "'strict' is of the kind flag, not 'perhaps'"),

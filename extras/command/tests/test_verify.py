@@ -10,7 +10,7 @@ import pytest
     ("arguments", "message"),
     [
         (["verify"], "gymnasium[mujoco]"),
-        (["verify", "Ant-v3"], 'no environment "Ant-v3"; there are Ant-v4'),
+        (["verify", "Ant-v3"], 'no environment "Ant-v3"; nearest: Ant-v4'),
         ([], "COMMAND"),
     ],
 )

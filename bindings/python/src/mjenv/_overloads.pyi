@@ -8,16 +8,16 @@ from gymnasium.envs.registration import EnvSpec
 from numpy.typing import DTypeLike
 from typing_extensions import Unpack
 
+from mjenv.rows.arguments import AutoresetMode
 from mjenv.capi.keywords import Randomizing, Rendering
 from mjenv.gym.env import MujocoEnv
 from mjenv.gym.vector import VectorEnv
-from mjenv.rows.arguments import AutoresetMode
 
 class Common(Rendering, Randomizing, total=False):
     norm: Literal["auto", "fused", "plain"]
     strict: bool
     on_divergence: Literal["continue", "terminate"]
-    lanes: int
+    lanes: Literal["auto", "max"] | int
     cpu_affinity: bool
     arrays: str
     max_contacts: int

@@ -341,9 +341,9 @@ def _given(option: dict[str, Any]) -> str:
 
 
 def _range(option: dict[str, Any]) -> str:
-    if option["choices"]:
-        return ", ".join(option["choices"])
     kind = Kind[option["kind"].upper()]
+    if option["choices"]:
+        return ", ".join([*option["choices"], *(["int"] if kind == Kind.STRING_OR_INT else [])])
     if kind == Kind.FLAG:
         return "True, False"
     if kind == Kind.STRING:

@@ -526,7 +526,7 @@ def evaluate(
         max(1, min(rows, episodes)),
         num_threads=threads,
         autoreset_mode="disabled",
-        **{"lanes": -2, **options},
+        **{"lanes": "max", **options},
     )
     try:
         plays = _evaluate if type(envs._pool.rows) is Rows else _evaluate_here
@@ -607,8 +607,8 @@ def _check_mode(envs: VectorEnv | Rows) -> None:
 
 def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
     """Environments with the options of make_vec: rows alone if all of these are options of the library."""
-    # -2: as many lanes as the CPU has. Their memory is small beside the learner's.
-    given = {"lanes": -2, **options, "autoreset_mode": "same_step"}
+    # max: as many lanes as the CPU has. Their memory is small beside the learner's.
+    given = {"lanes": "max", **options, "autoreset_mode": "same_step"}
     engine = ENGINES.get(given.get("engine"))
     if not given.keys() <= {*Options(engine, id).schema(), *RANDOMIZING, "engine"}:
         return make_vec.make_vec(id, count, **given)

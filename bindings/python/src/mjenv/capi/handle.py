@@ -192,15 +192,15 @@ class Options:
 
 
 def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> errors.OptionError:
-    """The exception for an option that the id does not have. It suggests a similar keyword, if there is one."""
+    """The exception for an option that the id does not have. It suggests the three most similar keywords."""
     import difflib
 
     known = {*schema, *Rendering.__annotations__, *RANDOMIZING, "engine"} - {name}
-    similar = difflib.get_close_matches(name, sorted(known), 1)
-    hint = f". Did you mean {similar[0]!r}?" if similar else ""
+    similar = " or ".join(map(repr, difflib.get_close_matches(name, sorted(known))))
+    hint = f"Did you mean {similar}? " if similar else ""
     # Begins with Python's words, by which programs recognise a keyword that they can do without.
     return errors.OptionError(
-        f"{id} got an unexpected keyword argument {name!r}; its options are {', '.join(schema)}{hint}", Status.E_NAME
+        f"{id} got an unexpected keyword argument {name!r}. {hint}mjenv.options({id!r}) lists all", Status.E_NAME
     )
 
 

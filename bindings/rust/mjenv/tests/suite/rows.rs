@@ -289,10 +289,14 @@ fn rows_are_copied_in_every_way() {
 /// The numbers of lanes are those of the CPU, and the bits are those of the recording with any of them.
 #[test]
 fn lanes() {
+    const AUTO: i64 = -1;
     let golden = Golden::of("Hopper-v5");
     let with_lanes = |count: i64, rows: usize| {
         let mut options = golden.options();
-        options.set("lanes", count).unwrap();
+        match count {
+            AUTO => options.set("lanes", "auto").unwrap(),
+            _ => options.set("lanes", count).unwrap(),
+        };
         Env::new(&options, rows).unwrap()
     };
     let told = |env: &mut Env| env.lanes().map(|lanes| (lanes.count, lanes.reason)).unwrap();
@@ -302,8 +306,8 @@ fn lanes() {
     let widest = 2;
     assert_eq!(told(&mut with_lanes(0, 4)), (0, r#"the option "lanes" is 0"#.to_string()));
     assert_eq!(told(&mut with_lanes(2, 4)), (2, String::new()));
-    assert_eq!(told(&mut with_lanes(-1, 8)), (widest, String::new()));
-    assert_eq!(told(&mut with_lanes(-1, 1)), (0, "the environment has only one row".to_string()));
+    assert_eq!(told(&mut with_lanes(AUTO, 8)), (widest, String::new()));
+    assert_eq!(told(&mut with_lanes(AUTO, 1)), (0, "the environment has only one row".to_string()));
     let stages = with_lanes(2, 4).lane_stages().unwrap();
     assert!(stages.iter().any(|(stage, how)| stage == "energies" && how == "absent"), "{stages:?}");
 
@@ -312,7 +316,7 @@ fn lanes() {
         Actions::Float32(actions) => actions,
         Actions::Float64(_) => panic!("{} has float64 actions", golden.file),
     };
-    for lanes in [0, 2, -1] {
+    for lanes in [0, 2, AUTO] {
         let mut env = with_lanes(lanes, 5);
         let mut batch = env.batch::<f64>();
         env.seed(.., &[golden.seed; 5]).unwrap();
