@@ -1,4 +1,4 @@
-/* task.h - For defining your own robots and tasks, which then work like the built-in ones. docs/own-task.md shows how
+/* task.h - For defining your own robots and tasks, which then work like the built-in ones. docs/tasks/index.md shows how
  * to write them; docs/c.md (Tasks) describes in detail what the library does.
  *
  * Task

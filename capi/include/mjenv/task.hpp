@@ -1,5 +1,5 @@
 /* task.hpp - Defines a robot and its task as one C++17 function, as the built-in robots are defined. Wraps task.h, and
- * needs Eigen. docs/own-task.md begins with an example and explains how to build it.
+ * needs Eigen. docs/tasks/index.md begins with an example and explains how to build it.
  *
  * Definition
  *   MJENV_TASK("Cartpole-v0", r) { ... } defines a task; r is a mjenv::Robot &. The body runs once when the task is

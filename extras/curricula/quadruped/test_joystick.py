@@ -32,7 +32,7 @@ def test_gymnasium_accepts_it() -> None:
 
 
 def test_it_follows_its_commands_on_rough_ground(engine: str) -> None:
-    """What docs/own-task.md states about the committed policy: 20 episodes, the mean over all of their steps."""
+    """What docs/tasks/quadruped.md states about the committed policy: 20 episodes, the mean over all of their steps."""
     assert evaluate(Policy.load(HERE / "joystick" / "policy.txt"), engine=engine).error < 0.2
 
 

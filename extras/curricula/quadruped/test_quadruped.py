@@ -31,7 +31,7 @@ def test_gymnasium_accepts_it() -> None:
 
 
 def test_it_walks_as_commanded(policy: Policy) -> None:
-    """What docs/own-task.md states about the committed policy: 20 episodes, the mean over all of their steps."""
+    """What docs/tasks/quadruped.md states about the committed policy: 20 episodes, the mean over all of their steps."""
     result = evaluate(policy)
     assert result.falls == 0
     assert result.error < 0.05
