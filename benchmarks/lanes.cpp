@@ -26,9 +26,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/lanes/lanes.hpp"
-#include "engine/lanes/stages.hpp"
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco2/lanes.hpp"
+#include "engine/lanes/mujoco2/stages.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
 #include "measure.hpp"

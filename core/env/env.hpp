@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
 #include "env/episodes.hpp"
 #include "env/image.hpp"
 #include "env/lane_choice.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
 #include "error.hpp"
 #include "system/platform.hpp"
 

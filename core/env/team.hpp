@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/action.hpp"
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
 #include "env/place.hpp"
 #include "env/worker.hpp"
 

@@ -20,8 +20,8 @@ extern "C" {
 }
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/code.hpp"
-#include "engine/lanes/model_tables.hpp"
+#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/mujoco2/model_tables.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
 #include "noise.hpp"

@@ -25,10 +25,10 @@ void mju_solveLUSparse(mjtNum* res, const mjtNum* LU, const mjtNum* vec, int n, 
 }
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/code.hpp"
-#include "engine/lanes/model_tables.hpp"
-#include "engine/lanes/stages.hpp"
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/mujoco2/model_tables.hpp"
+#include "engine/lanes/mujoco2/stages.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
 #include "noise.hpp"

@@ -20,7 +20,7 @@ extern "C" {
 #include <cmocka.h>
 }
 
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
 #include "engine/model.hpp"
 #include "noise.hpp"
 #include "run.hpp"

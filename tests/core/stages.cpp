@@ -15,9 +15,9 @@ extern "C" {
 #include <cmocka.h>
 }
 
-#include "engine/lanes/lanes.hpp"
-#include "engine/lanes/stages.hpp"
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco2/lanes.hpp"
+#include "engine/lanes/mujoco2/stages.hpp"
 #include "engine/model.hpp"
 #include "run.hpp"
 

@@ -237,7 +237,7 @@ def parse(source: Path, arguments: list[str]) -> Iterator[Cursor]:
     if errors:
         raise SystemExit("\n".join(errors))
     for cursor in unit.cursor.get_children():
-        if cursor.location.file and Path(cursor.location.file.name).parent == ROOT / LANES:
+        if cursor.location.file and ROOT / LANES in Path(cursor.location.file.name).parents:
             yield cursor
 
 
@@ -246,7 +246,7 @@ def find(commands: Path) -> list[File]:
     files: dict[Path, File] = {}
     for entry in json.loads(commands.read_text()):
         source = Path(entry["file"])
-        if source.parent != ROOT / LANES:
+        if ROOT / LANES not in source.parents:
             continue
         kept = re.findall(r"(?<!\S)(-[DI]\S+|-isystem \S+|-std=\S+|-m\S+)", entry["command"])
         arguments = [part for argument in kept for part in argument.split(" ")]

@@ -249,7 +249,7 @@ def build(folder: Path) -> None:
     subprocess.run([python, HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
     files = [
         *sorted((folder / "source/tests/core").glob("**/*.*")),
-        *sorted((folder / "source/core/engine/lanes").glob("*")),
+        *sorted((folder / "source/core/engine/lanes").glob("**/*.*")),
     ]
     present = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     if not digest.exists() or digest.read_text() != present:

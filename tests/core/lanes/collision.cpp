@@ -6,8 +6,8 @@
 #include <cmath>
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/code.hpp"
-#include "engine/lanes/model_tables.hpp"
+#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/mujoco2/model_tables.hpp"
 
 namespace mjenv::core::lanes_tests {
 namespace {

@@ -20,8 +20,8 @@ extern "C" {
 #include <cmocka.h>
 }
 
-#include "engine/lanes/lanes.hpp"
-#include "engine/lanes/stepper.hpp"
+#include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco2/lanes.hpp"
 #include "engine/model.hpp"
 #include "engine/own_arrays.hpp"
 #include "engine/work.hpp"

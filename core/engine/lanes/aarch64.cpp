@@ -1,8 +1,0 @@
-// The instruction set of aarch64.
-#include "engine/lanes/lanes.hpp"
-
-namespace mjenv::core::lanes {
-
-std::vector<const Code*> codes() { return {&neon}; }
-
-}  // namespace mjenv::core::lanes

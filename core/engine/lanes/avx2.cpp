@@ -1,9 +1,0 @@
-// The lane code for AVX2: four lanes.
-#define MJENV_LANES_WIDTH 4
-#include "engine/lanes/code.hpp"
-
-namespace mjenv::core::lanes {
-
-constexpr Code avx2 = make_code();
-
-}  // namespace mjenv::core::lanes

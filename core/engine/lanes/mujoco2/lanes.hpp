@@ -1,0 +1,404 @@
+// What the lane code computes with: the arrays of several rows side by side, and the functions of one instruction set.
+#pragma once
+
+#include <mujoco/mjmodel.h>
+
+#include <vector>
+
+#include "engine/lanes/frame/width.hpp"
+#include "engine/lanes/mujoco2/arrays.hpp"
+
+namespace mjenv::core::lanes {
+
+constexpr int kEllipsoidNumbers = 21;  // the members of Ellipsoid in passive.hpp
+
+// Numbers that follow from the margins, gaps and bounding spheres of two geoms. limit: if the square of the distance
+// between the centres is greater, MuJoCo looks for no contacts, because the bounding spheres do not touch; if the first
+// geom is a plane, limit is compared with the distance from the plane to the other's centre. reach: the distance of the
+// centres at which the spheres, with their margin, touch.
+struct PairNumbers {
+  double limit, margin, includemargin, reach;
+};
+
+// Two geoms that can collide.
+struct GeomPair {
+  int geom1, geom2;
+  bool has_plane;
+  int box_pair;  // the index in Lanes::box_pairs; -1 if their bounding boxes are not compared
+  PairNumbers numbers;
+};
+
+// A box with rounded edges that contains a geom, in the geom's frame. half: its half sizes without the radius of the
+// edges. round: this radius.
+struct GeomBox {
+  double middle[3], half[3], round;
+};
+
+// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes without their round edges is
+// greater than the sum of three numbers: limit, which includes the radii and the margin; kRounding times the sizes of
+// the coordinates, for rounding errors; and kCollinear / (the distance between the geoms' centres), because MuJoCo's
+// search for contacts of convex shapes treats a product of two lengths as zero if it is below 1.5e-8.
+struct BoxPair {
+  static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
+  double limit;
+  bool is_ground;  // the first geom is a height field
+};
+
+// The shapes of two geoms whose contacts lanes compute.
+enum class Shapes {
+  others,
+  plane_sphere,
+  plane_capsule,
+  plane_ellipsoid,
+  plane_cylinder,
+  plane_box,
+  sphere_sphere,
+  sphere_capsule,
+  sphere_box,
+  capsule_capsule
+};
+
+// In models with sparse Jacobians, the dofs at which the Jacobian of a constraint between two bodies has numbers, in
+// ascending order: `count` of them, from first_column on in Lanes::columns. couples: whether J' * J has an element, for
+// some two of these dofs, that the inertia matrix lacks.
+struct Chain {
+  int first_column, count;
+  bool couples;
+};
+
+struct ContactPair {
+  int geom1, geom2;
+  Shapes shapes;     // others: MuJoCo's function computes these contacts row by row
+  int dim;           // condim: 1, 3, 4 or 6
+  int root1, root2;  // body_rootid of the two bodies
+  // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
+  // second. For dofs that move both, the Jacobian is 0.
+  int first_column, count1, count2;
+  Chain chain;
+  // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
+  // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
+  // times the coordinates.
+  bool is_between_bodies;
+};
+
+// Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
+// and those that move both. negates: for dofs that move only body 1, MuJoCo negates the Jacobian instead of subtracting
+// it from 0, which gives 0 another sign.
+struct BodyPair {
+  int body1, body2;
+  int first_column, count1, count2, count_both;
+  bool negates;
+};
+
+// An equality constraint between bodies, joints or tendons.
+struct Equality {
+  int id, type;
+  int size;              // how many constraints it makes
+  int object1, object2;  // object2 is -1 if a joint or tendon has no partner
+  BodyPair bodies;       // of connect and weld: object2, then object1, because MuJoCo subtracts object2's Jacobian
+  Chain chain;
+};
+
+// A part of a tendon between two sites. divisor: that of the last pulley before this part.
+struct Segment {
+  int site1, site2;
+  double divisor;
+  BodyPair bodies;
+  int geom, side;        // the geom around which it may wrap, and the site beside the geom; -1 if there is none
+  BodyPair to, onwards;  // from the first site to the geom, and from the geom to the second site
+};
+
+// What an actuator acts on. From first_column on, Lanes::columns lists the dofs at which its moment may differ from 0.
+struct Actuator {
+  enum class Transmission { dof, ball, free, tendon, site } transmission;
+  int object;  // joint, tendon or site
+  int dof;     // the first dof of the joint
+  int first_column, count;
+};
+
+// How many constraints a contact of the pair makes. cone: mjOption's.
+inline int constraints_of(const ContactPair& pair, int cone) {
+  return pair.dim == 1 || cone == mjCONE_ELLIPTIC ? pair.dim : 2 * (pair.dim - 1);
+}
+
+// What mj_makeConstraint takes from a row's mjModel for one limit, pair, equality or friction. stiffness and damping
+// are K and B of efc_KBIP. dmin to power are solimp. below and above are two factors that getimpedance computes:
+// 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1).
+struct ConstraintNumbers {
+  double stiffness, damping;
+  double dmin, dmax, width, midpoint, power, below, above;
+  double diagApprox;  // that of the first constraint
+  double frictionloss;
+  double impratio, friction[5];
+};
+
+// The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
+// lane l is at [i * width + l]. One block of memory holds the arrays pair_..., another one all others.
+struct Lanes {
+  const mjModel* model;
+
+#define MJENV_ARRAY(name, ...) double* name;
+  MJENV_LANES_DATA(MJENV_ARRAY)
+  MJENV_LANES_RESULTS(MJENV_ARRAY)
+  MJENV_LANES_OWN(MJENV_ARRAY)
+  MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
+  MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
+  MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)  // filled only if has_own_frames
+#undef MJENV_ARRAY
+  // PairNumbers of each pair, filled only if has_own_pairs.
+  double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
+  bool has_own_frames, has_own_pairs;
+  bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
+  bool has_fluid;      // a model has a fluid
+  bool has_wind;       // a model has wind
+  bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
+  unsigned damped;          // the lanes, as bits, in which a dof has damping
+
+  // The members from here to `boxes` depend on the shared model alone, except pair_rows. The dofs at which the Jacobian
+  // of tendon t may differ from 0 are tendon_dofs[tendon_dof_adr[t]] to tendon_dofs[tendon_dof_adr[t + 1] - 1].
+  const int *tendon_dof_adr, *tendon_dofs;
+  const int* columns;  // lists of dofs; first_column of a pair or an actuator is the index at which its list begins
+  const Segment* segments;  // of tendon t: segments[segment_adr[t]] to segments[segment_adr[t + 1] - 1]
+  const int* segment_adr;   // a tendon along joints has none
+  // Only for the integrator implicit. In the layout of qM: ancestors[ancestor_adr[i]] is dof i, the next its parent,
+  // and so on. From moved_adr[b] on, moved_bodies has the subtree of body b: b and its descendants, in ascending order.
+  // ancestor_adr and moved_adr have one more element, for the end.
+  const int *ancestor_adr, *ancestors, *moved_adr, *moved_bodies;
+  const Actuator* actuators;
+  bool has_moments;                      // there is an array of actuator_moment
+  const unsigned char* has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
+  bool needs_fluids;                     // for passive forces, or for the derivatives of mj_implicit
+  bool has_single_actuation;             // MuJoCo's functions compute tendons and actuators row by row
+  const unsigned char* is_still_tendon;  // for each tendon: its Jacobian is always 0
+  int pair_count;
+  const GeomPair* pairs;
+  // For each pair, the lanes, as bits, in which contype and conaffinity let the geoms touch. Null: all lanes.
+  const unsigned char* pair_rows;
+  const BoxPair* box_pairs;
+  const GeomBox* boxes;         // for each geom, if there are box_pairs
+  const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
+
+  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
+  unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
+  unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
+  unsigned unlike;  // lanes, as bits, whose rows have own numbers of mjModel with which only MuJoCo's own code computes
+};
+
+// What a limit or friction constrains.
+enum class Object { dof, joint, ball, tendon };
+
+// The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
+// constraints.
+struct Contacts {
+  static constexpr int kCapacity = 96;
+
+  // A slide, hinge, ball or tendon, and the lanes, as bits, in which it has limits.
+  struct Limited {
+    int id;
+    unsigned rows;
+  };
+  const Limited *joints, *tendons;
+  int joint_count, tendon_count;
+  const ContactPair* pairs;  // for each of Lanes::pairs
+  bool are_searched;         // MuJoCo would search for the pairs
+  unsigned rows;             // the lanes, as bits, that take part
+
+  struct Equal {
+    const Equality* equality;
+    unsigned rows;  // the lanes, as bits, in which it is active: at least one
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  const Equal* equals;
+  int equality_count;
+  struct Friction {
+    Object object;
+    int id;
+    unsigned rows;
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  const Friction* frictions;
+  int friction_count;
+  int bounded[kMaxWidth];  // how many constraints of equalities and friction each lane has
+  struct Limit {
+    Object object;
+    int id, side;
+    unsigned rows;
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  struct Contact {
+    int pair;
+    unsigned rows;
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  // Computes a pair's contacts in the lanes `rows` (bits) with MuJoCo's function. Writes contact i of each lane to
+  // element i of the arrays single_..., and the lanes that have it to single_rows[i]. Returns the largest number of
+  // contacts in a lane; -1 if MuJoCo fails.
+  int (*collide)(void* maker, int pair, unsigned rows);
+  void* maker;
+  static constexpr int kMostSingle = 50;  // mjMAXCONPAIR
+  unsigned single_rows[kMostSingle];
+  double *single_dist, *single_pos, *single_frame;
+
+  Limit limits[kCapacity];
+  Contact contacts[kCapacity];
+  int limit_count, contact_count;
+  int found[kMaxWidth];        // how many contacts each lane has, also counting those that make no constraints
+  int constraints[kMaxWidth];  // how many constraints each lane has
+
+  // For each limit: its distance, and for a ball the axis [3] of its rotation. For each contact: dist, pos [3] and
+  // frame [9].
+  double *limit_dist, *limit_axis, *dist, *pos, *frame;
+};
+
+// What rownnz, rowadr and colind of mjCGContext say in Newton's method with sparse Jacobians: which numbers of H and of
+// its Cholesky factor are part of MuJoCo's sparse matrix. of_M, of_J and filled are [nv][nv]. For each element of the
+// lower triangle they hold the lanes, as bits, that have it.
+struct Pattern {
+  const unsigned char* of_M;  // the elements that M has: all bits
+  unsigned char* of_J;        // the elements that J' * J has (mju_sqrMatTDSparse), but not M
+  unsigned char* filled;      // the elements of the factor (mju_cholFactorSparse)
+  int *columns, *counts;      // for each row of `filled`, the columns before the diagonal that some lane has, ascending
+  // For each row: whether it has elements that M does not have, and whether these are not the same in all lanes.
+  unsigned char *is_changed, *is_mixed;
+  unsigned char* of_vector;  // of a rank-one update of the factor (mju_cholUpdateSparse): the elements of its vector
+};
+
+// The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
+// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i,
+// unless is_aligned. For PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most
+// three. So each lane has its whole blocks at the first places and its remaining constraints at the last three places:
+// the terms of all lanes' sums are then added in the same order. PGS with elliptic cones and noslip need the
+// constraints of a contact at places that follow each other, so constraint i of a lane is at place i (is_numbered).
+struct Constraints {
+  static constexpr int kRest = 3;
+  int size;                 // how many places there are
+  unsigned rows;            // the lanes, as bits, that take part
+  int at_first[kMaxWidth];  // how many constraints of each lane are at the first places
+
+  // The layout is that of Lanes. J is [size][nv]; the others up to force have a number for each place.
+  double *J, *D, *vel, *aref, *b, *jar, *force;
+  double *damping, *spring;         // aref is -damping * vel - spring
+  double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
+  int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
+  int most[kMaxWidth];              // opt.iterations of each lane, at least 0
+  int iterations[kMaxWidth];        // how many iterations each lane took
+
+  // Equality and friction constraints are at places before `bounded`. For each of these places: low and high, between
+  // which the cost is quadratic in J * qacc - aref (NaN: no bound); frictionloss; and bend, which is -R *
+  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or -frictionloss. An inequality at such a place
+  // has frictionloss 0.
+  int bounded;
+  double *low, *high, *frictionloss, *bend;
+
+  // For Newton's method and CG with elliptic cones or sparse Jacobians (is_aligned), a place belongs to the same
+  // equality, friction, limit or contact in all lanes, also in lanes that lack it. With elliptic cones, contacts begin
+  // at the place `cones`; otherwise it equals `size`. dims: at the first place of an equality, friction, limit or
+  // contact, how many places it has. scale: mjContact's mu at a contact's first place, and its friction at the others.
+  // middle: at a contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
+  // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
+  bool is_aligned;
+  int cones;
+  unsigned char *dims, *middle;
+  double *scale, *Hcone, *LTJ;
+
+  // Not for PGS. quad is [size][3]. quadratic: for each place, the lanes, as bits, whose cost is quadratic; old: the
+  // same before the last move.
+  double *Jv, *quad, *Ma, *Mv, *grad, *search;
+  unsigned char *quadratic, *old;
+  // Only for Newton's method. H is [nv][nv]. vec: the vector of a rank-one update of H; the update overwrites vec.
+  double *vec, *H;
+  // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
+  double *Mgrad, *Mgraddif;
+
+  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has.
+  // starts[place].blocks[n]: the lanes, as bits, in which a group of n constraints begins at this place. A group is 1
+  // constraint that PGS updates alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4
+  // or 6 constraints of a contact with an elliptic cone.
+  static constexpr int kMostNumbered = 64;
+  bool is_numbered;
+  struct Starts {
+    unsigned char blocks[7];
+  };
+  Starts* starts;
+  int noslip_most[kMaxWidth];  // opt.noslip_iterations of each lane
+  double* noslip_tolerance;    // a number for each lane
+
+  // Only for PGS and noslip. JM2 is [size][nv], AR is [size][size].
+  double *R, *JM2, *AR;
+  // Only for PGS. ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and greatest bound the force at each place
+  // before `bounded`.
+  double *ARinv, *A, *least, *greatest;
+
+  // Only for sparse Jacobians. `columns` are then the dofs at which MuJoCo's sparse matrix has numbers, also if these
+  // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
+  // constraint or take no part. couples: at the first place of an equality, friction, limit or contact, Chain::couples;
+  // 0 at its others. The places whose columns contain dof k are the dof_place_counts[k] elements from dof_places[k *
+  // most_places] on. products and product_lanes: the terms of a sum, and the lanes, as bits, that have them. products
+  // is also room for 2 * nv vectors.
+  bool is_sparse;
+  int most_places;
+  unsigned char *holders, *couples, *product_lanes;
+  int *dof_places, *dof_place_counts;
+  double* products;
+  Pattern pattern;
+};
+
+// Lists the functions of an instruction set: result, name and parameters. Those that repeat a function of MuJoCo 2.2.2
+// are named after it.
+#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                              \
+  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                         \
+  FUNCTION(void, adopt, (Lanes&))                                                                                    \
+  FUNCTION(void, kinematics, (Lanes&))                                                                               \
+  FUNCTION(void, comPos, (Lanes&))                                                                                   \
+  FUNCTION(void, tendon, (Lanes&))                                                                                   \
+  FUNCTION(void, crb, (Lanes&))                                                                                      \
+  FUNCTION(void, factorM, (Lanes&))                                                                                  \
+  FUNCTION(void, transmission, (Lanes&))                                                                             \
+  FUNCTION(void, reject, (Lanes&))                                                                                   \
+  FUNCTION(void, fwdVelocity, (Lanes&))                                                                              \
+  FUNCTION(void, comVel, (Lanes&))                                                                                   \
+  FUNCTION(void, passive, (Lanes&))                                                                                  \
+  FUNCTION(void, rne, (Lanes&))                                                                                      \
+  FUNCTION(void, fwdActuation, (Lanes&))                                                                             \
+  /* What mj_Euler and mj_implicit (stage 0) and the stages of mj_RungeKutta do with the states of actuators. */     \
+  FUNCTION(void, advanceActivations, (Lanes&, int stage))                                                            \
+  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                          \
+  FUNCTION(void, Euler, (Lanes&))                                                                                    \
+  FUNCTION(void, implicit, (Lanes&))                                                                                 \
+  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */          \
+  FUNCTION(void, RungeKutta, (Lanes&, int stage))                                                                    \
+  /* These return false if a row meets a case that is left to MuJoCo's functions. */                                 \
+  FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                        \
+  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                               \
+  FUNCTION(void, makeConstraint, (Lanes&, const Contacts&, Constraints&))                                            \
+  /* Compute qacc and qfrc_constraint from constraints that have been made. */                                       \
+  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                                  \
+  FUNCTION(void, solCG, (Lanes&, Constraints&))                                                                      \
+  FUNCTION(void, solPGS, (Lanes&, Constraints&))                                                                     \
+  /* Call this after one of them, which must have computed the forces and b. has_AR: it has also computed AR. */     \
+  FUNCTION(void, solNoSlip, (Lanes&, Constraints&, bool has_AR))                                                     \
+  /* mj_sensorPos, mj_sensorVel and mj_sensorAcc, except for the sensors that sense_singly computes. Only sensors */ \
+  /* of forces, torques, touch and limits read the contacts and constraints, which a solver must have solved. */     \
+  FUNCTION(void, sensors, (Lanes&, const Contacts&, const Constraints&))                                             \
+  FUNCTION(void, rnePostConstraint, (Lanes&, const Contacts&, const Constraints&))                                   \
+  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */                        \
+  FUNCTION(unsigned, bad, (const double* numbers, int count))                                                        \
+  /* Copy `count` numbers of each lane. */                                                                           \
+  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                         \
+  FUNCTION(void, scatter, (double* const* to, const double* from, int count))
+
+// An instruction set: how many lanes it has, and pointers to its functions.
+struct Code {
+  int width;
+#define MJENV_POINTER(result, name, parameters) result(*name) parameters;
+  MJENV_LANES_FUNCTIONS(MJENV_POINTER)
+#undef MJENV_POINTER
+};
+
+extern const Code sse2, avx2, avx512, neon;
+
+// The instruction sets that this CPU has, in ascending order of their lanes. Defined in a file that is compiled for
+// every CPU.
+std::vector<const Code*> codes();
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,424 @@
+#include "engine/lanes/mujoco2/model_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "engine/lanes/mujoco2/sensing.hpp"
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+bool is_ellipsoid(const mjModel& m, int geom) { return m.geom_fluid[mjNFLUID * geom] > 0; }
+
+// Whether the Jacobians of tendons are sparse, for which there is no lane code.
+bool has_sparse_tendons(const mjModel& m) { return m.ntendon > 0 && mj_isSparse(&m); }
+
+// Whether an actuator is a slider-crank or has a reference site.
+bool has_other_actuators(const mjModel& m) {
+  for (int i = 0; i < m.nu; ++i) {
+    const int type = m.actuator_trntype[i];
+    if (type == mjTRN_SLIDERCRANK || (type == mjTRN_SITE && m.actuator_trnid[2 * i + 1] >= 0)) return true;
+  }
+  return false;
+}
+
+// The dofs that move a body, as in mj_jac.
+std::vector<int> dofs_of(const mjModel& m, int body) {
+  std::vector<int> dofs;
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  if (!body) return dofs;
+  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) dofs.push_back(i);
+  return dofs;
+}
+
+// The dofs that a tendon's length may depend on, in ascending order.
+std::vector<int> dofs_of_tendon(const mjModel& m, int tendon) {
+  std::vector<int> dofs;
+  for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon]; ++j) {
+    const int type = m.wrap_type[j], object = m.wrap_objid[j];
+    if (type == mjWRAP_PULLEY) continue;
+    const std::vector<int> some = type == mjWRAP_JOINT  ? std::vector{m.jnt_dofadr[object]}
+                                  : type == mjWRAP_SITE ? dofs_of(m, m.site_bodyid[object])
+                                                        : dofs_of(m, m.geom_bodyid[object]);
+    dofs.insert(dofs.end(), some.begin(), some.end());
+  }
+  std::sort(dofs.begin(), dofs.end());
+  dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
+  return dofs;
+}
+
+// Whether an actuator acts on a slide or a hinge
+bool acts_on_dof(const mjModel& m, int actuator) {
+  const int type = m.actuator_trntype[actuator];
+  if (type != mjTRN_JOINT && type != mjTRN_JOINTINPARENT) return false;
+  const int joint = m.jnt_type[m.actuator_trnid[2 * actuator]];
+  return joint == mjJNT_SLIDE || joint == mjJNT_HINGE;
+}
+
+bool compares_plane(const mjModel& m, int geom1, int geom2) {
+  return m.geom_type[geom1] == mjGEOM_PLANE && !(m.geom_rbound[geom1] > 0) && m.geom_rbound[geom2] > 0;
+}
+
+std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
+  std::vector<GeomPair> pairs;
+  for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
+    const int first = listed.geom1[i], second = listed.geom2[i];
+    pairs.push_back({first, second, compares_plane(m, first, second), -1, pair_numbers(m, first, second)});
+  }
+  return pairs;
+}
+
+Shapes shapes_of(const mjModel& m, int geom1, int geom2) {
+  const int first = m.geom_type[geom1], second = m.geom_type[geom2];
+  if (first == mjGEOM_PLANE && second == mjGEOM_SPHERE) return Shapes::plane_sphere;
+  if (first == mjGEOM_PLANE && second == mjGEOM_CAPSULE) return Shapes::plane_capsule;
+  if (first == mjGEOM_PLANE && second == mjGEOM_ELLIPSOID) return Shapes::plane_ellipsoid;
+  if (first == mjGEOM_PLANE && second == mjGEOM_CYLINDER) return Shapes::plane_cylinder;
+  if (first == mjGEOM_PLANE && second == mjGEOM_BOX) return Shapes::plane_box;
+  if (first == mjGEOM_SPHERE && second == mjGEOM_SPHERE) return Shapes::sphere_sphere;
+  if (first == mjGEOM_SPHERE && second == mjGEOM_CAPSULE) return Shapes::sphere_capsule;
+  if (first == mjGEOM_SPHERE && second == mjGEOM_BOX) return Shapes::sphere_box;
+  if (first == mjGEOM_CAPSULE && second == mjGEOM_CAPSULE) return Shapes::capsule_capsule;
+  return Shapes::others;
+}
+
+// Returns the box with these two opposite corners.
+GeomBox box_between(const double* low, const double* high) {
+  GeomBox box{};
+  for (int k = 0; k < 3; ++k) {
+    box.middle[k] = (low[k] + high[k]) / 2;
+    box.half[k] = (high[k] - low[k]) / 2;
+  }
+  return box;
+}
+
+GeomBox box_of_mesh(const mjModel& m, int mesh) {
+  double low[3] = {kInfinite, kInfinite, kInfinite}, high[3] = {-kInfinite, -kInfinite, -kInfinite};
+  const float* const vertices = m.mesh_vert + std::ptrdiff_t{3} * m.mesh_vertadr[mesh];
+  for (int i = 0; i < 3 * m.mesh_vertnum[mesh]; ++i) {
+    low[i % 3] = std::min<double>(low[i % 3], vertices[i]);
+    high[i % 3] = std::max<double>(high[i % 3], vertices[i]);
+  }
+  return box_between(low, high);
+}
+
+GeomBox box_of_field(const mjModel& m, int field) {
+  const double* const size = m.hfield_size + std::ptrdiff_t{4} * field;
+  const float* const data = m.hfield_data + m.hfield_adr[field];
+  double top = 0;
+  for (int i = 0; i < m.hfield_nrow[field] * m.hfield_ncol[field]; ++i) top = std::max<double>(top, data[i]);
+  const double low[3] = {-size[0], -size[1], -size[3]}, high[3] = {size[0], size[1], top * size[2]};
+  return box_between(low, high);
+}
+
+GeomBox box_of(const mjModel& m, int geom) {
+  const double* const size = m.geom_size + std::ptrdiff_t{3} * geom;
+  switch (m.geom_type[geom]) {
+    case mjGEOM_HFIELD: return box_of_field(m, m.geom_dataid[geom]);
+    case mjGEOM_SPHERE: return {{}, {}, size[0]};
+    case mjGEOM_CAPSULE: return {{}, {0, 0, size[1]}, size[0]};
+    case mjGEOM_CYLINDER: return {{}, {size[0], size[0], size[1]}, 0};
+    case mjGEOM_ELLIPSOID:
+    case mjGEOM_BOX: return {{}, {size[0], size[1], size[2]}, 0};
+    case mjGEOM_MESH: return box_of_mesh(m, m.geom_dataid[geom]);
+    default: return {};
+  }
+}
+
+// The limit of the gap between the boxes is the margin and the radii, plus a hundred-thousandth of the geoms' sizes,
+// because MuJoCo's search for contacts of convex shapes is not exact. BoxPair::kRounding allows for rounding errors.
+BoxPair box_pair_of(const mjModel& m, const GeomPair& pair, const std::vector<GeomBox>& boxes, double margin) {
+  constexpr double kShare = 1e-5, kGround = 2e-4;
+  const GeomBox &box1 = boxes[pair.geom1], &box2 = boxes[pair.geom2];
+  double size = box1.round + box2.round;
+  for (int k = 0; k < 3; ++k) size += (pair.has_plane ? 0 : box1.half[k]) + box2.half[k];
+  const bool is_ground = m.geom_type[pair.geom1] == mjGEOM_HFIELD;
+  // The limit for height fields is greater for two reasons. MuJoCo makes a field's prisms higher by the margin. And
+  // boxes_apart divides kCollinear by the distance between the geom and the field's centre, but the centre of a prism
+  // can be nearer to the geom.
+  const double most = is_ground ? 2 * margin + kGround : margin;
+  return {most + box1.round + box2.round + kShare * size, is_ground};
+}
+
+// Whether the tendon's Jacobian is 0 in every state.
+bool is_still(const mjModel& m, int tendon, const std::vector<int>& dofs) {
+  const int adr = m.tendon_adr[tendon];
+  return dofs.empty() ||
+         (m.wrap_type[adr] == mjWRAP_JOINT && std::all_of(m.wrap_prm + adr, m.wrap_prm + adr + m.tendon_num[tendon],
+                                                          [](mjtNum coef) { return coef == 0; }));
+}
+
+void append(std::vector<int>& columns, const std::vector<int>& dofs) {
+  columns.insert(columns.end(), dofs.begin(), dofs.end());
+}
+
+// Appends the elements of `dofs` that `others` lacks to the columns. Returns how many there are.
+int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
+  int count = 0;
+  for (const int dof : dofs) {
+    if (std::count(others.begin(), others.end(), dof)) continue;
+    columns.push_back(dof);
+    ++count;
+  }
+  return count;
+}
+
+// Appends to the columns the elements that both lists have. Returns how many there are.
+int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
+  const auto is_shared = [&](int dof) { return std::count(others.begin(), others.end(), dof) > 0; };
+  std::copy_if(dofs.begin(), dofs.end(), std::back_inserter(columns), is_shared);
+  return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
+}
+
+// Appends the dofs that move at least one of two bodies, in ascending order, if Jacobians are sparse.
+Chain chain_of(const mjModel& m, std::vector<int> dofs, const std::vector<int>& others, std::vector<int>& columns) {
+  Chain chain{static_cast<int>(columns.size()), 0, false};
+  if (!mj_isSparse(&m)) return chain;
+  append(dofs, others);
+  std::sort(dofs.begin(), dofs.end());
+  dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
+  append(columns, dofs);
+  chain.count = static_cast<int>(dofs.size());
+  for (int i = 1; i < chain.count; ++i)
+    chain.couples |= m.dof_simplenum[dofs[i]] || m.dof_parentid[dofs[i]] != dofs[i - 1];
+  return chain;
+}
+
+BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& columns) {
+  const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
+  BodyPair pair{body1, body2, static_cast<int>(columns.size()), 0, 0, 0, false};
+  pair.negates = mj_isSparse(&m) && m.body_simple[body1] && m.body_simple[body2];
+  pair.count1 = append_difference(columns, dofs1, dofs2);
+  pair.count2 = append_difference(columns, dofs2, dofs1);
+  pair.count_both = append_shared(columns, dofs1, dofs2);
+  return pair;
+}
+
+// The model's equality constraints, active or not, without those for which MuJoCo never makes a constraint, because no
+// dof moves what they constrain.
+std::vector<Equality> possible_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
+                                          std::vector<int>& columns) {
+  std::vector<Equality> equalities;
+  for (int i = 0; i < m.neq && constrains(m, mjDSBL_EQUALITY); ++i) {
+    Equality equality{i, m.eq_type[i], 1, m.eq_obj1id[i], m.eq_obj2id[i], {}, {}};
+    if (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD) {
+      equality.size = equality.type == mjEQ_WELD ? 6 : 3;
+      equality.bodies = pair_of(m, equality.object2, equality.object1, columns);
+      if (equality.bodies.count1 + equality.bodies.count2 + equality.bodies.count_both == 0) continue;
+      equality.chain = chain_of(m, dofs_of(m, equality.object1), dofs_of(m, equality.object2), columns);
+    } else if (equality.type == mjEQ_JOINT) {
+      std::vector<int> dofs;
+      for (const int joint : {equality.object1, equality.object2})
+        if (joint >= 0) dofs.push_back(m.jnt_dofadr[joint]);
+      equality.chain = chain_of(m, dofs, {}, columns);
+    } else if (equality.type == mjEQ_TENDON) {
+      const auto is_still = [&](int tendon) { return tendon < 0 || is_still_tendon[tendon]; };
+      if (is_still(equality.object1) && is_still(equality.object2)) continue;
+    }
+    equalities.push_back(equality);
+  }
+  return equalities;
+}
+
+// Appends the parts of a tendon, in the order of mj_tendon.
+void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments, std::vector<int>& columns) {
+  double divisor = 1;
+  for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon] - 1; ++j) {
+    if (m.wrap_type[j] == mjWRAP_PULLEY) divisor = m.wrap_prm[j];
+    if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] == mjWRAP_PULLEY) continue;
+    const bool is_wrapped = m.wrap_type[j + 1] != mjWRAP_SITE;
+    const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[is_wrapped ? j + 2 : j + 1];
+    const int body1 = m.site_bodyid[site1], body2 = m.site_bodyid[site2];
+    Segment segment{site1, site2, divisor, pair_of(m, body1, body2, columns), -1, -1, {}, {}};
+    if (is_wrapped) {
+      segment.geom = m.wrap_objid[j + 1];
+      segment.side = mju_round(m.wrap_prm[j + 1]);
+      segment.to = pair_of(m, body1, m.geom_bodyid[segment.geom], columns);
+      segment.onwards = pair_of(m, m.geom_bodyid[segment.geom], body2, columns);
+    }
+    segments.push_back(segment);
+  }
+}
+
+Actuator actuator_of(const mjModel& m, int id, const ModelTables& tables, std::vector<int>& columns) {
+  using Transmission = Actuator::Transmission;
+  const int object = m.actuator_trnid[2 * id];
+  Actuator actuator{Transmission::site, object, 0, static_cast<int>(columns.size()), 0};
+  if (m.actuator_trntype[id] == mjTRN_TENDON) {
+    actuator.transmission = Transmission::tendon;
+    const int* const dofs = tables.tendon_dofs.data();
+    append(columns, {dofs + tables.tendon_dof_adr[object], dofs + tables.tendon_dof_adr[object + 1]});
+  } else if (m.actuator_trntype[id] == mjTRN_SITE) {
+    append(columns, dofs_of(m, m.site_bodyid[object]));
+  } else {
+    actuator.dof = m.jnt_dofadr[object];
+    const int type = m.jnt_type[object];
+    actuator.transmission = type == mjJNT_FREE   ? Transmission::free
+                            : type == mjJNT_BALL ? Transmission::ball
+                                                 : Transmission::dof;
+    const int size = type == mjJNT_FREE ? 6 : type == mjJNT_BALL ? 3 : 1;
+    for (int k = 0; k < size; ++k) columns.push_back(actuator.dof + k);
+  }
+  actuator.count = static_cast<int>(columns.size()) - actuator.first_column;
+  return actuator;
+}
+
+std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, std::vector<int>& columns) {
+  std::vector<ContactPair> pairs;
+  for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
+    const int first = listed.geom1[i], second = listed.geom2[i];
+    const int body1 = m.geom_bodyid[first], body2 = m.geom_bodyid[second];
+    ContactPair pair{};
+    pair.geom1 = first;
+    pair.geom2 = second;
+    pair.dim = listed.dim[i];
+    pair.shapes = shapes_of(m, first, second);
+    pair.is_between_bodies = body1 != 0 && body2 != 0;
+    pair.root1 = m.body_rootid[body1];
+    pair.root2 = m.body_rootid[body2];
+    const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
+    pair.first_column = static_cast<int>(columns.size());
+    pair.count1 = append_difference(columns, dofs1, dofs2);
+    pair.count2 = append_difference(columns, dofs2, dofs1);
+    pair.chain = chain_of(m, dofs1, dofs2, columns);
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+bool has_adhesion(const mjModel& m) {
+  return std::any_of(m.actuator_trntype, m.actuator_trntype + m.nu, [](int type) { return type == mjTRN_BODY; });
+}
+
+int count_of_fluid_geoms(const mjModel& m) {
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    if (is_ellipsoid(m, geom)) return m.ngeom;
+  return 0;
+}
+
+int count_of_subtrees(const mjModel& m) { return m.nsensor > 0 ? m.nbody : 0; }
+int count_of_cameras(const mjModel& m) { return sees_from_cameras(m) ? m.ncam : 0; }
+int is_implicit(const mjModel& m) { return m.opt.integrator == mjINT_IMPLICIT ? 1 : 0; }
+
+bool has_moments(const mjModel& m) {
+  if (SingleStages(m).actuation) return m.opt.integrator == mjINT_IMPLICIT;
+  for (int i = 0; i < m.nu; ++i)
+    if (!acts_on_dof(m, i)) return true;
+  return false;
+}
+
+PairNumbers pair_numbers(const mjModel& m, int geom1, int geom2) {
+  const double radius1 = m.geom_rbound[geom1], radius2 = m.geom_rbound[geom2];
+  const double margin = mixed_margin(m.geom_margin[geom1], m.geom_margin[geom2]),
+               gap = mixed_margin(m.geom_gap[geom1], m.geom_gap[geom2]), reach = radius1 + radius2 + margin;
+  double limit = kInfinite;
+  if (radius1 > 0 && radius2 > 0)
+    limit = largest_square(reach);
+  else if (compares_plane(m, geom1, geom2))
+    limit = margin + radius2;
+  return {limit, margin, margin - gap, reach};
+}
+
+bool has_negative_zero(const double* numbers, int count) {
+  return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
+}
+
+bool constrains(const mjModel& m, int flag) { return (m.opt.disableflags & (flag | mjDSBL_CONSTRAINT)) == 0; }
+
+double largest_square(double radius) {
+  if (radius < 0) return -1;
+  if (std::isinf(radius)) return radius;
+  double square = radius * radius;
+  while (std::sqrt(square) > radius) square = std::nextafter(square, 0);
+  while (std::sqrt(std::nextafter(square, kInfinite)) <= radius) square = std::nextafter(square, kInfinite);
+  return square;
+}
+
+std::string actuation_obstacle(const mjModel& m) {
+  if ((m.opt.disableflags & mjDSBL_ACTUATION) != 0) return "the model disables actuation";
+  if (has_adhesion(m)) return "adhesion";
+  if (has_other_actuators(m)) return "slider-cranks or reference sites";
+  return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : "";
+}
+
+std::string passive_obstacle(const mjModel& m) { return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : ""; }
+
+SingleStages::SingleStages(const mjModel& m) {
+  actuation = !actuation_obstacle(m).empty();
+  passive = !passive_obstacle(m).empty();
+}
+
+ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {
+  const mjModel& m = *model.get();
+  const SingleStages single(m);
+  const bool finds_contacts = constrains(m, mjDSBL_CONTACT) && m.nconmax > 0;
+  if (finds_contacts && !model.pairs()) searched = searched_pairs(m);
+  knows_pairs = !finds_contacts || model.pairs() || searched;
+  if (finds_contacts && knows_pairs) {
+    const Pairs& listed = searched ? *searched : *model.pairs();
+    pairs = tested_pairs(m, listed);
+    contact_pairs = pairs_in_contact(m, listed, columns);
+    compare_boxes(m);
+    kept_apart = pairs_kept_apart(m);
+  }
+  for (int i = 0; i < m.ntendon; ++i) {
+    const std::vector<int> dofs = dofs_of_tendon(m, i);
+    tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
+    tendon_dofs.insert(tendon_dofs.end(), dofs.begin(), dofs.end());
+    is_still_tendon.push_back(is_still(m, i, dofs));
+  }
+  tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
+  equalities = possible_equalities(m, is_still_tendon, columns);
+  for (int i = 0; i < m.nu && !single.actuation; ++i) actuators.push_back(actuator_of(m, i, *this, columns));
+  for (int i = 0; i < m.ntendon && !single.actuation; ++i) {
+    segment_adr.push_back(static_cast<int>(segments.size()));
+    if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments, columns);
+  }
+  segment_adr.push_back(static_cast<int>(segments.size()));
+  has_ellipsoids.resize(static_cast<std::size_t>(m.nbody));
+  for (int geom = 0; geom < m.ngeom; ++geom)
+    if (is_ellipsoid(m, geom)) has_ellipsoids[m.geom_bodyid[geom]] = 1;
+  const bool has_limits = constrains(m, mjDSBL_LIMIT);
+  for (int j = 0; j < m.njnt && has_limits; ++j)
+    if (m.jnt_type[j] != mjJNT_FREE) joints.push_back(j);
+  for (int i = 0; i < m.ntendon && has_limits; ++i)
+    if (!is_still_tendon[i]) tendons.push_back(i);
+  if (m.opt.integrator == mjINT_IMPLICIT) list_trees(m);
+}
+
+void ModelTables::list_trees(const mjModel& m) {
+  for (int dof = 0; dof < m.nv; ++dof) {
+    ancestor_adr.push_back(static_cast<int>(ancestors.size()));
+    for (int i = dof; i >= 0; i = m.dof_parentid[i]) ancestors.push_back(i);
+  }
+  ancestor_adr.push_back(static_cast<int>(ancestors.size()));
+  for (int body = 0; body < m.nbody; ++body) {
+    moved_adr.push_back(static_cast<int>(moved_bodies.size()));
+    for (int i = body; i < m.nbody; ++i) {
+      int bearer = i;
+      while (bearer > body) bearer = m.body_parentid[bearer];
+      if (bearer == body) moved_bodies.push_back(i);
+    }
+  }
+  moved_adr.push_back(static_cast<int>(moved_bodies.size()));
+}
+
+// Chooses the pairs whose bounding boxes are compared: those whose contacts MuJoCo's functions compute.
+void ModelTables::compare_boxes(const mjModel& m) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (contact_pairs[i].shapes != Shapes::others) continue;
+    if (boxes.empty())
+      for (int geom = 0; geom < m.ngeom; ++geom) boxes.push_back(box_of(m, geom));
+    pairs[i].box_pair = static_cast<int>(box_pairs.size());
+    box_pairs.push_back(box_pair_of(m, pairs[i], boxes, pairs[i].numbers.margin));
+  }
+}
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,9 @@
+// The lane code for NEON, which every aarch64 CPU has: two lanes.
+#define MJENV_LANES_WIDTH 2
+#include "engine/lanes/mujoco2/code.hpp"
+
+namespace mjenv::core::lanes {
+
+constexpr Code neon = make_code();
+
+}  // namespace mjenv::core::lanes

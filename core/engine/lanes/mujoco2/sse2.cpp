@@ -1,0 +1,9 @@
+// The lane code for SSE2, which every x86-64 CPU has: two lanes.
+#define MJENV_LANES_WIDTH 2
+#include "engine/lanes/mujoco2/code.hpp"
+
+namespace mjenv::core::lanes {
+
+constexpr Code sse2 = make_code();
+
+}  // namespace mjenv::core::lanes
