@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "chars.hpp"
 #include "error.hpp"
@@ -13,6 +15,8 @@ namespace mjenv::learn {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kPositive = std::numeric_limits<double>::denorm_min();  // the least number greater than 0
+constexpr double kMaxFloat = std::numeric_limits<float>::max();
 constexpr std::int64_t kMaxSteps = std::int64_t{1} << 53, kMaxWidth = 4096, kMaxLayers = 8, kMaxThreads = 64;
 constexpr std::int64_t kMaxBatch = std::int64_t{1} << 26, kMaxObservations = 1 << 20;
 
@@ -27,45 +31,61 @@ void check_count(const char* name, std::int64_t value, std::int64_t low, std::in
 
 void check_number(const char* name, double value, double low, double high) {
   if (value >= low && value <= high && std::isfinite(value)) return;
-  refuse(name, core::number(value),
-         std::isinf(high) ? "a finite number from " + core::number(low) + " on"
-                          : core::number(low) + " to " + core::number(high));
+  const std::string bounds = std::isinf(high) ? "a finite number from " + core::number(low) + " on"
+                                              : core::number(low) + " to " + core::number(high);
+  refuse(name, core::number(value), low == kPositive ? "a finite number greater than 0, in float32" : bounds);
 }
 
-void check_positive(const char* name, double value) {
-  if (!(value > 0 && value <= std::numeric_limits<float>::max()))
-    refuse(name, core::number(value), "a finite number greater than 0, in float32");
-}
+// A setting that is a number, with its bounds.
+using Given = mjenv_learn_settings;
+struct Number {
+  const char* name;
+  std::variant<std::int32_t Given::*, std::int64_t Given::*, double Given::*> member;
+  double low, high;
+  bool fixed = false;  // whether it cannot change once the learner is created
+};
 
-void check_values(const mjenv_learn_settings& s) {
-  check_count("activation", s.activation, MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_ELU);
-  check_count("rows", s.rows, 1, kMaxBatch);
-  check_count("steps", s.steps, 1, kMaxSteps);
+constexpr Number kNumbers[] = {{"activation", &Given::activation, MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_ELU, true},
+                               {"rows", &Given::rows, 1, kMaxBatch, true},
+                               {"steps", &Given::steps, 1, kMaxSteps},
+                               {"rollout_steps", &Given::rollout_steps, 1, kMaxBatch, true},
+                               {"epochs", &Given::epochs, 1, 1000},
+                               {"minibatch_size", &Given::minibatch_size, 1, kMaxBatch},
+                               {"decay_steps", &Given::decay_steps, 0, kMaxSteps},
+                               {"learning_rate", &Given::learning_rate, 0, 1},
+                               {"final_learning_rate", &Given::final_learning_rate, 0, 1},
+                               {"gamma", &Given::gamma, 0, 1},
+                               {"gae_lambda", &Given::gae_lambda, 0, 1},
+                               {"clip", &Given::clip, kPositive, kMaxFloat},
+                               {"value_clip", &Given::value_clip, 0, kInfinite},
+                               {"value_coef", &Given::value_coef, 0, kInfinite},
+                               {"entropy_coef", &Given::entropy_coef, 0, kInfinite},
+                               {"max_grad_norm", &Given::max_grad_norm, 0, kInfinite},
+                               {"target_kl", &Given::target_kl, 0, kInfinite},
+                               {"initial_std", &Given::initial_std, 1e-6, 1e6},
+                               {"obs_clip", &Given::obs_clip, kPositive, kMaxFloat},
+                               {"reward_clip", &Given::reward_clip, kPositive, kMaxFloat},
+                               {"normalize_obs", &Given::normalize_obs, 0, 1, true},
+                               {"normalize_reward", &Given::normalize_reward, 0, 1},
+                               {"normalize_advantage", &Given::normalize_advantage, 0, 1},
+                               {"scale_actions", &Given::scale_actions, 0, 1, true},
+                               {"hidden_count", &Given::hidden_count, 0, kMaxLayers},
+                               {"obs_count", &Given::obs_count, 0, kMaxObservations},
+                               {"threads", &Given::threads, 1, kMaxThreads, true},
+                               {"window", &Given::window, 1, 1'000'000, true}};
+
+void check_values(const Given& s) {
+  for (const Number& one : kNumbers)
+    std::visit(
+        [&](auto member) {
+          if constexpr (std::is_same_v<decltype(member), double Given::*>)
+            check_number(one.name, s.*member, one.low, one.high);
+          else
+            check_count(one.name, s.*member, static_cast<std::int64_t>(one.low), static_cast<std::int64_t>(one.high));
+        },
+        one.member);
   check_count("rollout_steps", s.rollout_steps, 1, kMaxBatch / s.rows);
-  check_count("epochs", s.epochs, 1, 1000);
   check_count("minibatch_size", s.minibatch_size, 1, s.rows * s.rollout_steps);
-  check_count("decay_steps", s.decay_steps, 0, kMaxSteps);
-  check_number("learning_rate", s.learning_rate, 0, 1);
-  check_number("final_learning_rate", s.final_learning_rate, 0, 1);
-  check_number("gamma", s.gamma, 0, 1);
-  check_number("gae_lambda", s.gae_lambda, 0, 1);
-  check_positive("clip", s.clip);
-  check_number("value_clip", s.value_clip, 0, kInfinite);
-  check_number("value_coef", s.value_coef, 0, kInfinite);
-  check_number("entropy_coef", s.entropy_coef, 0, kInfinite);
-  check_number("max_grad_norm", s.max_grad_norm, 0, kInfinite);
-  check_number("target_kl", s.target_kl, 0, kInfinite);
-  check_number("initial_std", s.initial_std, 1e-6, 1e6);
-  check_positive("obs_clip", s.obs_clip);
-  check_positive("reward_clip", s.reward_clip);
-  check_count("normalize_obs", s.normalize_obs, 0, 1);
-  check_count("normalize_reward", s.normalize_reward, 0, 1);
-  check_count("normalize_advantage", s.normalize_advantage, 0, 1);
-  check_count("scale_actions", s.scale_actions, 0, 1);
-  check_count("hidden_count", s.hidden_count, 0, kMaxLayers);
-  check_count("obs_count", s.obs_count, 0, kMaxObservations);
-  check_count("threads", s.threads, 1, kMaxThreads);
-  check_count("window", s.window, 1, 1'000'000);
 }
 
 std::vector<std::uint8_t> mask(const char* name, const std::uint8_t* given, std::int64_t count,
@@ -177,18 +197,13 @@ void Settings::replace(const Settings& other) {
       core::fail(MJENV_E_VALUE, "settings." + std::string(name) + " cannot change once the learner is created");
   };
   const mjenv_learn_settings &old = values_, &now = other.values_;
-  same("rows", old.rows == now.rows);
-  same("rollout_steps", old.rollout_steps == now.rollout_steps);
-  same("activation", old.activation == now.activation);
+  for (const Number& one : kNumbers)
+    if (one.fixed) std::visit([&](auto member) { same(one.name, old.*member == now.*member); }, one.member);
   same("hidden", hidden == other.hidden);
   same("actor_obs", actor_obs == other.actor_obs);
   same("critic_obs", critic_obs == other.critic_obs);
-  same("normalize_obs", old.normalize_obs == now.normalize_obs);
-  same("scale_actions", old.scale_actions == now.scale_actions);
   same("seed", old.seed == now.seed);
-  same("threads", old.threads == now.threads);
   same("instructions", old.instructions == now.instructions);
-  same("window", old.window == now.window);
   same("id", id == other.id);
   values_ = other.values_;
 }

@@ -808,9 +808,28 @@ static void test_settings(void** state) {
   ok(mjenv_learner_set(learner, &s));
   ok(mjenv_learner_train(learner, 500));
   assert_int_equal(report_of(learner).epochs, 1);
-  s.rows = 10;
   s.minibatch_size = 1;
-  refused(MJENV_E_VALUE, mjenv_learner_set(learner, &s), "settings.rows cannot change");
+#define FIXED(setting, value)                                                                          \
+  do {                                                                                                 \
+    mjenv_learn_settings other = s;                                                                    \
+    other.setting = value;                                                                             \
+    refused(MJENV_E_VALUE, mjenv_learner_set(learner, &other), "settings." #setting " cannot change"); \
+  } while (0)
+  FIXED(id, "Ant-v5");
+  FIXED(rows, 10);
+  FIXED(rollout_steps, s.rollout_steps + 1);
+  FIXED(activation, MJENV_ACTIVATION_RELU);
+  FIXED(normalize_obs, 1 - s.normalize_obs);
+  FIXED(scale_actions, 1 - s.scale_actions);
+  FIXED(seed, s.seed + 1);
+  FIXED(threads, s.threads + 1);
+  FIXED(instructions, MJENV_INSTRUCTIONS_SSE2);
+  FIXED(window, s.window + 1);
+  const int64_t other_widths[] = {8, 8, 8};
+  mjenv_learn_settings other = s;
+  other.hidden = other_widths;
+  other.hidden_count = 3;
+  refused(MJENV_E_VALUE, mjenv_learner_set(learner, &other), "settings.hidden cannot change");
   s = short_settings();
   refused(MJENV_E_VALUE, mjenv_learner_set(learner, &s), "settings.actor_obs cannot change");
   mjenv_learner_destroy(learner);
