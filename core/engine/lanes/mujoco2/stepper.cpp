@@ -215,7 +215,13 @@ class LaneStepper final : public Stepper, private LaneArrays {
     void (LaneStepper::*row_by_row)() = nullptr;
   };
   static const std::array<SmoothStage, 13> kSmoothStages;
-  void compute(const SmoothStage& stage);
+  struct Call {
+    void (*in_lanes)(Lanes&);
+    void (LaneStepper::*row_by_row)();  // if in_lanes is null
+  };
+  std::vector<Call> smooth_stages_, shown_stages_;
+  void choose_stages();
+  void compute(const std::vector<Call>& calls);
   void actuate_row_by_row();
   void gather_sparse_tendons();
   void compute_passive_row_by_row();
@@ -263,6 +269,7 @@ LaneStepper::LaneStepper(const Model& model, const Code& code)
       spare_(static_cast<std::size_t>(longest_)),
       row_ends_(static_cast<std::size_t>(m_.nv)) {
   set_world();
+  choose_stages();
   for (int row = 0; row < code.width; ++row) models_.push_back(std::make_unique<RowModel>(model.pairs()));
   lanes_.model = &m_;
   lanes_.tendon_dof_adr = tables_.tendon_dof_adr.data();
@@ -530,8 +537,7 @@ bool LaneStepper::shows_current() const {
 // contacts, constraints and energies.
 void LaneStepper::show_current(Work* const* works) {
   for (int row = 0; row < count_; ++row) works[row]->keep_raw_qpos();
-  for (const SmoothStage& stage : kSmoothStages)
-    if (stage.is_shown) compute(stage);
+  compute(shown_stages_);
   scatter(kState);
   scatter(kShown);
   if (sensors_ == SensorNeeds::nothing) return;
@@ -539,18 +545,30 @@ void LaneStepper::show_current(Work* const* works) {
   for_live_rows([](int /*row*/, const mjModel& m, mjData& d) { sense_state(m, d); });
 }
 
-void LaneStepper::compute(const SmoothStage& stage) {
-  if (!stage.is_single || !(single_.*stage.is_single)) {
-    if (stage.in_lanes) (code_.*stage.in_lanes)(lanes_);
-  } else if (stage.row_by_row) {
-    (this->*stage.row_by_row)();
+// Chooses once how the stages of this model are computed.
+void LaneStepper::choose_stages() {
+  for (const SmoothStage& stage : kSmoothStages) {
+    const bool is_single = stage.is_single && single_.*stage.is_single;
+    const Call call{!is_single && stage.in_lanes ? code_.*stage.in_lanes : nullptr,
+                    is_single ? stage.row_by_row : nullptr};
+    if (!call.in_lanes && !call.row_by_row) continue;
+    smooth_stages_.push_back(call);
+    if (stage.is_shown) shown_stages_.push_back(call);
   }
+}
+
+void LaneStepper::compute(const std::vector<Call>& calls) {
+  for (const Call& call : calls)
+    if (call.in_lanes)
+      call.in_lanes(lanes_);
+    else
+      (this->*call.row_by_row)();
 }
 
 // mj_forward. The order differs from MuJoCo's where that does not change the results: constraints come after all other
 // stages except sensors and energies, unless the model has adhesion.
 void LaneStepper::forward(Readers readers) {
-  for (const SmoothStage& stage : kSmoothStages) compute(stage);
+  compute(smooth_stages_);
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
   const bool reads_constraints = readers.sensors && sensors_ == SensorNeeds::constraints;
