@@ -4,7 +4,8 @@
     declarations.py [LANGUAGE...]            writes the files of these languages, or of all
     declarations.py --check [LANGUAGE...]    names each file that is stale, and then exits with 1
 
-LANGUAGES has one entry for each language: its file, and the function that makes the file's text.
+LANGUAGES has one entry for each language, and for each language with a header of extras/: its file, and the function
+that makes its text.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import header
@@ -107,9 +109,9 @@ def python_library(api: header.Header, functions: Sequence[header.Function]) -> 
         yield from (line, f"        self.{function.name}.restype = {python_type(api, function.result)}")
 
 
-def learn_parts(api: header.Header) -> tuple[header.Header, header.Header]:
-    """What mjenv.h and learn.h declare together, and what learn.h alone declares."""
-    both = header.parse(header.PATH, header.LEARN)
+def guest_parts(path: Path, api: header.Header) -> tuple[header.Header, header.Header]:
+    """What mjenv.h and a header of extras/ declare together, and what the latter alone declares."""
+    both = header.parse(header.PATH, path)
     own = header.Header(
         tuple(one for one in both.constants if one not in api.constants),
         tuple(one for one in both.opaques if one not in api.opaques),
@@ -120,12 +122,12 @@ def learn_parts(api: header.Header) -> tuple[header.Header, header.Header]:
     return both, own
 
 
-def python_learn_module(api: header.Header) -> str:
-    """The text of _learn_abi.py."""
-    both, own = learn_parts(api)
+def python_guest_module(path: Path, api: header.Header) -> str:
+    """The declarations of a header of extras/."""
+    both, own = guest_parts(path, api)
     known = replace(own, opaques=both.opaques, enums=both.enums, structs=both.structs)
     lines = [
-        '"""learn.h in ctypes. Written by tools/declarations.py: do not edit."""',
+        f'"""{path.name} in ctypes. Written by tools/declarations.py: do not edit."""',
         "# ruff: noqa: N801",
         "",
         "from ctypes import (",
@@ -139,7 +141,7 @@ def python_learn_module(api: header.Header) -> str:
         "from mjenv.capi.declarations import mjenv_batch, mjenv_space",
         "from mjenv.capi.pointers import POINTER",
         "",
-        *(f"{name.removeprefix('MJENV_LEARN_')} = {value}" for name, value in own.constants),
+        *(f"{name.removeprefix(f'MJENV_{path.stem.upper()}_')} = {value}" for name, value in own.constants),
         *python_enums(own),
     ]
     lines += [*python_structs(known, own.structs), *python_library(known, own.functions)]
@@ -260,21 +262,23 @@ def julia_module(_: header.Header) -> str:
     return "\n".join(lines) + "\n"
 
 
-def julia_learn_module(api: header.Header) -> str:
-    """The text of learn_capi.jl."""
-    both, own = learn_parts(api)
-    lines = ["# Written by tools/declarations.py from learn.h in extras/learn/include/mjenv: do not edit.", ""]
-    lines.extend(f"const {name} = {value}" for name, value in own.constants)
+def julia_guest_module(path: Path, api: header.Header) -> str:
+    """The declarations of a header of extras/."""
+    both, own = guest_parts(path, api)
+    name, list_name = path.stem, f"{path.stem.upper()}_FUNCTIONS"
+    folder = path.parent.relative_to(ROOT)
+    lines = [f"# Written by tools/declarations.py from {path.name} in {folder}: do not edit.", ""]
+    lines.extend(f"const {constant} = {value}" for constant, value in own.constants)
     lines.append("")
-    lines.extend(f"struct {name} end" for name in own.opaques)
+    lines.extend(f"struct {opaque} end" for opaque in own.opaques)
     for enum in own.enums:
         lines.extend(["", *julia_enum(enum)])
     for struct in own.structs:
         lines.extend(["", *julia_struct(both, struct)])
-    lines.extend(["", "# learn_address(index) is the function at this index in LEARN_FUNCTIONS."])
-    lines.extend(["const LEARN_FUNCTIONS = (", *(f"    :{function.name}," for function in own.functions), ")"])
+    lines.extend(["", f"# {name}_address(index) is the function at this index in {list_name}."])
+    lines.extend([f"const {list_name} = (", *(f"    :{function.name}," for function in own.functions), ")"])
     for index, function in enumerate(own.functions, start=1):
-        lines.extend(["", *julia_function(function, f"learn_address({index})")])
+        lines.extend(["", *julia_function(function, f"{name}_address({index})")])
     return "\n".join(lines) + "\n"
 
 
@@ -310,11 +314,10 @@ def rust_module(_: header.Header) -> str:
     return bindgen(header.TASK, *RUST_ALLOWED)
 
 
-def rust_learn_module(_: header.Header) -> str:
-    """The text of learn.rs, from learn.h alone."""
-    return bindgen(
-        header.LEARN, "--allowlist-file", ".*/learn\\.h", "--no-recursive-allowlist", "--raw-line", "use crate::*;"
-    )
+def rust_guest_module(path: Path, _: header.Header) -> str:
+    """The declarations of a header of extras/ alone."""
+    allowed = ("--allowlist-file", f".*/{re.escape(path.name)}", "--no-recursive-allowlist")
+    return bindgen(path, *allowed, "--raw-line", "use crate::*;")
 
 
 # ---- JavaScript ----
@@ -403,13 +406,17 @@ def javascript_module(api: header.Header) -> str:
 
 LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
     "python": ("bindings/python/src/mjenv/capi/declarations.py", python_module),
-    "python-learn": ("extras/learn/python/mjenv_learn/declarations.py", python_learn_module),
     "julia": ("bindings/julia/src/capi.jl", julia_module),
-    "julia-learn": ("bindings/julia/src/learn_capi.jl", julia_learn_module),
     "javascript": ("bindings/javascript/src/abi.js", javascript_module),
     "rust": ("bindings/rust/mjenv-sys/src/bindings.rs", rust_module),
-    "rust-learn": ("bindings/rust/mjenv-sys/src/learn.rs", rust_learn_module),
 }
+for guest in header.GUESTS:
+    name = guest.stem
+    LANGUAGES |= {
+        f"python-{name}": (f"extras/{name}/python/mjenv_{name}/declarations.py", partial(python_guest_module, guest)),
+        f"julia-{name}": (f"bindings/julia/src/{name}_capi.jl", partial(julia_guest_module, guest)),
+        f"rust-{name}": (f"bindings/rust/mjenv-sys/src/{name}.rs", partial(rust_guest_module, guest)),
+    }
 
 
 def main() -> int:

@@ -1,9 +1,9 @@
-"""Reads the headers mjenv.h, task.h and learn.h into Python objects for tools/declarations.py.
+"""Reads the headers mjenv.h, task.h and those of extras/ into Python objects for tools/declarations.py.
 
 The headers keep to a regular subset of C: enums (a typedef of int32_t and an enum of its values), structs of scalars,
-pointers, pointers to functions and arrays of a literal length, opaque structs, and functions marked MJENV_API or
-MJENV_LEARN_API. Inline functions are left out. The parser raises ValueError for anything else, so that it misses
-nothing.
+pointers, pointers to functions and arrays of a literal length, opaque structs, and functions marked MJENV_API or,
+in extras/NAME, MJENV_NAME_API. Inline functions are left out. The parser raises ValueError for anything else, so that
+it misses nothing.
 
     import header
     api = header.parse()  # mjenv.h; header.parse(header.PATH, header.TASK) reads task.h with it
@@ -20,7 +20,7 @@ from pathlib import Path
 
 PATH = Path(__file__).resolve().parent.parent / "capi" / "include" / "mjenv" / "mjenv.h"
 TASK = PATH.with_name("task.h")
-LEARN = PATH.parents[3] / "extras" / "learn" / "include" / "mjenv" / "learn.h"
+GUESTS = sorted(PATH.parents[3].glob("extras/*/include/mjenv/*.h"))  # each has the name of its folder
 
 SCALARS = ("void", "char", "uint8_t", "int32_t", "uint32_t", "int64_t", "uint64_t", "float", "double")
 
@@ -106,7 +106,7 @@ _DECLARATION = re.compile(
     r"|typedef int32_t (?P<enum>\w+); enum (?P=enum)_value \{(?P<values>[^}]*)\};"
     r"|(?:typedef )?struct (?P<struct>\w+) \{(?P<fields>[^}]*)\}(?: \w+)?;"
     r"|typedef (?P<entry>[\w ]+ \**\w+\([^)]*\));"
-    r"|MJENV_(?:LEARN_)?API (?P<result>[\w ]+ \**)(?P<function>\w+)\((?P<parameters>[^)]*)\);) ?"
+    r"|MJENV_(?:[A-Z]+_)?API (?P<result>[\w ]+ \**)(?P<function>\w+)\((?P<parameters>[^)]*)\);) ?"
 )
 
 

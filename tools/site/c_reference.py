@@ -1,4 +1,4 @@
-"""The reference of the C interface as pages, made from the comments of mjenv/mjenv.h and mjenv/learn.h.
+"""The reference of the C interface as pages, made from the comments of mjenv/mjenv.h and those of extras/.
 
 Anything in a header that this does not understand raises ValueError, so nothing is left out.
 """
@@ -22,7 +22,7 @@ _PIECE = re.compile(
     r"|typedef struct (?P<opaque>\w+) \w+;(?: *" + _COMMENT.format("opaque_doc") + r")?"
     r"|typedef int32_t (?P<enum>\w+);\s*enum (?P=enum)_value \{(?P<values>.*?)\};"
     r"|typedef struct (?P<struct>\w+) \{(?P<fields>.*?)\} \w+;"
-    r"|MJENV_(?:LEARN_)?API (?P<function>[^;]*);)",
+    r"|MJENV_(?:[A-Z]+_)?API (?P<function>[^;]*);)",
     re.DOTALL,
 )
 _ENUMERATOR = re.compile(r"(?:/\*([^/]*?)\*/\s*)?\b(\w+) = (-?\d+),?(?: */\*(.*?)\*/)?", re.DOTALL)
@@ -100,11 +100,15 @@ def page() -> str:
     return _filled(made, header.PATH)
 
 
-def learn_page(mjenv_page: str) -> str:
-    """The page of learn.h. mjenv_page: the address of the page of mjenv.h, from this one."""
-    made = Page(header.parse(header.PATH, header.LEARN), header.parse(), mjenv_page)
-    made.add("# The C interface of the learner", "", "All of `mjenv/learn.h`, made from its comments.")
-    return _filled(made, header.LEARN)
+def guest_pages() -> dict[str, str]:
+    """The pages of the headers of extras/, which stand beside c.md."""
+    return {f"reference/{path.stem}.md": _guest_page(path) for path in header.GUESTS}
+
+
+def _guest_page(path: Path) -> str:
+    made = Page(header.parse(header.PATH, path), header.parse(), "c.md")
+    made.add(f"# The C interface of mjenv/{path.name}", "", f"All of `mjenv/{path.name}`, made from its comments.")
+    return _filled(made, path)
 
 
 def _filled(made: Page, path: Path) -> str:

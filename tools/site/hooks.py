@@ -58,7 +58,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
         **environments.pages(),
         **environments.pictures(),
         "reference/c.md": c_reference.page(),
-        "reference/learn.md": c_reference.learn_page("c.md"),
+        **c_reference.guest_pages(),
         "reference/julia.md": julia_reference.page(),
     }
     for uri, content in generated.items():
