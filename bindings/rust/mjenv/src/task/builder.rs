@@ -7,7 +7,8 @@ use std::os::raw::c_char;
 
 use mjenv_sys as sys;
 
-use super::row::{Carry, Live, Own, Rng};
+use super::numbers::{Carry, Live};
+use super::row::{Own, Rng};
 use super::sim::{Array, Element, Shape, Sim};
 use super::Dtype;
 use crate::describe::{int64, size, size_of};

@@ -12,7 +12,8 @@ use mjenv_sys as sys;
 
 use super::builder::{c_text, Builder, Declared};
 use super::fields::{Entry, Fields};
-use super::row::{Carried, Control, Rng, Row, Start};
+use super::numbers::Carried;
+use super::row::{Control, Rng, Row, Start};
 use super::sim::{Shape, Sim};
 use super::{Absent, Dtype, Failure, Model, Outcome, Result, Task};
 use crate::describe::{int64, size, size_of};

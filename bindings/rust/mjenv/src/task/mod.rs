@@ -137,13 +137,15 @@ mod builder;
 mod callbacks;
 mod fields;
 mod locomotion;
+mod numbers;
 mod row;
 mod sim;
 
 pub use builder::{Builder, Joint, Sensor};
 pub use fields::{Fields, Put, Value};
 pub use locomotion::{air_time, Terrain, View};
-pub use row::{Carried, Carry, Control, Live, Own, Rng, Row, Start};
+pub use numbers::{Carried, Carry, Live};
+pub use row::{Control, Own, Rng, Row, Start};
 pub use sim::{Action, Array, Contact, Element, Sim};
 
 #[doc(hidden)]

@@ -5,7 +5,7 @@ use std::os::raw::c_void;
 
 use mjenv_sys as sys;
 
-use super::row::{read, Carried, Carry, Live};
+use super::numbers::{read, Carried, Carry, Live};
 use super::Dtype;
 use crate::numpy::{sum_of, Scalar};
 
