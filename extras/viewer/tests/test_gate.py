@@ -20,9 +20,9 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 import mjenv
+from mjenv_viewer.controls import Page
 from mjenv_viewer.gate import LONGEST, MESSAGES, valid
 from mjenv_viewer.server import Server
-from mjenv_viewer.session import Session
 from waiting import wait_until
 
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
@@ -93,7 +93,7 @@ def test_a_page_that_all_computers_may_see_is_asked_for_by_number_or_by_name() -
 # ---- messages ----
 
 
-class Page:
+class Socket:
     """A WebSocket that knows the token, and sends what no page of viser does."""
 
     def __init__(self, server: Server) -> None:
@@ -145,7 +145,7 @@ def drag(server: Server) -> dict[str, Any]:
     return {"name": name, "instance_index": 0, **kind, **places}
 
 
-def attack(page: Page, server: Server) -> None:
+def attack(page: Socket, server: Server) -> None:
     """Sends each value of each message out of range, and whatever else a stranger can think of."""
     good = {"ViewerCameraMessage": CAMERA, "SceneNodeDragMessage": drag(server)}
     for kind, fields in good.items():
@@ -198,8 +198,8 @@ def check_inputs(server: Server) -> None:
 def test_a_session_survives_each_message() -> None:
     mjenv.load_tasks(PLUGINS / "liblive.so")
     for id in ("CppLive-v0", "Ant-v5"):
-        with Session(id, 4, port=0) as session:
-            page = Page(session.server)
+        with Page(id, 4, port=0) as session:
+            page = Socket(session.server)
             attack(page, session.server)
             page.choose("Row", 0)
             page.choose("Row", 2)
@@ -218,7 +218,7 @@ def test_a_program_survives_each_message(monkeypatch: pytest.MonkeyPatch) -> Non
     envs.reset(seed=0)
     with mjenv.view(envs, port=0, quiet=True) as view:
         monkeypatch.setattr(view, "_share", math.inf)
-        page = Page(view.server)
+        page = Socket(view.server)
         page.choose("Row", 99)
         step = lambda: envs.step(np.zeros((4, 3), np.float32))  # noqa: E731
         wait_until(lambda: [step(), view.picture.follow == 3][1], "the last row")
@@ -239,14 +239,14 @@ def test_an_error_in_drawing_is_shown_and_not_raised(monkeypatch: pytest.MonkeyP
     envs = mjenv.make_vec("Hopper-v5", 4)
     envs.reset(seed=0)
     with mjenv.view(envs, port=0, quiet=True) as view:
-        page = Page(view.server)
+        page = Socket(view.server)
         said: list[str] = []
         monkeypatch.setattr(view.server, "report", said.append)
         view.do(lambda: view.picture.choose(99))
         wait_until(lambda: [envs.step(np.zeros((4, 3), np.float32)), said][1], "the error")
         assert "IndexError" in said[0]
         page.close()
-    with Session("Hopper-v5", 4, port=0) as session:
+    with Page("Hopper-v5", 4, port=0) as session:
         monkeypatch.setattr(session.server, "report", said.append)
         said.clear()
         session.do(lambda: session.picture.choose(99))
@@ -255,8 +255,8 @@ def test_an_error_in_drawing_is_shown_and_not_raised(monkeypatch: pytest.MonkeyP
 
 
 def test_a_long_message_ends_the_connection() -> None:
-    with Session("Hopper-v5", 1, port=0) as session:
-        page = Page(session.server)
+    with Page("Hopper-v5", 1, port=0) as session:
+        page = Socket(session.server)
         page.send_raw(bytes(LONGEST + 1))
         wait_until(lambda: not session.server.is_watched, "the end")
         page.close()
@@ -277,12 +277,12 @@ def test_a_page_chooses_no_files() -> None:
     """What reads files, or trusts them, only the command line sets."""
     spider = str(Path(__file__).parents[3] / "tests" / "golden" / "custom" / "spider.xml")
     options = {"xml_file": spider, "trust_xml": "no"}
-    with Session("Model-v0", 1, options, port=0) as session:
+    with Page("Model-v0", 1, options, port=0) as session:
         labels = {handle.label for handle in session.server.viser.gui._gui_input_handle_from_uuid.values()}
         assert "frame_skip" in labels
         assert not {"xml_file", "xml_string", "trust_xml", "arrays"} & labels
         before = session.envs
-        page = Page(session.server)
+        page = Socket(session.server)
         page.choose("frame_skip", "3")
         page.choose("Apply", True)
         wait_until(lambda: session.envs is not before, "the new environment")

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser
 import mjenv
 from commands import Command
 from mjenv_learn.policy import Policy
-from mjenv_viewer.session import Session
+from mjenv_viewer.controls import Page
 from waiting import HANGS, wait_until
 
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("plain_light")
 
 
 def test_buttons_pause_step_back_and_reset(tab: Any) -> None:
-    with Session("Hopper-v5", 2, {"terminate_when_unhealthy": False}, port=0) as session:
+    with Page("Hopper-v5", 2, {"terminate_when_unhealthy": False}, port=0) as session:
         page = tab(session.address).page
         wait_until(lambda: session.steps[0] > 5, "steps")
         page.get_by_role("button", name="Pause").click()
@@ -89,7 +89,7 @@ def is_blue(pixel: Any) -> bool:
 
 def test_the_policy_walks_with_the_bits_of_play() -> None:
     policy = Policy.load(POLICIES / "HalfCheetah-v5.txt")
-    with Session("HalfCheetah-v5", 2, policy=policy.act, port=0) as session:
+    with Page("HalfCheetah-v5", 2, policy=policy.act, port=0) as session:
         session.do(lambda: setattr(session, "speed", 8.0))
         wait_until(lambda: session.steps[0] >= 100, "100 steps")
         session.ask(lambda: setattr(session, "playing", False))
@@ -118,7 +118,7 @@ def test_the_command_shows_a_task_of_a_file_and_its_policy(tab: Any) -> None:
 
 def test_live_parameters_are_sliders(tab: Any) -> None:
     mjenv.load_tasks(PLUGINS / "liblive.so")
-    with Session("CppLive-v0", 2, port=0) as session:
+    with Page("CppLive-v0", 2, port=0) as session:
         page = tab(session.address)
         page.open("Model")
         page.field("gains\\[1\\]").fill("4.5")
@@ -144,7 +144,7 @@ def test_a_notebook_shows_the_page_in_a_frame(tab: Any, browser: Browser) -> Non
 
 
 def test_options_are_applied_or_refused(tab: Any) -> None:
-    with Session("Ant-v5", 1, port=0) as session:
+    with Page("Ant-v5", 1, port=0) as session:
         page = tab(session.address)
         page.wait_for_picture()
         page.open("Options")
@@ -160,7 +160,7 @@ def test_options_are_applied_or_refused(tab: Any) -> None:
 
 
 def test_a_browser_that_leaves_changes_nothing(tab: Any) -> None:
-    with Session("Swimmer-v5", 1, port=0) as session:
+    with Page("Swimmer-v5", 1, port=0) as session:
         page = tab(session.address)
         wait_until(lambda: session.server.is_watched, "the browser")
         page.close()
@@ -173,13 +173,13 @@ def test_a_browser_that_leaves_changes_nothing(tab: Any) -> None:
 
 def test_closing_leaves_no_thread_and_no_port(tab: Any) -> None:
     before = set(threading.enumerate())
-    session = Session("Reacher-v5", 1, port=0)
+    session = Page("Reacher-v5", 1, port=0)
     session.start()
     tab(session.address).wait_for_picture()
     session.close()
     session.close()
     wait_until(lambda: set(threading.enumerate()) <= before, "the end of the threads")
-    again = Session("Reacher-v5", 1, port=session.server.port)
+    again = Page("Reacher-v5", 1, port=session.server.port)
     again.close()
 
 
@@ -188,9 +188,9 @@ MODEL = """
 <body><freejoint/><geom type="sphere" size=".5" rgba=".2 .5 .9 1"/></body></worldbody></mujoco>"""
 
 
-def ball() -> Session:
+def ball() -> Page:
     """A ball in the middle of the picture."""
-    session = Session("Model-v0", 1, {"xml_string": MODEL, "frame_skip": 5}, port=0)
+    session = Page("Model-v0", 1, {"xml_string": MODEL, "frame_skip": 5}, port=0)
     camera = session.server.viser.initial_camera
     camera.position, camera.look_at = (0.0, -4.0, 0.5), (0.0, 0.0, 0.0)
     return session

@@ -24,11 +24,13 @@ import pytest
 import mjenv
 from mjenv_command import main
 from mjenv_viewer import watch
+from mjenv_viewer.controls import Page
 from mjenv_viewer.notebook import html_of
+from mjenv_viewer.panels.watch import WatchPanel
 from mjenv_viewer.poses import along, forces_of, quaternions
 from mjenv_viewer.scene import scene_of
 from mjenv_viewer.server import Server
-from mjenv_viewer.session import HISTORY, Session
+from mjenv_viewer.session import HISTORY
 from waiting import wait_until
 
 PLUGINS = Path(os.environ["MJENV_LIBRARY"]).resolve().parent / "tests" / "tasks"
@@ -53,9 +55,9 @@ EVERYTHING = """
 
 
 @contextlib.contextmanager
-def still(*arguments: Any) -> Iterator[Session]:
+def still(*arguments: Any) -> Iterator[Page]:
     """A session without a thread of its own, which the test steps."""
-    session = Session(*arguments, port=0)
+    session = Page(*arguments, port=0)
     session.playing = False
     session.ask = lambda function, timeout=0.0: function()  # type: ignore[method-assign]
     with contextlib.closing(session):
@@ -198,7 +200,7 @@ def test_going_back_by_many_steps_keeps_to_the_history() -> None:
 
 
 def test_the_page_answers_while_steps_take_longer_than_real_time() -> None:
-    with Session("Ant-v5", 2, port=0) as session:
+    with Page("Ant-v5", 2, port=0) as session:
         session.do(lambda: setattr(session, "speed", 1e9))
         before = session.ask(lambda: session.steps[0])
         drawn: list[Any] = []
@@ -408,9 +410,10 @@ def count_calls(monkeypatch: pytest.MonkeyPatch, owner: Any, name: str) -> list[
 def test_live_parameters_of_a_program() -> None:
     mjenv.load_tasks(PLUGINS / "liblive.so")
     envs = mjenv.make_vec("CppLive-v0", 4)
-    with mjenv.view(envs, rows=2, port=0, quiet=True) as view:
+    with watch.View(envs, rows=2, port=0, quiet=True) as view:
+        panel = WatchPanel(view)
         envs.reset(seed=0)
-        view.do(lambda: view.panel.parameters.write("speed", 0, 1.5))
+        view.do(lambda: panel.parameters.write("speed", 0, 1.5))
         obs, *_ = envs.step(np.zeros((4, 1)))
         assert obs[:, 0].tolist() == [1.5] * 4  # also of rows that are not drawn
 
@@ -530,14 +533,14 @@ def test_a_policy_of_stable_baselines3_says_what_is_missing(
 
 def test_a_model_of_a_file(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     file = ROOT / "tests" / "golden" / "custom" / "spider.xml"
-    monkeypatch.setattr(Session, "run", lambda session: print(session.envs.model.nbody.tolist()))
+    monkeypatch.setattr(Page, "run", lambda session: print(session.envs.model.nbody.tolist()))
     assert main(["view", "Model-v0", "--xml", str(file), "--rows", "2", "--no-browser", "--port", "0"]) == 0
     bodies = 1 + file.read_text().count("<body ")  # with the world
     assert capsys.readouterr().out.splitlines()[1] == str([bodies, bodies])
 
 
 @pytest.mark.parametrize(
-    "show", [lambda envs: mjenv.view(envs, port=0), lambda envs: Session("Model-v0", 1, EMPTY, port=0)]
+    "show", [lambda envs: mjenv.view(envs, port=0), lambda envs: Page("Model-v0", 1, EMPTY, port=0)]
 )
 def test_a_model_without_geoms_is_refused(show: Any) -> None:
     before = threading.active_count()
@@ -553,8 +556,8 @@ EMPTY = {"xml_string": "<mujoco><worldbody/></mujoco>"}
 
 def test_a_task_in_a_python_file(tmp_path: Path) -> None:
     (tmp_path / "hold.py").write_text(TASK)
-    code = "import mjenv; mjenv.load_tasks('hold.py'); from mjenv_viewer.session"
-    code += " import Session; from mjenv_viewer.parts import observation_parts; s = Session('Hold-v0', 2, port=0)"
+    code = "import mjenv; mjenv.load_tasks('hold.py'); from mjenv_viewer.controls"
+    code += " import Page; from mjenv_viewer.parts import observation_parts; s = Page('Hold-v0', 2, port=0)"
     code += "; s.step()"
     code += "; print(observation_parts(s.envs.envs[0])); s.close()"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)

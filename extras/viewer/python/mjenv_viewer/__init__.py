@@ -33,6 +33,13 @@ def view(
     The viewer changes no bit of the results, unless the user pulls a body or writes a live parameter. Needs pip install
     "mjenv[view]". One thread steps the environment. Copies and pickles of it are not shown.
     """
+    from mjenv_viewer.panels.watch import WatchPanel
     from mjenv_viewer.watch import View
 
-    return View(env, rows=rows, port=port, host=host, share=share, quiet=quiet)
+    shown = View(env, rows=rows, port=port, host=host, share=share, quiet=quiet)
+    try:
+        WatchPanel(shown)
+    except BaseException:
+        shown.close()
+        raise
+    return shown

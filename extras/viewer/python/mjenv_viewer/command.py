@@ -63,8 +63,8 @@ def add(commands: Commands) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from mjenv_viewer.controls import Page
     from mjenv_viewer.server import open_browser, viser_module
-    from mjenv_viewer.session import Session
 
     viser_module()
     for file in arguments.own_tasks:
@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.engine is not None:
         options["engine"] = arguments.engine
     policy = acting(arguments, options) if arguments.policy else None
-    session = Session(
+    session = Page(
         arguments.id,
         arguments.rows,
         options,

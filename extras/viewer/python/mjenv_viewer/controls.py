@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mjenv
 from mjenv_viewer.panels.draw import DrawPanel
@@ -13,11 +13,21 @@ from mjenv_viewer.panels.parameters import ParametersPanel
 from mjenv_viewer.panels.plots import PlotsPanel
 from mjenv_viewer.panels.run import RunPanel
 from mjenv_viewer.panels.values import ValuesPanel
-
-if TYPE_CHECKING:
-    from mjenv_viewer.session import Session
+from mjenv_viewer.session import Session
 
 _OFTEN = 0.1  # seconds between two updates of texts and plots
+
+
+class Page(Session):
+    """A session with its panel. Takes the arguments of Session."""
+
+    def __init__(self, *arguments: Any, **keywords: Any) -> None:
+        super().__init__(*arguments, **keywords)
+        try:
+            self.controls = Controls(self)
+        except BaseException:
+            self.close()
+            raise
 
 
 class Controls:

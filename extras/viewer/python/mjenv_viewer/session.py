@@ -41,7 +41,7 @@ class Moment:
 
 
 class Session:
-    """Owns an environment and the page that shows it.
+    """Owns an environment and the page that shows it, to which Page of controls.py adds the panel.
 
     One thread calls run, or start makes one. All other threads, those of the page among them, use do and ask.
     """
@@ -80,9 +80,6 @@ class Session:
             raise
         try:
             self._begin()
-            from mjenv_viewer.controls import Controls
-
-            self.controls = Controls(self)
         except BaseException:
             self.close()
             raise

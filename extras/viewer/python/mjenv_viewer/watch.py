@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import Any
 
 from mjenv.errors import Error, OptionError
-from mjenv_viewer.panels.watch import WatchPanel
 from mjenv_viewer.picture import Picture, rows_of
 from mjenv_viewer.server import Server
 
@@ -50,6 +49,7 @@ class View:
             raise OptionError("this environment is shown already: close its other viewer first")
         self.paused = self.real_time = False
         self.steps = 0
+        self.on_draw: Callable[[], None] = lambda: None
         self._share, self._single = share, 0
         self._commands: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._due = self._looked = self._stepped = 0.0
@@ -61,7 +61,6 @@ class View:
         try:
             self._clock.measure_new_threads()
             self.picture = Picture(self.server, self._env, rows, self.do)
-            self.panel = WatchPanel(self)
             self.picture.show(self.picture.read())
         except BaseException:
             self.server.close()
@@ -161,7 +160,7 @@ class View:
         with self.server.reporting():
             with contextlib.suppress(Error):  # of rows that are between send and recv, for example
                 self.picture.show(self.picture.read())
-            self.panel.refresh()
+            self.on_draw()
         spent = self._clock.stop()
         self._due = now + max(1 / PICTURES, 0.0 if force else spent / self._share)
 

@@ -21,7 +21,7 @@ import mjenv
 from commands import Command
 from mjenv.sb3 import VecEnv
 from mjenv_learn.training import Training
-from mjenv_viewer.session import Session
+from mjenv_viewer.controls import Page
 
 ROOT = Path(__file__).parents[4]
 SCREENSHOTS = ROOT / "build" / "view-screenshots"
@@ -36,7 +36,7 @@ for _engine in ENGINES:
 @pytest.mark.parametrize(("engine", "id"), [(engine, id) for engine in ENGINES for id in mjenv.ids(engine)])
 def test_every_id_appears(engine: str, id: str, tab: Any) -> None:
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
-    with Session(id, 2, {"engine": engine}, port=0) as session:
+    with Page(id, 2, {"engine": engine}, port=0) as session:
         session.do(lambda: session.picture.switches.update(dict.fromkeys(session.picture.switches, True)))
         page = tab(session.address, width=900)
         page.wait_for_picture()

@@ -46,6 +46,7 @@ class WatchPanel:
             )
         with tabs.add_tab("Draw"):
             DrawPanel(gui, lambda: view.picture, view.do, lambda: None)
+        view.on_draw = self.refresh
         on_click(self._pause, lambda: view.do(self._switch))
         on_click(step, lambda: view.do(view.go_one_step))
         on_user(real, lambda value: view.do(lambda: setattr(view, "real_time", bool(value))))
