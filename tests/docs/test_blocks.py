@@ -54,7 +54,7 @@ def environment() -> dict[str, str]:
         "MJENV_LIBRARY": str(libraries / "libmjenv.so"),
         "PATH": f"{Path(setup('reference')).parent}:{os.environ['PATH']}",
         "PKG_CONFIG_PATH": str(libraries / "pkgconfig"),
-        "PYTHONPATH": str(ROOT / "bindings" / "python" / "src"),
+        "PYTHONPATH": ":".join(map(str, [ROOT / "bindings" / "python" / "src", *ROOT.glob("extras/*/python")])),
         "PYTHONWARNINGS": "ignore",
     }
 
