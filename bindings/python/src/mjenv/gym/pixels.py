@@ -78,6 +78,14 @@ class PixelVectorEnv(VectorEnv):
         self._fill(rows)
         return self._pictures(), {**infos, "state": state}
 
+    def _reset_row(self, row: int, seed: int | None) -> Frames:
+        super()._reset_row(row, seed)
+        rows = np.array([row])
+        self._ended[rows] = False
+        self._fill(rows)
+        frames: Frames = self._pictures()[row].copy()
+        return frames
+
     def step(self, actions: ArrayLike) -> Results:
         """Takes a step in every row. Returns the pictures, the sums of rewards, terminations, truncations and infos."""
         chosen = self._pool.actions(np.asarray(actions), self._pool.shape)

@@ -151,6 +151,26 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
             self.render()
         return results
 
+    def _reset_row(self, row: int, seed: int | None) -> Any:
+        """Begins an episode of one row. Returns its observation."""
+        pool = self._pool
+        pool.check_settled()
+        pool.reseed_row(row, seed)
+        if pool.stale:
+            self.observe()
+        mask = np.zeros(self.num_envs, bool)
+        mask[row] = True
+        turn = [pool.rows.enter()]
+        try:
+            pool.rows.reset(mask, pool.out)
+            pool.stale = False
+            obs = pool.outputs.observations.copy(pool.outputs.obs[row])
+        finally:
+            pool.rows.leave(turn.pop())
+        if self._in_windows:
+            self.render()
+        return obs
+
     def step(self, actions: ArrayLike) -> Results:
         """Takes a step in every row.
 

@@ -211,6 +211,15 @@ class Pool:
         found[new] = np.frombuffer(os.urandom(8 * int(new.sum())), np.uint64).tolist()
         self._give(found)
 
+    def reseed_row(self, row: int, seed: int | None) -> None:
+        """The same for one row, at a cost that does not depend on how many there are."""
+        check_seed(seed)
+        if seed is None:
+            self.seed_of(row)
+        else:
+            self.rows.seed(row, seed)
+            self._seeds[row] = seed
+
     def copy_seed(self, source: int, mask: BoolArray) -> None:
         """Notes that the masked rows now have the stream of the row `source`."""
         self._seeds[mask] = self._seeds[source]

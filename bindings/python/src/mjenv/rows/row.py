@@ -68,15 +68,10 @@ class Row(Simulation):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Begins an episode of this row alone. Takes and returns what reset of a single environment does."""
         pool, row = self._pool, self._row
-        seeds: list[int | None] = [None] * pool.count
-        seeds[row] = seed
-        mask = np.arange(pool.count) == row
-        obs, _ = self._envs.reset(seed=seeds, options={"reset_mask": mask})  # type: ignore[arg-type]
+        obs = self._envs._reset_row(row, seed)  # type: ignore[attr-defined]
         fields, values = pool.rows.fields(Role.RESET_INFO), pool.outputs.reset_info
         (info,) = infos_of_rows(fields, values, pool.count, np.dtype(np.float64), [row])
-        if isinstance(obs, dict):
-            return {name: values[row].copy() for name, values in obs.items()}, info
-        return obs[row].copy(), info
+        return obs, info
 
     @property
     def np_random_seed(self) -> int:
