@@ -120,7 +120,7 @@ std::size_t Randomization::per_draw(const Item& item, std::size_t draws) {
   const std::size_t columns = shape.size() == 2 ? static_cast<std::size_t>(shape[1]) : 1;
   const std::size_t each = draws == 0 ? 0 : elements.size() / draws;
   bool fits = elements.size() == each * draws && (each > 0 || draws == 0);
-  for (std::size_t i = 0; fits && i < elements.size(); ++i)
+  for (std::size_t i = 0; fits && each > 0 && i < elements.size(); ++i)
     fits = elements[i] / columns == elements[i - i % each] / columns;
   if (!fits)
     fail(MJENV_E_SIZE, "element_count is " + std::to_string(elements.size()) + ", not " + std::to_string(draws) +

@@ -75,7 +75,7 @@ class Folder {
              " is refused, because such a name may stand for a device, a stream, a drive or another machine" +
              kUnlessTrusted);
     if (real_path_.empty()) real_path_ = resolved(path_.empty() ? "." : path_);
-    const std::string real = resolved(file);
+    std::string real = resolved(file);
     if (real.compare(0, real_path_.size(), real_path_) != 0 ||
         (real_path_.back() != '/' && real[real_path_.size()] != '/'))
       refuse("file " + quoted(file) + " is outside of the model's folder " + quoted(real_path_) + kUnlessTrusted);
