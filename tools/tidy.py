@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs clang-tidy on the sources in core/, capi/ and extras/, after they were compiled by Ninja.
+"""Runs clang-tidy on the sources in core/, capi/ and the libraries of extras/, after they were compiled by Ninja.
 
     tidy.py BUILD CACHE [--deep]
 
@@ -78,7 +78,7 @@ def main() -> int:
             stamp(command).touch()
         return done.returncode == 0
 
-    folders = {ROOT / "core", ROOT / "capi", ROOT / "extras"}
+    folders = {ROOT / "core", ROOT / "capi", *(include.parent for include in ROOT.glob("extras/*/include"))}
     ours = [command for command in commands if folders & set(Path(command["file"]).parents)]
     changed = [command for command in ours if not stamp(command).exists()]
     with ThreadPoolExecutor(os.cpu_count()) as pool:

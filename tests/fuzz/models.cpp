@@ -6,10 +6,11 @@ namespace {
 
 constexpr std::int64_t kRows = 4;
 
-// Rows of the model, stepped with this value of the option "lanes".
+// Rows of the model, stepped together or one by one.
 struct Player {
-  Player(const OptionsHandle& options, std::int64_t lanes) {
-    REQUIRE(mjenv_options_set_integer(options.get(), "lanes", lanes) == MJENV_OK);
+  Player(const OptionsHandle& options, bool together) {
+    REQUIRE((together ? mjenv_options_set_string(options.get(), "lanes", "auto")
+                      : mjenv_options_set_integer(options.get(), "lanes", 0)) == MJENV_OK);
     env = create(options, kRows);
     if (!env) return;
     out.emplace(env.get(), kRows);
@@ -33,9 +34,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (given != MJENV_OK) return 0;
   REQUIRE(mjenv_options_set_integer(options.get(), "strict", 0) == MJENV_OK);
   REQUIRE(mjenv_options_set_integer(options.get(), "frame_skip", 2) == MJENV_OK);
-  Player alone(options, 0);
+  Player alone(options, false);
   if (!alone.env) return 0;
-  Player together(options, -1);
+  Player together(options, true);
   if (!together.env) return 0;
 
   std::vector<float> actions(static_cast<std::size_t>(kRows * total(alone.env.get(), MJENV_ROLE_ACTION)));

@@ -324,7 +324,7 @@ static void test_build(void** state) {
   refused_build("build_unfit", MJENV_E_MODEL, "cannot use model \"Probe-v0\"", "it has no leg");
   assert_not_built("build_no_memory", MJENV_E_MEMORY);
   refused_build("build_name", MJENV_E_MODEL, "\"nose\"", "tip");
-  refused_build("build_option", MJENV_E_NAME, "\"nothing\"", "mode, extras, main");
+  refused_build("build_option", MJENV_E_NAME, "\"nothing\"", "mjenv_options_at");
   refused_build("build_kind", MJENV_E_TYPE, "\"mode\"", "real numbers");
   refused_build("build_array", MJENV_E_NAME, "\"qpoz\"", "mjData");
   refused_build("build_contact", MJENV_E_NAME, "\"contact.dist\"", "mjenv_build_need");
