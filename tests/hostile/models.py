@@ -464,7 +464,8 @@ def counts() -> Iterator[Case]:
         expect="refused",
         words=("solver",),
     )
-    yield Case("long-name", model(f'<geom name="{"n" * 1_000_000}" size="1"/>'), expect="works")
+    yield Case("long-name", model(f'<geom name="{"n" * 100}" size="1"/>'), expect="works")
+    yield Case("longer-name", model(f'<geom name="{"n" * 101}" size="1"/>'), expect="refused", words=("name", "100"))
     yield Case("long-unknown", f"<mujoco><{'u' * 1_000_000}/></mujoco>", expect="refused")
     yield Case("long-user", model(f'<geom size="1" user="{"1 " * 1_000_000}"/>'))
     yield Case("long-numbers", model(f'<geom size="{"1 " * 1_000_000}"/>'), expect="refused")
