@@ -357,8 +357,8 @@ def test_actuators_without_bounds() -> None:
     low, high = mjenv.make("Model-v0", xml_string=model).action_space.low, env.action_space.high
     assert env.data.ctrl[0] == np.clip(3.0, low, -low)[0]
     assert high[0] == np.inf
-    # In Gymnasium, such an actuator has the bounds 0 and 0, and RescaleAction divides by 0.
-    with pytest.raises(mjenv.ModelError, match="the bounds 0 and 0, to which no action can be rescaled"):
+    # In Gymnasium, such an actuator has the bounds 0 and 0, and RescaleAction divides by 0. Here it has none.
+    with pytest.raises(mjenv.ModelError, match="the bounds -inf and inf, to which no action can be rescaled"):
         mjenv.make("Model-v0", xml_string=model, rescale_actions=(-1, 1))
 
 

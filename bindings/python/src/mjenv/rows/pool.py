@@ -191,7 +191,8 @@ class Pool:
             seed = int.from_bytes(os.urandom(8), "little")
             self.rows.seed(row, seed)
             self._seeds[row] = seed
-        return int(self._seeds[row])
+        given: int = self._seeds[row]  # a bool stays one, as in Gymnasium
+        return given
 
     def reseed(self, seed: int | Sequence[int | None] | None, mask: BoolArray | None) -> None:
         """Seeds the masked rows; None: all rows.
