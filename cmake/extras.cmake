@@ -11,7 +11,7 @@ file(GLOB files CONFIGURE_DEPENDS extras/*/CMakeLists.txt)
 list(FILTER files INCLUDE REGEX "${MJENV_EXTRAS_CHOSEN}")
 # The library looks for plug-ins in its own folder.
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
-if(WIN32)
+if(WIN32 OR EMSCRIPTEN)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
 endif()
 
