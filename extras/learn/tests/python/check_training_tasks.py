@@ -16,7 +16,7 @@ from mjenv_learn.training import Training
 
 SHORT: dict[str, Any] = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "epochs": 2, "hidden": (16,)}
 BATCH = 8 * 32
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 
 
 class Slide(mjenv.Task):
