@@ -71,7 +71,7 @@ def test_each_robot_has_a_policy() -> None:
 
 @for_each_policy
 def test_bits(program: Path, policy: Path) -> None:
-    script = EXAMPLES / "python" / "deploy.py"
+    script = ROOT / "extras/curricula/python/deploy.py"
     played = [
         run(program, policy, 1, 100),
         run(sys.executable, script, policy, "--episodes", 1),
