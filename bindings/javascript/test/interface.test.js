@@ -617,7 +617,7 @@ test("an episode that has ended is refused, and a diverged one is told", () => {
 
 test("tasks can be compiled in", async () => {
   const own = await load({ wasm: new URL("build/javascript/mjenv-tasks.wasm", root) });
-  assert.equal(own.ids().length, 25);
+  assert.equal(own.ids().length, 27);
   const model = readFileSync(new URL("examples/tasks/cartpole/cartpole.xml", root), "utf8");
   const env = own.make("CartpoleSwingup-v0", { xml_string: model, ctrl_cost_weight: 0, seed: 1 });
   env.reset();
