@@ -14,8 +14,7 @@ import mjenv
 from mjenv_command import terminal
 from mjenv_command.arguments import Commands, add_groups, groups_of, known_id, not_negative, positive, seconds
 from mjenv_command.play import FOLLOWING, Colours, needed, side_by_side
-from mjenv_command.policies import policy_of
-from mjenv_learn.policy import Policy
+from mjenv_command.policies import learned, policy_of
 
 STEPS = 15  # the random actions before a robot is drawn on the sheet
 # Steps and cameras for ids for which STEPS or the id's own camera is unsuitable: some robots look small from
@@ -136,7 +135,7 @@ def save_moving(arguments: argparse.Namespace) -> int:
         for file in files:
             played.append(performance(file, arguments))
             advance()
-    labels = [name_of(Policy.load(file).id) for file in files]
+    labels = [name_of(learned(file).id) for file in files]
     first, *others = (side_by_side([*at_once], labels, arguments.columns) for at_once in zip(*played, strict=True))
     first.save(
         arguments.file,
@@ -163,7 +162,7 @@ def policies_at(path: Path, ids: Sequence[str]) -> list[Path]:
 
 def performance(file: Path, arguments: argparse.Namespace) -> list[Colours]:
     """Pictures of a robot that plays its policy, episode after episode."""
-    id = Policy.load(file).id
+    id = learned(file).id
     size, pictures = arguments.size, list[Any]()
     with mjenv.make(
         id,

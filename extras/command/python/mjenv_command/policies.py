@@ -15,7 +15,6 @@ from gymnasium.spaces import flatdim, unflatten
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv_learn.policy import Policy
 
 Action = Callable[[Any], Any]  # of an observation
 
@@ -37,13 +36,23 @@ def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path
     return act
 
 
+def learned(path: Path) -> Any:
+    """The policy of a text file, which the learner reads if it is installed."""
+    try:
+        from mjenv_learn.policy import Policy
+    except ImportError:
+        raise mjenv.OptionError(f"{path} is a policy of the learner, mjenv_learn, which is not installed") from None
+    return Policy.load(path)
+
+
 def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
-    policy = Policy.load(path)
+    policy = learned(path)
     if normalizer:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
     if policy.id != _id(env):
         raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {_id(env)}")
-    return policy.act
+    act: Action = policy.act
+    return act
 
 
 def _id(env: mjenv.MujocoEnv) -> str:
