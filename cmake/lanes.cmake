@@ -50,9 +50,6 @@ endforeach()
 set_property(SOURCE ${folder}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx2)
 set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx512f -mavx512dq
                                                                          -mprefer-vector-width=512)
-if(APPLE)  # zig's clang leaves this part of AVX-512 out unless it is asked for
-  set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mevex512)
-endif()
 if(MINGW)
   # Windows aligns stacks to 16 bytes, but gcc for Windows assumes that wider vectors on the stack are aligned to their
   # width. So the assembler turns aligned moves into unaligned ones.

@@ -1,8 +1,8 @@
 # MJENV_MATH: whose sin, cos, exp and so on the engine and the core call. With `portable`, defines mjenv_math, which is
 # glibc's functions under names of their own, and makes the calls go there.
-# Gymnasium's bits are those of glibc, which Windows, macOS and WebAssembly lack.
+# Gymnasium's bits are those of glibc, which Windows and WebAssembly lack.
 set(math_default system)
-if(WIN32 OR APPLE OR EMSCRIPTEN)
+if(WIN32 OR EMSCRIPTEN)
   set(math_default portable)
 endif()
 set(MJENV_MATH ${math_default} CACHE STRING "system: the C library's functions, which Gymnasium on the same machine calls, too. portable: \
@@ -21,7 +21,7 @@ endfunction()
 if(MJENV_MATH STREQUAL system AND math_default STREQUAL system)
   return()
 elseif(NOT MJENV_MATH STREQUAL portable)
-  message(FATAL_ERROR "MJENV_MATH is ${MJENV_MATH}, neither system (not on Windows, not on macOS, not in WebAssembly) nor portable")
+  message(FATAL_ERROR "MJENV_MATH is ${MJENV_MATH}, neither system (not on Windows, not in WebAssembly) nor portable")
 endif()
 get_target_property(math_engine mjenv_engine TYPE)
 if(NOT math_engine STREQUAL STATIC_LIBRARY)

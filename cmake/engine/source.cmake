@@ -98,10 +98,6 @@ if(MJENV_SANITIZE)
 endif()
 # The code belongs to other projects, so its warnings are not shown.
 target_compile_options(mjenv_engine PRIVATE -w)
-if(APPLE)
-  target_compile_options(mjenv_engine PUBLIC
-    "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${CMAKE_CURRENT_LIST_DIR}/hidden.hpp>")
-endif()
 # Several of the files define helpers of the same name.
 set_target_properties(mjenv_engine PROPERTIES C_STANDARD 11 UNITY_BUILD OFF EXPORT_COMPILE_COMMANDS OFF)
 target_link_libraries(mjenv_engine PUBLIC m ${CMAKE_DL_LIBS})

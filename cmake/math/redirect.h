@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #endif
 
-#if defined(__cplusplus) && !defined(_WIN32) && !defined(__APPLE__) && !defined(__EMSCRIPTEN__)
+#if defined(__cplusplus) && !defined(_WIN32) && !defined(__EMSCRIPTEN__)
 #define MJENV_NOEXCEPT noexcept  // as the C library declares them
 #else
 #define MJENV_NOEXCEPT
@@ -35,11 +35,7 @@ double log1p(double) MJENV_NOEXCEPT MJENV_IS(log1p);
 double pow(double, double) MJENV_NOEXCEPT MJENV_IS(pow);
 double fma(double, double, double) MJENV_NOEXCEPT MJENV_IS(fma);
 void qsort(void*, size_t, size_t, int (*)(const void*, const void*)) MJENV_IS(qsort);
-#if defined(__APPLE__)  // where the arguments have another order
-void qsort_r(void*, size_t, size_t, void*, int (*)(void*, const void*, const void*)) MJENV_IS(qsort_macos);
-#else
 void qsort_r(void*, size_t, size_t, int (*)(const void*, const void*, void*), void*) MJENV_IS(qsort_r);
-#endif
 #if defined(_WIN32)  // MuJoCo calls this there. The C library declares it as imported, so it goes by another name.
 void mjenv_qsort_s(void*, size_t, size_t, int (*)(void*, const void*, const void*), void*);
 #define qsort_s mjenv_qsort_s
@@ -47,20 +43,6 @@ void mjenv_qsort_s(void*, size_t, size_t, int (*)(void*, const void*, const void
 
 #ifdef __cplusplus
 }
-#endif
-#if defined(__APPLE__) && defined(__cplusplus)  // where std::pow and its like call the compiler's own names
-#define __builtin_sin(x) ::sin(x)
-#define __builtin_cos(x) ::cos(x)
-#define __builtin_tan(x) ::tan(x)
-#define __builtin_asin(x) ::asin(x)
-#define __builtin_acos(x) ::acos(x)
-#define __builtin_atan2(y, x) ::atan2(y, x)
-#define __builtin_exp(x) ::exp(x)
-#define __builtin_log(x) ::log(x)
-#define __builtin_expm1(x) ::expm1(x)
-#define __builtin_log1p(x) ::log1p(x)
-#define __builtin_pow(x, y) ::pow(x, y)
-#define __builtin_fma(x, y, z) ::fma(x, y, z)
 #endif
 #undef MJENV_IS
 #undef MJENV_NOEXCEPT

@@ -71,11 +71,6 @@ void mjenv_qsort_s(void* base, size_t count, size_t size, windows_compare_functi
   mjenv_qsort_r(base, count, size, compare_for_windows, &call);
 }
 
-// The same with macOS' order of arguments.
-void mjenv_qsort_macos(void* base, size_t count, size_t size, void* context, windows_compare_function* compare) {
-  mjenv_qsort_s(base, count, size, compare, context);
-}
-
 typedef int plain_compare_function(const void* a, const void* b);
 
 static int compare_plainly(const void* a, const void* b, void* compare) {

@@ -1,6 +1,5 @@
 // The functions of the operating system that the library uses. posix.cpp implements those that are the same on all
-// POSIX systems, linux.cpp and macos.cpp the others on these systems; windows.cpp and emscripten.cpp (WebAssembly)
-// implement all. Only core/system, core/engine/lanes, extras/learn/kernels, cmake/math and the export macros of mjenv.h
+// POSIX systems, linux.cpp the others; windows.cpp and emscripten.cpp (WebAssembly) implement all. Only core/system, core/engine/lanes, extras/learn/kernels, cmake/math and the export macros of mjenv.h
 // and learn.h test for the system or the CPU. Texts are UTF-8 on every system.
 #pragma once
 

@@ -55,8 +55,7 @@ fn libraries() -> Vec<&'static str> {
 }
 
 fn file(name: &str) -> String {
-    let suffix = if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("macos") { "dylib" } else { "so" };
-    format!("lib{name}.{suffix}")
+    format!("lib{name}.so")
 }
 
 /// The file of a library that the folder lacks.

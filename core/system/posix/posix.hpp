@@ -1,4 +1,4 @@
-// What linux.cpp and macos.cpp implement for posix.cpp.
+// What linux.cpp implements for posix.cpp.
 #pragma once
 
 #include "system/platform.hpp"

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 else:
     np, errors = map(lazy, ("numpy", "mjenv.errors"))
 
-FILE = {"win32": "libmjenv-learn.dll", "darwin": "libmjenv-learn.dylib"}.get(sys.platform, "libmjenv-learn.so")
+FILE = "libmjenv-learn.dll" if sys.platform == "win32" else "libmjenv-learn.so"
 
 # The members of mjenv_learn_calls, each the address of the engine's function of that name.
 _CALLS = tuple(name for name, _ in declarations.mjenv_learn_calls._fields_ if name not in ("struct_size", "reserved"))

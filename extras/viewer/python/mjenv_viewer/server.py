@@ -99,7 +99,7 @@ def _check(host: str, port: int) -> None:
 def open_browser(address: str) -> None:
     """Opens the address in a browser, except over ssh and without a display."""
     remote = any(name in os.environ for name in ("SSH_CONNECTION", "SSH_TTY"))
-    shown = sys.platform in ("win32", "darwin") or any(name in os.environ for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+    shown = sys.platform == "win32" or any(name in os.environ for name in ("DISPLAY", "WAYLAND_DISPLAY"))
     if shown and not remote:
         with contextlib.suppress(webbrowser.Error):
             webbrowser.open(address)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 else:
     errors = lazy("mjenv.errors")
 
-# The library of each engine, the default engine first. Windows and macOS have only one engine.
-_ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}, "darwin": {"2.2.2": "libmjenv.dylib"}}
+# The library of each engine, the default engine first. Windows has only one engine.
+_ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}}
 FILES = _ELSEWHERE.get(sys.platform, {"2.2.2": "libmjenv.so", "4.0": "libmjenv-mujoco4.so"})
 # The names of MuJoCo's library, for engines that open it when they are used.
 _MUJOCO = {"4.0": ("libmujoco.so.4.0.1", "libmujoco.so.4.0.0")}
