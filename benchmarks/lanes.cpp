@@ -13,8 +13,8 @@
 //   lanes stages [ID...]    prints CSV: id, number of lanes, stage, how it is computed for this model, and the share of the
 //     time of the physics that its functions take in lanes. Then what belongs to no stage: copying, and `row by row`, which
 //     is the rest.
-//   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run and
-//     benchmarks/compare_lanes.py count from outside
+//   lanes play ID LANES STEPS    steps the 64 rows and measures nothing; benchmarks/instructions/run counts
+//     from outside
 //
 // Instead of an ID, FILE.xml or FILE.xml:FRAME_SKIP steps a model without a task, whose rows are reset after 50 steps.
 // After differing: as in differing:Ant-v5, the rows have masses, frictions and gains of their own, and pushes.

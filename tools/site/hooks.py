@@ -31,8 +31,6 @@ DOCUMENTS = {
     "README.md": "index.md",
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
-    "benchmarks/results/notes.md": "notes.md",
-    "benchmarks/results/steps.md": "measurements.md",
     "SECURITY.md": "security.md",
     "THIRD_PARTY_NOTICES.md": "third-party.md",
     "bindings/python/README.md": "reference/python.md",
