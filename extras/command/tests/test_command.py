@@ -360,68 +360,19 @@ def test_a_snapshot_shows_the_arrays_of_a_row(
     assert named["computed.own.opt.timestep"]["second"] == "absent"
 
 
-@needs_bash
-def test_completion_in_bash(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("completion", "bash") == 0
-    script = capsys.readouterr().out
-    expected = {
-        "mjenv info Hopper": "Hopper-v4 Hopper-v5",
-        "mjenv snapshot d": "diff",
-        "mjenv snapshot diff --js": "--json",
-        "mjenv convert --engine 2": "2.2.2",
-        "mjenv completion ": "-h --help bash zsh fish",
-    }
-    for line in expected:
-        words = line.split(" ")
-        quoted = " ".join(f"'{word}'" for word in words)
-        script += f'COMP_WORDS=({quoted}) COMP_CWORD={len(words) - 1}; _mjenv; echo "${{COMPREPLY[@]}}"\n'
-    ended = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
-    assert ended.stdout.splitlines() == list(expected.values())
-
-
-def on_terminal(*words: str, without_rich: bool = False) -> str:
-    """What a command shows on a terminal of 100 columns."""
-    block = "import sys; sys.modules['rich'] = None" if without_rich else "import sys, rich"
+@needs_terminal
+def test_on_a_terminal() -> None:
+    """bench shows on stderr what is done, and only there."""
     import pty
 
-    code = f"{block}; from mjenv_command import main; sys.exit(main({list(words)!r}))"
     main_end, end = pty.openpty()
-    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
-    environment.pop("NO_COLOR", None)
-    with subprocess.Popen([sys.executable, "-c", code], stdout=end, stderr=end, env=environment) as process:
-        os.close(end)
-        shown = b""
-        while True:
-            try:
-                part = os.read(main_end, 65536)
-            except OSError:  # the other end is closed
-                break
-            if not part:
-                break
-            shown += part
+    bench = "bench", "Reacher-v5", "--alone", "--rounds", "2", "--seconds", "0.002"
+    done = subprocess.run([sys.executable, "-m", "mjenv", *bench], stdout=subprocess.PIPE, stderr=end, check=True)
+    os.close(end)
+    shown = os.read(main_end, 65536)
     os.close(main_end)
-    assert process.returncode == 0, shown.decode()
-    return shown.decode()
-
-
-BENCH = "bench", "Reacher-v5", "--alone", "--rounds", "2", "--seconds", "0.002"
-
-
-@needs_terminal
-def test_on_a_terminal_with_rich() -> None:
-    pytest.importorskip("rich")
-    assert "\x1b[" in on_terminal("list")
-    shown = on_terminal(*BENCH)
-    assert "measuring" in shown
-    assert "█" in shown
-
-
-@needs_terminal
-def test_on_a_terminal_without_rich() -> None:
-    assert "\x1b[" not in on_terminal("list", without_rich=True)
-    shown = on_terminal(*BENCH, without_rich=True)
-    assert "measuring [####" in shown
-    assert "2/2" in shown
+    assert b"measuring 2/2" in shown
+    assert b"measuring" not in done.stdout
 
 
 @needs_bash
@@ -437,7 +388,7 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["--help"])
     text = capsys.readouterr().out
-    for command in ("list", "info", "bench", "verify", "convert", "snapshot", "completion"):
+    for command in ("list", "info", "bench", "verify", "convert", "snapshot"):
         assert f"\n    {command}" in text
         with pytest.raises(SystemExit):
             main([command, "--help"])
@@ -455,5 +406,5 @@ def test_a_command_imports_its_own_module() -> None:
         assert list(action.choices or ()) == [name for name, home in commands.items() if home == module]
     assert modules_for(["--engine", "2.2.2", "train", "Hopper-v5"]) == ["mjenv_learn.command"]
     assert modules_for(["--tasks", "train", "info", "Hopper-v5"]) == ["mjenv_command.catalogue", "mjenv_learn.command"]
-    for words in ([], ["trian"], ["--help", "train"], ["completion", "bash"]):
+    for words in ([], ["trian"], ["--help", "train"]):
         assert modules_for(words) == [*dict.fromkeys(commands.values())]

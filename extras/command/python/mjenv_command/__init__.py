@@ -17,17 +17,17 @@ from mjenv.beside import listed
 from mjenv_command.arguments import known_engine, tasks_file
 
 EPILOG = """\
-Tables and bars have colours if the package rich is installed (pip install "mjenv[cli]"). With --json a command prints
-one JSON document instead, which writes numbers that are not finite as the strings "inf", "-inf" and "nan".
+With --json a command prints one JSON document, which writes numbers that are not finite as the strings "inf", "-inf"
+and "nan".
 Exit status: 0 success, 1 a comparison found a difference, 2 the request cannot be met."""
 
 
 def modules_for(words: Sequence[str]) -> list[str]:
     """The modules of the commands that a command line names, because importing the others would take longer than many
-    a command. All modules, if it names none, asks for help on all, or completes all."""
+    a command. All modules, if it names none or asks for help on all."""
     commands = listed("COMMANDS")
     named = [module for name, module in commands.items() if name in words]
-    wanted = [*commands.values()] if not named or "completion" in words or words[0] in ("-h", "--help") else named
+    wanted = [*commands.values()] if not named or words[0] in ("-h", "--help") else named
     return [*dict.fromkeys(wanted)]
 
 
@@ -57,7 +57,6 @@ def parser(modules: Sequence[str]) -> argparse.ArgumentParser:
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in modules:
         import_module(module).add(commands)
-    made.set_defaults(whole=made)  # for completion
     return made
 
 

@@ -164,12 +164,8 @@ def _contenders(id: str, arguments: argparse.Namespace) -> tuple[list[Contender]
 
 def _show(result: dict[str, Any]) -> None:
     terminal.heading(result["id"])
-    terminal.bars(
-        [
-            (one["name"], one["steps_per_second"], f"{one['steps_per_second']:9,.0f} steps/s {one['ratio']:6.2f}x")
-            for one in result["contenders"]
-        ]
-    )
+    rows = [[one["name"], f"{one['steps_per_second']:,.0f}", f"{one['ratio']:.2f}"] for one in result["contenders"]]
+    terminal.table(["", "steps/s", "ratio"], rows, right="steps/s ratio")
     print(f"lanes of mjenv make_vec: {terminal.lanes_text(result['lanes'], result['lanes_reason'])}")
     if result["gymnasium"] not in (None, "left out"):
         print(f"without Gymnasium: {result['gymnasium']}")

@@ -4,12 +4,10 @@ _MODULES = {
     "catalogue": "list engines info model",
     "randomize": "randomize",
     "play": "play",
-    "gallery": "gallery",
     "bench": "bench",
     "verify": "verify",
     "snapshots": "snapshot",
     "tasks": "new-task cmake-dir",
-    "completion": "completion",
 }
 
 NAMES = {"main": "mjenv_command"}

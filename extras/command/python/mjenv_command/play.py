@@ -237,20 +237,13 @@ class Sheet:
 
 def save_sheet(path: Path, pictures: list[Colours]) -> None:
     """Writes pictures of one size side by side, four in a row."""
-    side_by_side(pictures, [""] * len(pictures)).save(path, optimize=True)
-
-
-def side_by_side(pictures: list[Colours], labels: list[str], columns: int = 4) -> Any:
-    """An image of labelled pictures of one size."""
-    from PIL import Image, ImageDraw  # type: ignore[import-not-found, unused-ignore]
+    from PIL import Image  # type: ignore[import-not-found, unused-ignore]
 
     height, width, _ = pictures[0].shape
-    columns = min(columns, len(pictures))
+    columns = min(4, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
-    pen = ImageDraw.Draw(sheet)
-    for index, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
-        x, y = index % columns * (width + GAP), index // columns * (height + GAP)
-        sheet.paste(Image.fromarray(picture), (x, y))
-        pen.text((x + 8, y + height - 20), label, fill="white", stroke_width=2, stroke_fill="black")
-    return sheet
+    for index, picture in enumerate(pictures):
+        place = index % columns * (width + GAP), index // columns * (height + GAP)
+        sheet.paste(Image.fromarray(picture), place)
+    sheet.save(path, optimize=True)

@@ -1,11 +1,9 @@
-"""The files that `mjenv play`, `mjenv gallery` and Gymnasium's RecordVideo write of episodes."""
+"""The files that `mjenv play` and Gymnasium's RecordVideo write of episodes."""
 
 from __future__ import annotations
 
-import math
 import os
 import pty
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,11 +14,10 @@ import imageio.v3 as imageio
 import numpy as np
 import pytest
 from gymnasium.wrappers import RecordVideo
-from PIL import Image, ImageSequence
+from PIL import Image
 
 import mjenv
-from mjenv_command import gallery, main
-from mjenv_learn.policy import Policy
+from mjenv_command import main
 
 ROOT = Path(__file__).resolve().parents[4]
 SIZE = {"width": 62, "height": 44}
@@ -197,70 +194,6 @@ def test_progress() -> None:
     assert process.returncode == 0
     assert b"playing Hopper-v5" in shown
     assert b"4/4" in shown
-
-
-def test_gallery() -> None:
-    assert main(["gallery", "robots.png", "--size", "48"]) == 0
-    sheet = imageio.imread("robots.png")
-    assert sheet.shape == (3 * 48 + 2 * 6, 4 * 48 + 3 * 6, 3)
-    for row in range(3):
-        for column in range(4):
-            tile = sheet[54 * row : 54 * row + 40, 54 * column : 54 * column + 48]
-            assert len(np.unique(tile.reshape(-1, 3), axis=0)) > 5
-
-
-def test_gallery_of_an_id_without_default_camera_config() -> None:
-    assert main(["gallery", "robot.png", "Hopper-v4", "--size", "48"]) == 0
-    assert imageio.imread("robot.png").shape == (48, 48, 3)
-
-
-@pytest.mark.parametrize("format", ["webp", "gif"])
-def test_moving_gallery(format: str) -> None:
-    """Each robot is where its policy takes it, at the times of the pictures."""
-    file = f"robots.{format}"
-    policies = ROOT / "extras/curricula/policies"
-    words = [file, "Reacher-v5", "InvertedPendulum-v5", "--policies", str(policies), "--seed", "2"]
-    assert main(["gallery", *words, "--size", "64", "--seconds", "1.5", "--fps", "10"]) == 0
-    with Image.open(file) as moving:
-        shown = np.array([np.asarray(picture.convert("RGB")) for picture in ImageSequence.Iterator(moving)])
-    assert shown.shape == (15, 64, 2 * 64 + 6, 3)
-    for column, id in enumerate(("Reacher-v5", "InvertedPendulum-v5")):
-        tile = shown[:, :40, 70 * column : 70 * column + 64]  # without the name
-        assert_close(tile, [picture[:40] for picture in performance(id, policies, seed=2, count=15, fps=10)])
-
-
-def performance(id: str, policies: Path, seed: int, count: int, fps: int) -> list[Any]:
-    """Gymnasium's pictures of a policy, episode after episode."""
-    policy = Policy.load(policies / f"{id}.txt")
-    env = gymnasium.make(id, render_mode="rgb_array", width=64, height=64, **gallery.camera_of(id))
-    obs, _ = env.reset(seed=seed)
-    found = [env.render()]
-    rate = round(1 / env.unwrapped.dt)
-    for step in range(1, math.ceil((count - 1) * rate / fps) + 1):
-        obs, _, terminated, truncated, _ = env.step(policy.act(obs))
-        if terminated or truncated:
-            obs, _ = env.reset()
-        if step * fps >= len(found) * rate:  # the first step at or after the picture's time
-            found.append(env.render())
-    env.close()
-    return found
-
-
-def test_gallery_of_one_policy() -> None:
-    """`mjenv train` writes policy.txt, whatever the id is."""
-    named = ROOT / "extras/curricula/policies" / "InvertedPendulum-v5.txt"
-    shutil.copy(named, "policy.txt")
-    for number, policies in enumerate((named, "policy.txt", ".")):
-        words = [f"{number}.gif", "--policies", str(policies), "--size", "64", "--seconds", "0.1"]
-        assert main(["gallery", *words]) == 0
-    assert Path("0.gif").read_bytes() == Path("1.gif").read_bytes() == Path("2.gif").read_bytes()
-    assert main(["gallery", "3.gif", "Hopper-v5", "--policies", "policy.txt"]) == 2
-
-
-def test_gallery_of_policies_refuses() -> None:
-    assert main(["gallery", "robots.gif"]) == 2
-    assert main(["gallery", "robots.png", "--policies", "examples"]) == 2
-    assert main(["gallery", "robots.gif", "--policies", "no-folder"]) == 2
 
 
 @pytest.mark.parametrize("id", ["Hopper-v5", "Reacher-v4"])
