@@ -126,26 +126,35 @@ def python_guest_module(path: Path, api: header.Header) -> str:
     """The declarations of a header of extras/."""
     both, own = guest_parts(path, api)
     known = replace(own, opaques=both.opaques, enums=both.enums, structs=both.structs)
+    used = {one.type.base for function in own.functions for one in function.parameters}
     lines = [
+        *(f"{name.removeprefix(f'MJENV_{path.stem.upper()}_')} = {value}" for name, value in own.constants),
+        *python_enums(own),
+        *python_structs(known, own.structs),
+        *python_library(known, own.functions),
+    ]
+    types = sorted(
+        {"c_char_p", "c_void_p", *PYTHON_TYPES.values()} & set(re.findall(r"\w+", "\n".join(lines))), key=natural
+    )
+    head = [
         f'"""{path.name} in ctypes. Written by tools/declarations.py: do not edit."""',
         "# ruff: noqa: N801",
         "",
         "from ctypes import (",
-        "    CDLL,",
-        "    Structure,",
-        *(f"    {name}," for name in ("c_char_p", "c_double", "c_float", "c_int32", "c_int64")),
-        *(f"    {name}," for name in ("c_uint8", "c_uint32", "c_uint64", "c_void_p")),
+        *(f"    {name}," for name in ("CDLL", "Structure", *types)),
         ")",
         "from enum import IntEnum",
         "",
-        "from mjenv.capi.declarations import mjenv_batch, mjenv_space",
+        f"from mjenv.capi.declarations import {', '.join(sorted(used & {one.name for one in api.structs}))}",
         "from mjenv.capi.pointers import POINTER",
         "",
-        *(f"{name.removeprefix(f'MJENV_{path.stem.upper()}_')} = {value}" for name, value in own.constants),
-        *python_enums(own),
     ]
-    lines += [*python_structs(known, own.structs), *python_library(known, own.functions)]
-    return "\n".join(lines) + "\n"
+    return "\n".join(head + lines) + "\n"
+
+
+def natural(name: str) -> tuple[str, int]:
+    """Sorts c_uint8 before c_uint32, as ruff does."""
+    return re.sub(r"\d+", "", name), int("0" + re.sub(r"\D+", "", name))
 
 
 # ---- Julia ----

@@ -17,8 +17,9 @@ namespace mjenv::learn {
 struct Agent {
   Agent(const Settings& settings, const Spaces& spaces)
       : actor(static_cast<int>(spaces.observations), settings.hidden, static_cast<int>(spaces.actuators),
-              settings->activation, settings.actor_obs),
-        critic(static_cast<int>(spaces.observations), settings.hidden, 1, settings->activation, settings.critic_obs),
+              activation_named(settings.activation), settings.actor_obs),
+        critic(static_cast<int>(spaces.observations), settings.hidden, 1, activation_named(settings.activation),
+               settings.critic_obs),
         actuators(spaces.actuators),
         critic_at(actor.size()),
         log_std_at(critic_at + critic.size()),

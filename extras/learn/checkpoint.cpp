@@ -1,5 +1,6 @@
 #include "checkpoint.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
@@ -15,38 +16,39 @@ namespace {
 
 constexpr std::string_view kHead = "mjenv-checkpoint 1\n";
 
-std::string masked(const std::vector<std::uint8_t>& mask) {
-  std::string text;
-  for (const std::uint8_t element : mask) text += element != 0 ? '1' : '0';
-  return text.empty() ? "all" : text;
-}
-
 // Lines "NAME VALUE" that must be equal for a learner and a checkpoint that it loads.
 std::string description(const Settings& settings, const Spaces& spaces) {
-  std::string layers;
-  for (const int width : settings.hidden) layers += (layers.empty() ? "" : ",") + std::to_string(width);
-  return "id " + settings.id + "\nrows " + std::to_string(settings->rows) + "\nrollout_steps " +
-         std::to_string(settings->rollout_steps) + "\nobservations " + std::to_string(spaces.observations) +
-         "\nactuators " + std::to_string(spaces.actuators) + "\nhidden " + layers + "\nactivation " +
-         std::to_string(settings->activation) + "\nwindow " + std::to_string(settings->window) + "\nnormalize_obs " +
-         std::to_string(settings->normalize_obs) + "\nscale_actions " + std::to_string(settings->scale_actions) +
-         "\nactor_obs " + masked(settings.actor_obs) + "\ncritic_obs " + masked(settings.critic_obs) + "\n\n";
+  return settings.saved() + "observations " + std::to_string(spaces.observations) + "\nactuators " +
+         std::to_string(spaces.actuators) + "\n\n";
 }
 
 [[noreturn]] void refuse(const std::string& path, const std::string& reason) {
   core::fail(MJENV_E_SNAPSHOT, core::quoted(path) + " " + reason);
 }
 
-// Compares two descriptions line by line, and throws an error that names the first difference.
-void check_description(const std::string& path, std::string_view theirs, std::string_view ours) {
-  while (!ours.empty()) {
-    const std::string_view own = ours.substr(0, ours.find('\n')), other = theirs.substr(0, theirs.find('\n'));
-    if (own != other)
-      refuse(path, "is a checkpoint of another learner: it has " + core::quoted(std::string(other.substr(0, 100))) +
-                       ", this one " + core::quoted(std::string(own)));
-    ours.remove_prefix(own.size() + 1);
-    theirs.remove_prefix(std::min(theirs.size(), other.size() + 1));
+// The names and values in a description, followed by the defaults of settings that it may lack because they are newer.
+std::vector<std::pair<std::string, std::string>> values_of(const std::string& description) {
+  std::vector<std::pair<std::string, std::string>> values;
+  const std::string text = description + Settings().saved();
+  for (std::size_t at = 0, end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
+    const std::size_t blank = std::min(text.find(' ', at), end);
+    values.emplace_back(text.substr(at, blank - at), text.substr(blank, end - blank));
   }
+  return values;
+}
+
+// Compares two descriptions by name, and throws an error that tells the first difference.
+void check_description(const std::string& path, const std::string& theirs, const std::string& ours) {
+  const auto saved = values_of(theirs), own = values_of(ours);
+  const auto line = [](const auto& values, const std::string& name) {
+    const auto found = std::find_if(values.begin(), values.end(), [&](const auto& one) { return one.first == name; });
+    return core::quoted(found == values.end() ? "" : (name + found->second).substr(0, 100));
+  };
+  for (const auto* values : {&own, &saved})
+    for (const auto& [name, value] : *values)
+      if (line(saved, name) != line(own, name))
+        refuse(path,
+               "is a checkpoint of another learner: it has " + line(saved, name) + ", this one " + line(own, name));
 }
 
 template <typename T>

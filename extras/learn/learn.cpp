@@ -2,6 +2,7 @@
 // another thread is inside a call with the same handle.
 #include "mjenv/learn.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <memory>
@@ -101,13 +102,11 @@ mjenv_learn_calls calls_of(const mjenv_learn_calls* given) {
   return calls;
 }
 
-mjenv_learn_settings settings_of(const mjenv_learn_settings* given) {
-  const mjenv_learn_settings defaults = MJENV_LEARN_SETTINGS_INIT;
-  return read_struct(given, "settings", defaults);
-}
-
-Settings checked(const mjenv_learn_settings* given, const Spaces& spaces) {
-  return Settings(settings_of(given), static_cast<std::int64_t>(spaces.observations));
+// The settings of a learner with this number of rows, if `words` does not say another.
+Settings settings_of(const char* id, const char* words, const Spaces& spaces, std::int64_t rows) {
+  Settings settings(&need(id, "id"), "rows=" + std::to_string(rows) + ' ' + (words ? words : ""));
+  settings.check_masks(spaces.observations);
+  return settings;
 }
 
 // Writes a text with a NUL, and its size; with capacity 0 the size alone. Fails if the capacity is too small.
@@ -140,29 +139,33 @@ std::uint32_t mjenv_learn_abi_version() { return MJENV_LEARN_ABI_VERSION; }
 const char* mjenv_learn_last_error() { return last_reason(); }
 const char* mjenv_learn_instructions() { return usable_kernels().back()->name; }
 
-mjenv_status mjenv_learn_defaults(const char* id, mjenv_learn_settings* settings) {
-  return guard([&] {
-    mjenv_learn_settings found = defaults_of(&need(id, "id"));
-    found.id = id;
-    write_struct(settings, "settings", found);
-  });
+std::int64_t mjenv_learn_setting_count() { return setting_count(); }
+
+mjenv_status mjenv_learn_setting_at(std::int64_t index, mjenv_option* setting) {
+  return guard([&] { write_struct(setting, "setting", setting_at(index)); });
+}
+
+mjenv_status mjenv_learn_settings(const char* id, const char* settings, char* text, std::int64_t capacity,
+                                  std::int64_t* size) {
+  return guard([&] { deliver(Settings(&need(id, "id"), settings ? settings : "").text(), text, capacity, size); });
 }
 
 // ---- Training ----
 
-mjenv_status mjenv_learner_create(const mjenv_learn_calls* calls, mjenv_env* env, const mjenv_learn_settings* settings,
+mjenv_status mjenv_learner_create(const mjenv_learn_calls* calls, mjenv_env* env, const char* id, const char* settings,
                                   mjenv_learner** learner) {
   return guard([&] {
     need(learner, "learner");
     need(env, "env");
     const mjenv_learn_calls functions = calls_of(calls);
     const Environment found(functions, env, "same_step");
-    *learner = handles<mjenv_learner>.add(std::make_unique<Learner>(functions, env, checked(settings, found.spaces())));
+    const Settings chosen = settings_of(id, settings, found.spaces(), found.rows());
+    *learner = handles<mjenv_learner>.add(std::make_unique<Learner>(functions, env, chosen));
   });
 }
 
-mjenv_status mjenv_learner_create_apart(const mjenv_space* observation, const mjenv_space* action,
-                                        const mjenv_learn_settings* settings, const double* obs, std::int64_t obs_count,
+mjenv_status mjenv_learner_create_apart(const mjenv_space* observation, const mjenv_space* action, const char* id,
+                                        const char* settings, const double* obs, std::int64_t obs_count,
                                         mjenv_learner** learner) {
   return guard([&] {
     need(learner, "learner");
@@ -172,7 +175,9 @@ mjenv_status mjenv_learner_create_apart(const mjenv_space* observation, const mj
     need(acting.high, "action->high");
     if (seen.count < 0 || acting.count < 0) fail(MJENV_E_SIZE, "the count of a space is less than 0");
     const Spaces spaces(seen, acting);
-    *learner = handles<mjenv_learner>.add(std::make_unique<Learner>(spaces, checked(settings, spaces), obs, obs_count));
+    const auto rows = std::max<std::int64_t>(1, obs_count / std::max<std::int64_t>(1, seen.count));
+    const Settings chosen = settings_of(id, settings, spaces, rows);
+    *learner = handles<mjenv_learner>.add(std::make_unique<Learner>(spaces, chosen, obs, obs_count));
   });
 }
 
@@ -198,8 +203,8 @@ mjenv_status mjenv_learner_set_env(mjenv_learner* learner, mjenv_env* env) {
   return change(learner, [&](Learner& held) { held.set_env(&need(env, "env")); });
 }
 
-mjenv_status mjenv_learner_set(mjenv_learner* learner, const mjenv_learn_settings* settings) {
-  return change(learner, [&](Learner& held) { held.set(checked(settings, held.spaces())); });
+mjenv_status mjenv_learner_set(mjenv_learner* learner, const char* settings) {
+  return change(learner, [&](Learner& held) { held.set(&need(settings, "settings")); });
 }
 
 mjenv_status mjenv_learner_report(const mjenv_learner* learner, mjenv_learn_report* report) {

@@ -38,18 +38,18 @@ mjenv_learn_report empty_report() {
 Learner::Learner(const Spaces& spaces, const Settings& settings)
     : settings_(settings),
       spaces_(spaces),
-      kernels_(chosen_kernels(settings->instructions)),
-      pool_(settings->threads, false),
+      kernels_(chosen_kernels(settings.instructions)),
+      pool_(static_cast<int>(settings.threads), false),
       agent_(settings, spaces),
       loss_(agent_, kernels_, pool_),
-      random_(settings->seed),
-      parameters_(agent_.initial_parameters(settings->initial_std, random_)),
+      random_(settings.seed),
+      parameters_(agent_.initial_parameters(settings.initial_std, random_)),
       deviations_(agent_),
       adam_(agent_.size),
-      observations_(spaces.observations, agent_.actor.input_stride(), settings->normalize_obs != 0, settings->obs_clip),
+      observations_(spaces.observations, agent_.actor.input_stride(), settings.normalize_obs, settings.obs_clip),
       rewards_(rows()),
-      episodes_(rows(), static_cast<std::size_t>(settings->window)),
-      rollout_(static_cast<std::size_t>(settings->rollout_steps), rows(), agent_.stride(), spaces.actuators, kRowBlock),
+      episodes_(rows(), static_cast<std::size_t>(settings.window)),
+      rollout_(static_cast<std::size_t>(settings.rollout_steps), rows(), agent_.stride(), spaces.actuators, kRowBlock),
       order_(static_cast<std::size_t>(settings.batch())),
       now_(rows() * agent_.stride()),
       bounded_(rows() * spaces.actuators),
@@ -69,8 +69,8 @@ Learner::Learner(const mjenv_learn_calls& calls, mjenv_env* env, const Settings&
     : Learner(Environment(calls, env, "same_step").spaces(), settings) {
   calls_ = calls;
   env_ = std::make_unique<Environment>(calls, env, "same_step");
-  if (env_->rows() != settings->rows)
-    core::fail(MJENV_E_VALUE, "settings.rows is " + std::to_string(settings->rows) + ", but the environment has " +
+  if (env_->rows() != settings.rows)
+    core::fail(MJENV_E_VALUE, "settings.rows is " + std::to_string(settings.rows) + ", but the environment has " +
                                   std::to_string(env_->rows()) + " rows");
   begin(nullptr);
 }
@@ -85,7 +85,7 @@ Learner::Learner(const Spaces& spaces, const Settings& settings, const double* o
 void Learner::begin(const double* obs) {
   if (steps_itself()) {
     std::vector<std::uint64_t> seeds(rows());
-    std::iota(seeds.begin(), seeds.end(), settings_->seed);
+    std::iota(seeds.begin(), seeds.end(), settings_.seed);
     env_->seed(seeds);
     env_->reset();
     obs = env_->outcome().obs;
@@ -114,7 +114,7 @@ void Learner::train(std::int64_t steps) {
   const std::int64_t rollouts = (steps + settings_.batch() - 1) / settings_.batch();
   try {
     for (std::int64_t done = 0; done < rollouts; ++done)
-      for (std::int64_t step = 0; step < settings_->rollout_steps; ++step) {
+      for (std::int64_t step = 0; step < settings_.rollout_steps; ++step) {
         draw_actions();
         env_->step(bounded_);
         take(env_->outcome());
@@ -149,7 +149,7 @@ void Learner::feed(const mjenv_batch& out) {
   if (steps_itself()) core::fail(MJENV_E_VALUE, "the library steps the rows of this learner: use mjenv_learner_train");
   if (stage_ != Stage::kFeed) core::fail(MJENV_E_VALUE, "no actions were drawn: call mjenv_learner_act first");
   pool_.check_here();
-  core::check_count("out->rows", out.rows, settings_->rows);
+  core::check_count("out->rows", out.rows, settings_.rows);
   core::check_count("out->obs_count", out.obs_count, static_cast<std::int64_t>(spaces_.observations));
   if (out.obs_dtype != MJENV_DTYPE_FLOAT64) core::fail(MJENV_E_VALUE, "out->obs_dtype is not MJENV_DTYPE_FLOAT64");
   if (!out.obs || !out.final_obs || !out.reward || !out.terminated || !out.truncated)
@@ -177,7 +177,7 @@ void Learner::restart(const double* obs, std::int64_t obs_count) {
 void Learner::set_env(mjenv_env* env) {
   if (!steps_itself()) core::fail(MJENV_E_VALUE, "the caller steps the rows of this learner");
   auto other = std::make_unique<Environment>(*calls_, env, "same_step");
-  core::check_count("the number of rows", other->rows(), settings_->rows);
+  core::check_count("the number of rows", other->rows(), settings_.rows);
   if (!(other->spaces() == spaces_)) core::fail(MJENV_E_VALUE, "the environment has other spaces than the one before");
   std::swap(env_, other);
   try {
@@ -189,9 +189,9 @@ void Learner::set_env(mjenv_env* env) {
   }
 }
 
-void Learner::set(const Settings& settings) {
-  settings_.replace(settings);
-  observations_.set_clip(settings->obs_clip);
+void Learner::set(std::string_view words) {
+  settings_.change(words);
+  observations_.set_clip(settings_.obs_clip);
 }
 
 // Calls body(worker, from, count) for blocks of rows. The threads share them if the work takes longer than waking the
@@ -258,13 +258,13 @@ void Learner::draw_actions() {
 // bounds.
 float Learner::bounded(std::size_t j, float action) const {
   const double low = spaces_.low[j], high = spaces_.high[j];
-  const double wanted = settings_->scale_actions != 0 ? 0.5 * (high + low) + 0.5 * (high - low) * action : action;
+  const double wanted = settings_.scale_actions ? 0.5 * (high + low) + 0.5 * (high - low) * action : action;
   return static_cast<float>(std::min(high, std::max(low, wanted)));
 }
 
 void Learner::check_usable(const Outcome& outcome) const {
   const auto where = [&](std::size_t row) {
-    const std::int64_t step = updates() * settings_->rollout_steps + static_cast<std::int64_t>(step_) + 1;
+    const std::int64_t step = updates() * settings_.rollout_steps + static_cast<std::int64_t>(step_) + 1;
     return "row " + std::to_string(row) + ", step " + std::to_string(step) + " of the training: ";
   };
   for (std::size_t i = 0; i < rows(); ++i)
@@ -290,7 +290,7 @@ void Learner::take(const Outcome& outcome) {
     rollout_.continues[step_ * n + i] = ended_[i] != 0 ? 0.0F : 1.0F;
     episodes_.add_step(i, outcome.reward[i], ended_[i] != 0);
   }
-  rewards_.add(outcome.reward, ended_, settings_->gamma, settings_->reward_clip, settings_->normalize_reward != 0,
+  rewards_.add(outcome.reward, ended_, settings_.gamma, settings_.reward_clip, settings_.normalize_reward,
                &rollout_.rewards[step_ * n]);
   bootstrap_truncated(outcome);
   observations_.add(outcome.obs, n);
@@ -307,7 +307,7 @@ void Learner::bootstrap_truncated(const Outcome& outcome) {
     observations_.normalize(outcome.final_obs + i * spaces_.observations, 1, last_inputs_.data());
     float value = 0;
     estimate_values(last_inputs_.data(), 1, &value);
-    rollout_.rewards[step_ * rows() + i] += static_cast<float>(settings_->gamma) * value;
+    rollout_.rewards[step_ * rows() + i] += static_cast<float>(settings_.gamma) * value;
   }
 }
 
@@ -317,7 +317,7 @@ void Learner::finish_rollout() {
   const float* after = &rollout_.inputs[rollout_.steps * n * stride];
   // Not step by step, because here the threads can share all rows of the rollout.
   estimate_values(rollout_.inputs.data(), static_cast<int>((rollout_.steps + 1) * n), rollout_.values.data());
-  rollout_.estimate_advantages(static_cast<float>(settings_->gamma), static_cast<float>(settings_->gae_lambda));
+  rollout_.estimate_advantages(static_cast<float>(settings_.gamma), static_cast<float>(settings_.gae_lambda));
   if (episodes_.is_full() && episodes_.mean_return() > best_.mean_return) keep_best();
   std::copy_n(after, now_.size(), now_.begin());
   curve_.push_back(update());
@@ -326,10 +326,10 @@ void Learner::finish_rollout() {
 }
 
 double Learner::learning_rate() const {
-  const std::int64_t steps = settings_->decay_steps > 0 ? settings_->decay_steps : settings_->steps;
+  const std::int64_t steps = settings_.decay_steps > 0 ? settings_.decay_steps : settings_.steps;
   const std::int64_t all = (steps + settings_.batch() - 1) / settings_.batch();  // updates
   const double done = std::min(1.0, static_cast<double>(updates()) / static_cast<double>(all));
-  return settings_->learning_rate + (settings_->final_learning_rate - settings_->learning_rate) * done;
+  return settings_.learning_rate + (settings_.final_learning_rate - settings_.learning_rate) * done;
 }
 
 void Learner::shuffle() {
@@ -346,23 +346,23 @@ mjenv_learn_report Learner::update() {
   report.mean_length = episodes_.mean_length();
   report.learning_rate = learning_rate();
   report.explained_variance = rollout_.explained_variance();
-  const auto size = static_cast<std::size_t>(settings_->minibatch_size);
+  const auto size = static_cast<std::size_t>(settings_.minibatch_size);
   LossTerms all;
   double norms = 0;
   std::int64_t minibatches = 0;
-  while (report.epochs < settings_->epochs) {
+  while (report.epochs < settings_.epochs) {
     shuffle();
     const double kl_before = all.kl;
     for (std::size_t start = 0; start < order_.size(); start += size, ++minibatches) {
       const auto count = static_cast<int>(std::min(size, order_.size() - start));
-      const Minibatch batch(&order_[start], count, rollout_, settings_->normalize_advantage != 0);
-      all.add(loss_.differentiate(parameters_, rollout_, batch, *settings_));
+      const Minibatch batch(&order_[start], count, rollout_, settings_.normalize_advantage);
+      all.add(loss_.differentiate(parameters_, rollout_, batch, settings_));
       norms +=
-          adam_.step(kernels_, pool_, report.learning_rate, settings_->max_grad_norm, loss_.gradient(), parameters_);
+          adam_.step(kernels_, pool_, report.learning_rate, settings_.max_grad_norm, loss_.gradient(), parameters_);
     }
     ++report.epochs;
     const double kl = (all.kl - kl_before) / static_cast<double>(order_.size());
-    if (settings_->target_kl > 0 && kl > settings_->target_kl) break;
+    if (settings_.target_kl > 0 && kl > settings_.target_kl) break;
   }
   SumOfSquares squares;
   squares.add(kernels_, parameters_.data(), parameters_.size());
@@ -418,7 +418,7 @@ std::string Learner::policy(mjenv_learned which) const {
       scale[j] = observations_.moments().scale(j);
     }
   return policy_text(settings_, spaces_, agent_.actor, best ? best_.actor.data() : parameters_.data(), mean, scale,
-                     settings_->obs_clip);
+                     settings_.obs_clip);
 }
 
 // Lists what the next rollouts depend on, besides the curve, the settings and the environment.

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "adam.hpp"
@@ -40,7 +41,8 @@ class Learner {
   void feed(const mjenv_batch& out);
   void restart(const double* obs, std::int64_t obs_count);
   void set_env(mjenv_env* env);
-  void set(const Settings& settings);
+  // Changes settings (Settings::change).
+  void set(std::string_view words);
 
   mjenv_learn_report report() const;
   mjenv_learn_report report_at(std::int64_t update) const;
@@ -93,7 +95,7 @@ class Learner {
   Learner(const Spaces& spaces, const Settings& settings);
 
   std::int64_t updates() const { return static_cast<std::int64_t>(curve_.size()); }
-  std::size_t rows() const { return static_cast<std::size_t>(settings_->rows); }
+  std::size_t rows() const { return static_cast<std::size_t>(settings_.rows); }
   bool steps_itself() const { return env_ != nullptr; }
 
   void begin(const double* obs);

@@ -51,7 +51,7 @@ Loss::Loss(const Agent& agent, const Kernels& kernels, core::Pool& pool)
 }
 
 LossTerms Loss::differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
-                              const mjenv_learn_settings& settings) {
+                              const Settings& settings) {
   const int parts = std::min(kMaxParts, padded(batch.count, kChunk) / kChunk);
   deviations_.update(kernels_, parameters);
   const Task task{parameters.data(), rollout, batch, settings, parts};

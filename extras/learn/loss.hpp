@@ -10,6 +10,7 @@
 #include "kernels/kernels.hpp"
 #include "network.hpp"
 #include "rollout.hpp"
+#include "settings.hpp"
 #include "system/pool.hpp"
 
 namespace mjenv::learn {
@@ -40,7 +41,7 @@ class Loss {
   // Computes the gradient of -(clipped objective) + value_coef (value - return)^2 - entropy_coef entropy, averaged over
   // the minibatch. The threads of the pool share the work.
   LossTerms differentiate(const std::vector<float>& parameters, const Rollout& rollout, const Minibatch& batch,
-                          const mjenv_learn_settings& settings);
+                          const Settings& settings);
 
   // The derivatives with respect to the parameters, in their order.
   const std::vector<float>& gradient() const { return parts_.front().gradient; }
@@ -70,7 +71,7 @@ class Loss {
     const float* parameters;
     const Rollout& rollout;
     const Minibatch& batch;
-    const mjenv_learn_settings& settings;
+    const Settings& settings;
     int parts;
   };
   // What one thread computes at a time: the gradient of one part with respect to the parameters of some sides.

@@ -45,8 +45,7 @@ void fill_orthogonal(float* parameters, const Layer& layer, double gain, Random&
 
 }  // namespace
 
-Network::Network(int inputs, const std::vector<int>& hidden, int outputs, mjenv_activation activation,
-                 std::vector<std::uint8_t> seen)
+Network::Network(int inputs, const std::vector<int>& hidden, int outputs, Activation activation, std::vector<int> seen)
     : activation_(activation), seen_(std::move(seen)) {
   int before = inputs, padded_before = padded(inputs, hidden.empty() ? kLaneBlock : kInputBlock);
   const auto add = [&](int width, bool last) {

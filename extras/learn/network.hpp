@@ -27,8 +27,7 @@ struct Layer {
 class Network {
  public:
   // seen: 0 for inputs that have no effect on the network; empty: all inputs have.
-  Network(int inputs, const std::vector<int>& hidden, int outputs, mjenv_activation activation,
-          std::vector<std::uint8_t> seen);
+  Network(int inputs, const std::vector<int>& hidden, int outputs, Activation activation, std::vector<int> seen);
 
   std::size_t size() const { return size_; }  // the number of parameters with padding, a multiple of kLaneBlock
   int input_stride() const { return layers_.front().padded_inputs; }
@@ -70,8 +69,8 @@ class Network {
 
  private:
   std::vector<Layer> layers_;
-  mjenv_activation activation_;
-  std::vector<std::uint8_t> seen_;
+  Activation activation_;
+  std::vector<int> seen_;
   std::size_t size_ = 0;
 
   void clear_unseen(float* parameters) const;

@@ -32,13 +32,10 @@ void append_numbers(std::string& text, const char* name, const std::vector<doubl
   text += '\n';
 }
 
-// Their names, in the order of mjenv_activation, after that of the last layer of learners.
-constexpr std::array<std::string_view, 4> kActivations = {"identity", "tanh", "relu", "elu"};
-
 // Scales a weight or bias of the last layer's output j to the environment's units: multiplies it by half the range of
 // action j if scale_actions is set.
 double scaled(const Settings& settings, const Spaces& spaces, std::size_t j, double value) {
-  return settings->scale_actions != 0 ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
+  return settings.scale_actions ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
 }
 
 // A part of a text for a message, which is not to be long.
@@ -55,9 +52,9 @@ std::string policy_text(const Settings& settings, const Spaces& spaces, const Ne
   append_numbers(text, "high", spaces.high);
   append_numbers(text, "clip", {clip});
   for (const Layer& layer : actor.layers()) {
-    const bool last = &layer == &actor.layers().back(), scale_outputs = last && settings->scale_actions != 0;
+    const bool last = &layer == &actor.layers().back(), scale_outputs = last && settings.scale_actions;
     text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(layer.inputs) + ' ';
-    text += kActivations[static_cast<std::size_t>(last ? 0 : settings->activation)];
+    text += last ? "identity" : settings.activation;
     text += "\nbias";
     const float* bias = parameters + layer.bias;
     const auto append = [&](int output, float value, double offset) {
@@ -181,9 +178,8 @@ class Policy::Parser {
     made.inputs = width();
     made.padded_outputs = padded(made.outputs, kLaneBlock);
     const std::string_view name = word();
-    const auto found = std::find(kActivations.begin(), kActivations.end(), name);
-    if (found == kActivations.end()) fail("has the unknown activation " + shown(name));
-    made.activation = static_cast<Activation>(found - kActivations.begin());
+    made.activation = activation_named(name);
+    if (made.activation == Activation::kUnknown) fail("has the unknown activation " + shown(name));
     policy_.layers_.push_back(std::move(made));
     rows_.clear();
   }
@@ -317,7 +313,7 @@ void Policy::act64(std::size_t rows, const double* obs, float* actions) const {
 
 // Computes the actions as a learner computes their means.
 void Policy::act32(std::size_t rows, const double* obs, float* actions) const {
-  const Kernels& kernels = chosen_kernels(MJENV_INSTRUCTIONS_AUTO);
+  const Kernels& kernels = chosen_kernels();
   const int count = padded(static_cast<int>(rows), kRowBlock);
   int stride = padded(static_cast<int>(observations()), kLaneBlock);
   std::vector<float> values(static_cast<std::size_t>(count) * stride), next;
@@ -334,8 +330,7 @@ void Policy::act32(std::size_t rows, const double* obs, float* actions) const {
     else
       kernels.product(values.data(), stride, count, stride, weights, layer.padded_outputs, bias, next.data());
     stride = layer.padded_outputs;
-    if (layer.activation != Activation::kIdentity)
-      kernels.activate(static_cast<mjenv_activation>(layer.activation), next.data(), next.size());
+    if (layer.activation != Activation::kIdentity) kernels.activate(layer.activation, next.data(), next.size());
     std::swap(values, next);
   }
   for (std::size_t i = 0; i < rows; ++i)

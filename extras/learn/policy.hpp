@@ -38,12 +38,6 @@ class Policy {
   void check_fits(const Spaces& spaces) const;
 
  private:
-  enum class Activation {
-    kIdentity,
-    kTanh = MJENV_ACTIVATION_TANH,
-    kRelu = MJENV_ACTIVATION_RELU,
-    kElu = MJENV_ACTIVATION_ELU
-  };
   struct PolicyLayer {
     Activation activation;
     int inputs, outputs, padded_outputs;

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -16,157 +18,170 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kPositive = std::numeric_limits<double>::denorm_min();  // the least number greater than 0
-constexpr double kMaxFloat = std::numeric_limits<float>::max();
-constexpr std::int64_t kMaxSteps = std::int64_t{1} << 53, kMaxWidth = 4096, kMaxLayers = 8, kMaxThreads = 64;
-constexpr std::int64_t kMaxBatch = std::int64_t{1} << 26, kMaxObservations = 1 << 20;
+constexpr double kMaxFloat = std::numeric_limits<float>::max(), kMaxSteps = 9007199254740992.0, kMaxSeed = 0x1p64;
+constexpr double kMaxBatch = 1 << 26, kMaxWidth = 4096;
+constexpr std::int64_t kMaxLayers = 8, kMaxObservations = 1 << 20;
+constexpr const char* kActivationNames = "tanh relu elu";
 
-[[noreturn]] void refuse(const char* name, const std::string& value, const std::string& wanted) {
-  core::fail(MJENV_E_VALUE, "settings." + std::string(name) + " is " + value + ", not " + wanted);
-}
-
-void check_count(const char* name, std::int64_t value, std::int64_t low, std::int64_t high) {
-  if (value < low || value > high)
-    refuse(name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
-}
-
-void check_number(const char* name, double value, double low, double high) {
-  if (value >= low && value <= high && std::isfinite(value)) return;
-  const std::string bounds = std::isinf(high) ? "a finite number from " + core::number(low) + " on"
-                                              : core::number(low) + " to " + core::number(high);
-  refuse(name, core::number(value), low == kPositive ? "a finite number greater than 0, in float32" : bounds);
-}
-
-// A setting that is a number, with its bounds.
-using Given = mjenv_learn_settings;
-struct Number {
-  const char* name;
-  std::variant<std::int32_t Given::*, std::int64_t Given::*, double Given::*> member;
+struct Bounds {
   double low, high;
-  bool fixed = false;  // whether it cannot change once the learner is created
+  std::int64_t count;   // the greatest number of elements of a list, else 1
+  const char* choices;  // of a text
+};
+constexpr Bounds between(double low, double high) { return {low, high, 1, nullptr}; }
+constexpr Bounds from(double low) { return between(low, kInfinite); }
+constexpr Bounds list(double low, double high, std::int64_t most) { return {low, high, most, nullptr}; }
+constexpr Bounds one_of(const char* choices) { return {0, 0, 1, choices}; }
+
+enum class Change {
+  kFree,   // at any time
+  kFixed,  // never, once the learner is created
+  kSaved   // never, and a checkpoint only fits learners with the same value
 };
 
-constexpr Number kNumbers[] = {{"activation", &Given::activation, MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_ELU, true},
-                               {"rows", &Given::rows, 1, kMaxBatch, true},
-                               {"steps", &Given::steps, 1, kMaxSteps},
-                               {"rollout_steps", &Given::rollout_steps, 1, kMaxBatch, true},
-                               {"epochs", &Given::epochs, 1, 1000},
-                               {"minibatch_size", &Given::minibatch_size, 1, kMaxBatch},
-                               {"decay_steps", &Given::decay_steps, 0, kMaxSteps},
-                               {"learning_rate", &Given::learning_rate, 0, 1},
-                               {"final_learning_rate", &Given::final_learning_rate, 0, 1},
-                               {"gamma", &Given::gamma, 0, 1},
-                               {"gae_lambda", &Given::gae_lambda, 0, 1},
-                               {"clip", &Given::clip, kPositive, kMaxFloat},
-                               {"value_clip", &Given::value_clip, 0, kInfinite},
-                               {"value_coef", &Given::value_coef, 0, kInfinite},
-                               {"entropy_coef", &Given::entropy_coef, 0, kInfinite},
-                               {"max_grad_norm", &Given::max_grad_norm, 0, kInfinite},
-                               {"target_kl", &Given::target_kl, 0, kInfinite},
-                               {"initial_std", &Given::initial_std, 1e-6, 1e6},
-                               {"obs_clip", &Given::obs_clip, kPositive, kMaxFloat},
-                               {"reward_clip", &Given::reward_clip, kPositive, kMaxFloat},
-                               {"normalize_obs", &Given::normalize_obs, 0, 1, true},
-                               {"normalize_reward", &Given::normalize_reward, 0, 1},
-                               {"normalize_advantage", &Given::normalize_advantage, 0, 1},
-                               {"scale_actions", &Given::scale_actions, 0, 1, true},
-                               {"hidden_count", &Given::hidden_count, 0, kMaxLayers},
-                               {"obs_count", &Given::obs_count, 0, kMaxObservations},
-                               {"threads", &Given::threads, 1, kMaxThreads, true},
-                               {"window", &Given::window, 1, 1'000'000, true}};
-
-void check_values(const Given& s) {
-  for (const Number& one : kNumbers)
-    std::visit(
-        [&](auto member) {
-          if constexpr (std::is_same_v<decltype(member), double Given::*>)
-            check_number(one.name, s.*member, one.low, one.high);
-          else
-            check_count(one.name, s.*member, static_cast<std::int64_t>(one.low), static_cast<std::int64_t>(one.high));
-        },
-        one.member);
-  check_count("rollout_steps", s.rollout_steps, 1, kMaxBatch / s.rows);
-  check_count("minibatch_size", s.minibatch_size, 1, s.rows * s.rollout_steps);
-}
-
-std::vector<std::uint8_t> mask(const char* name, const std::uint8_t* given, std::int64_t count,
-                               std::int64_t observations) {
-  if (!given) return {};
-  if (count != observations)
-    core::fail(MJENV_E_SIZE, "settings.obs_count is " + std::to_string(count) + ", but an observation has " +
-                                 std::to_string(observations) + " elements");
-  std::vector<std::uint8_t> copy(given, given + count);
-  bool any = false;
-  for (const std::uint8_t element : copy) any = any || element != 0;
-  if (!any)
-    core::fail(MJENV_E_VALUE,
-               "settings." + std::string(name) + " is 0 for every element, so the network would see none");
-  return copy;
-}
-
-constexpr std::array<std::int64_t, 2> kHidden = {64, 64};
-
-// Many rows, large minibatches and small standard deviations, with which a training reaches a given return in the least
-// time on one CPU.
-mjenv_learn_settings many_rows(std::int64_t steps) {
-  mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
-  s.steps = steps;
-  s.hidden = kHidden.data();
-  s.hidden_count = static_cast<std::int64_t>(kHidden.size());
-  return s;
-}
-
-// Few rows and many small minibatches, for robots that learn from few steps.
-mjenv_learn_settings few_rows(std::int64_t steps, std::int64_t rollout_steps, double learning_rate) {
-  mjenv_learn_settings s = many_rows(steps);
-  s.rows = 8;
-  s.rollout_steps = rollout_steps;
-  s.epochs = 10;
-  s.minibatch_size = 256;
-  s.learning_rate = learning_rate;
-  s.value_coef = 0.5;
-  s.max_grad_norm = 0.5;
-  s.initial_std = 1;
-  return s;
-}
-
-template <typename Change>
-mjenv_learn_settings with(mjenv_learn_settings s, const Change& change) {
-  change(s);
-  return s;
-}
-
-struct Tuned {
-  const char* id;
-  mjenv_learn_settings settings;
+struct Setting {
+  const char *name, *doc;
+  std::variant<bool Settings::*, std::int64_t Settings::*, std::uint64_t Settings::*, double Settings::*,
+               std::string Settings::*, Integers Settings::*>
+      member;
+  Bounds bounds;
+  Change change;
 };
 
-const std::vector<Tuned>& tuned() {
-  static const std::vector<Tuned> all = {
-      {"Ant-v5", many_rows(2'000'000)},
-      {"HalfCheetah-v5", with(many_rows(2'000'000), [](auto& s) { s.gamma = 0.98; })},
-      {"Hopper-v5", few_rows(1'000'000, 512, 5e-4)},
-      {"Humanoid-v5", with(many_rows(2'000'000),
-                           [](auto& s) {
-                             s.learning_rate = 5e-4;
-                             s.decay_steps = 8'000'000;
-                           })},
-      {"HumanoidStandup-v5", many_rows(600'000)},
-      {"InvertedDoublePendulum-v5", many_rows(400'000)},
-      {"InvertedPendulum-v5", with(few_rows(100'000, 256, 1e-3),
-                                   [](auto& s) {
-                                     s.epochs = 5;
-                                     s.minibatch_size = 128;
-                                   })},
-      {"Pusher-v5", many_rows(1'500'000)},
-      {"Reacher-v5", with(few_rows(150'000, 256, 1e-3), [](auto& s) { s.gamma = 0.9; })},
-      {"Swimmer-v5", with(few_rows(1'000'000, 1024, 6e-4),
-                          [](auto& s) {
-                            s.gamma = 0.9999;
-                            s.gae_lambda = 0.98;
-                          })},
-      {"Walker2d-v5", with(many_rows(1'515'520), [](auto& s) { s.decay_steps = 3'000'000; })}};
-  return all;
+constexpr Setting kSettings[] = {
+#define SETTING(type, name, value, bounds, change, doc) {#name, doc, &Settings::name, bounds, Change::change},
+#include "settings.def"
+#undef SETTING
+};
+
+[[noreturn]] void refuse(const std::string& name, const std::string& value, const std::string& wanted,
+                         mjenv_status status = MJENV_E_VALUE) {
+  core::fail(status, "settings." + name + " is " + value + ", not " + wanted);
 }
+
+std::string range(const Bounds& bounds) {
+  if (bounds.low == kPositive) return "a finite number greater than 0, in float32";
+  if (std::isinf(bounds.high)) return "a finite number from " + core::number(bounds.low) + " on";
+  return core::number(bounds.low) + " to " + core::number(bounds.high);
+}
+
+// ---- Values from text and to text ----
+
+template <typename T>
+void parse_integer(const std::string& name, const std::string& text, const Bounds& bounds, T& value) {
+  const char* end = text.data() + text.size();
+  const auto [read, error] = std::from_chars(text.data(), end, value);
+  if (read != end || text.empty()) refuse(name, core::quoted(text.substr(0, 100)), "an integer", MJENV_E_TYPE);
+  if (error != std::errc{} || static_cast<double>(value) < bounds.low || static_cast<double>(value) > bounds.high)
+    refuse(name, text.substr(0, 100), range(bounds));
+}
+
+void parse(const std::string& name, const std::string& text, const Bounds& bounds, std::int64_t& value) {
+  parse_integer(name, text, bounds, value);
+}
+
+void parse(const std::string& name, const std::string& text, const Bounds& bounds, std::uint64_t& value) {
+  if (!text.empty() && text.front() == '-') refuse(name, text.substr(0, 100), "0 to 18446744073709551615");
+  parse_integer(name, text, bounds, value);
+}
+
+void parse(const std::string& name, const std::string& text, const Bounds&, bool& value) {
+  value = text == "true" || text == "1";
+  if (!value && text != "false" && text != "0")
+    refuse(name, core::quoted(text.substr(0, 100)), "true or false", MJENV_E_TYPE);
+}
+
+void parse(const std::string& name, const std::string& text, const Bounds& bounds, double& value) {
+  std::size_t length = 0;
+  const std::optional<double> found = core::read_double(text, &length);
+  if (!found || length != text.size()) refuse(name, core::quoted(text.substr(0, 100)), "a number", MJENV_E_TYPE);
+  value = *found;
+  if (!(value >= bounds.low && value <= bounds.high && std::isfinite(value)))
+    refuse(name, core::number(value), range(bounds));
+}
+
+void parse(const std::string& name, const std::string& text, const Bounds& bounds, std::string& value) {
+  const std::string choices = ' ' + std::string(bounds.choices) + ' ';
+  if (text.empty() || choices.find(' ' + text + ' ') == std::string::npos)
+    refuse(name, core::quoted(text.substr(0, 100)), "one of " + std::string(bounds.choices));
+  value = text;
+}
+
+void parse(const std::string& name, const std::string& text, const Bounds& bounds, Integers& value) {
+  value.clear();
+  for (std::size_t at = 0; at <= text.size() && !text.empty();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    if (static_cast<std::int64_t>(value.size()) == bounds.count)
+      refuse(name, "a list of more than " + std::to_string(bounds.count), "shorter");
+    const std::string element = name + "[" + std::to_string(value.size()) + "]";
+    parse_integer(element, text.substr(at, end - at), bounds, value.emplace_back());
+    at = end + 1;
+  }
+}
+
+std::string text_of(bool value) { return value ? "true" : "false"; }
+std::string text_of(std::int64_t value) { return std::to_string(value); }
+std::string text_of(std::uint64_t value) { return std::to_string(value); }
+std::string text_of(double value) { return core::number(value); }
+std::string text_of(const std::string& value) { return value; }
+std::string text_of(const Integers& value) {
+  std::string text;
+  for (const int element : value) text += (text.empty() ? "" : ",") + std::to_string(element);
+  return text;
+}
+
+std::string value_of(const Settings& settings, const Setting& one) {
+  return std::visit([&](auto member) { return text_of(settings.*member); }, one.member);
+}
+
+// ---- Words ----
+
+const Setting& setting_named(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Setting& one : kSettings) {
+    if (name == one.name) return one;
+    names.emplace_back(one.name);
+  }
+  core::fail(MJENV_E_NAME, "there is no setting " + core::quoted(name.substr(0, 100)) +
+                               core::choices(name, names, "mjenv_learn_setting_at"));
+}
+
+void assign(Settings& settings, std::string_view words) {
+  constexpr const char* kBlanks = " \t\r\n";
+  for (std::size_t at = words.find_first_not_of(kBlanks); at != std::string_view::npos;) {
+    const std::size_t end = std::min(words.find_first_of(kBlanks, at), words.size());
+    const std::string_view word = words.substr(at, end - at);
+    const std::size_t equals = word.find('=');
+    if (equals == std::string_view::npos)
+      core::fail(MJENV_E_VALUE, "settings has " + core::quoted(std::string(word.substr(0, 100))) + ", not NAME=VALUE");
+    const Setting& one = setting_named(std::string(word.substr(0, equals)));
+    const std::string value(word.substr(equals + 1));
+    std::visit([&](auto member) { parse(one.name, value, one.bounds, settings.*member); }, one.member);
+    at = words.find_first_not_of(kBlanks, end);
+  }
+  const auto most = static_cast<std::int64_t>(kMaxBatch) / settings.rows;
+  if (settings.rollout_steps > most)
+    refuse("rollout_steps", std::to_string(settings.rollout_steps), "1 to " + std::to_string(most));
+}
+
+// ---- Defaults ----
+
+// For robots of which few steps are enough: few rows and many small minibatches. Those of settings.def are many rows,
+// large minibatches and small standard deviations, with which a training reaches a given return in the least time.
+constexpr const char* kFewRows = "rows=8 epochs=10 minibatch_size=256 value_coef=0.5 max_grad_norm=0.5 initial_std=1";
+
+constexpr std::array<const char*, 3> kTuned[] = {  // the id, the settings on which its own are based, its own
+    {"Ant-v5", "", ""},
+    {"HalfCheetah-v5", "", "gamma=0.98"},
+    {"Hopper-v5", kFewRows, "steps=1000000 rollout_steps=512 learning_rate=5e-4"},
+    {"Humanoid-v5", "", "learning_rate=5e-4 decay_steps=8000000"},
+    {"HumanoidStandup-v5", "", "steps=600000"},
+    {"InvertedDoublePendulum-v5", "", "steps=400000"},
+    {"InvertedPendulum-v5", kFewRows, "steps=100000 rollout_steps=256 epochs=5 minibatch_size=128"},
+    {"Pusher-v5", "", "steps=1500000"},
+    {"Reacher-v5", kFewRows, "steps=150000 rollout_steps=256 gamma=0.9"},
+    {"Swimmer-v5", kFewRows, "steps=1000000 rollout_steps=1024 learning_rate=6e-4 gamma=0.9999 gae_lambda=0.98"},
+    {"Walker2d-v5", "", "steps=1515520 decay_steps=3000000"}};
 
 }  // namespace
 
@@ -175,43 +190,66 @@ bool is_id(std::string_view text) {
   return !text.empty() && text.size() <= 1000 && std::all_of(text.begin(), text.end(), is_printed);
 }
 
-Settings::Settings(const mjenv_learn_settings& given, std::int64_t observations)
-    : id(given.id ? given.id : ""), values_(given) {
-  check_values(given);
-  if (!is_id(id)) refuse("id", core::quoted(id.substr(0, 100)), "the name of an environment");
-  if (given.hidden_count > 0 && !given.hidden) core::fail(MJENV_E_ARGUMENT, "settings.hidden is NULL");
-  for (std::int64_t i = 0; i < given.hidden_count; ++i) {
-    check_count(("hidden[" + std::to_string(i) + "]").c_str(), given.hidden[i], 1, kMaxWidth);
-    hidden.push_back(static_cast<int>(given.hidden[i]));
-  }
-  actor_obs = mask("actor_obs", given.actor_obs, given.obs_count, observations);
-  critic_obs = mask("critic_obs", given.critic_obs, given.obs_count, observations);
-  values_.id = nullptr;
-  values_.hidden = nullptr;
-  values_.actor_obs = values_.critic_obs = nullptr;
+Settings::Settings(const std::string& env_id, std::string_view words) : id(env_id) {
+  if (!is_id(id))
+    core::fail(MJENV_E_VALUE, "id is " + core::quoted(id.substr(0, 100)) + ", not that of an environment");
+  for (const auto& [tuned, base, own] : kTuned)
+    if (id == tuned) assign(*this, std::string("scale_actions=false ") + base + ' ' + own);
+  assign(*this, words);
 }
 
-void Settings::replace(const Settings& other) {
-  const auto same = [](const char* name, bool equal) {
-    if (!equal)
-      core::fail(MJENV_E_VALUE, "settings." + std::string(name) + " cannot change once the learner is created");
+void Settings::change(std::string_view words) {
+  Settings changed = *this;
+  assign(changed, words);
+  for (const Setting& one : kSettings)
+    if (one.change != Change::kFree && value_of(*this, one) != value_of(changed, one))
+      core::fail(MJENV_E_VALUE, "settings." + std::string(one.name) + " cannot change once the learner is created");
+  *this = std::move(changed);
+}
+
+void Settings::check_masks(std::size_t observations) const {
+  const auto check = [&](const std::string& name, const Integers& mask) {
+    if (mask.empty()) return;
+    if (mask.size() != observations)
+      core::fail(MJENV_E_SIZE, "settings." + name + " has " + std::to_string(mask.size()) +
+                                   " elements, but an observation has " + std::to_string(observations));
+    if (std::find(mask.begin(), mask.end(), 1) == mask.end())
+      core::fail(MJENV_E_VALUE, "settings." + name + " is 0 for every element, so the network would see none");
   };
-  const mjenv_learn_settings &old = values_, &now = other.values_;
-  for (const Number& one : kNumbers)
-    if (one.fixed) std::visit([&](auto member) { same(one.name, old.*member == now.*member); }, one.member);
-  same("hidden", hidden == other.hidden);
-  same("actor_obs", actor_obs == other.actor_obs);
-  same("critic_obs", critic_obs == other.critic_obs);
-  same("seed", old.seed == now.seed);
-  same("instructions", old.instructions == now.instructions);
-  same("id", id == other.id);
-  values_ = other.values_;
+  check("actor_obs", actor_obs);
+  check("critic_obs", critic_obs);
 }
 
-mjenv_learn_settings defaults_of(const std::string& id) {
-  for (const Tuned& one : tuned())
-    if (id == one.id) return one.settings;
-  return with(many_rows(2'000'000), [](auto& s) { s.scale_actions = 1; });
+std::string Settings::text() const {
+  std::string text;
+  for (const Setting& one : kSettings) text += (text.empty() ? "" : " ") + (one.name + ('=' + value_of(*this, one)));
+  return text;
+}
+
+std::string Settings::saved() const {
+  std::string text = "id " + id + '\n';
+  for (const Setting& one : kSettings)
+    if (one.change == Change::kSaved) text += one.name + (' ' + value_of(*this, one)) + '\n';
+  return text;
+}
+
+std::int64_t setting_count() { return std::size(kSettings); }
+
+mjenv_option setting_at(std::int64_t index) {
+  core::check_index("setting", index, std::size(kSettings));
+  const Setting& one = kSettings[index];
+  // By the place of its type in the variant.
+  constexpr mjenv_kind kKinds[] = {MJENV_KIND_FLAG,  MJENV_KIND_INTEGER, MJENV_KIND_INTEGER,
+                                   MJENV_KIND_REALS, MJENV_KIND_STRING,  MJENV_KIND_INTEGER};
+  mjenv_option found = MJENV_OPTION_INIT;
+  found.kind = kKinds[one.member.index()];
+  found.name = one.name;
+  found.doc = one.doc;
+  found.low = one.bounds.low;
+  found.high = one.bounds.high;
+  found.count = one.bounds.count;
+  found.choices = one.bounds.choices;
+  return found;
 }
 
 }  // namespace mjenv::learn

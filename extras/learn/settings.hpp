@@ -1,4 +1,4 @@
-// A checked copy of mjenv_learn_settings that owns its arrays; and the default settings for each id.
+// The settings of a learner: values with names. settings.def lists them.
 #pragma once
 
 #include <cstdint>
@@ -11,40 +11,45 @@
 // The sizes of the structs in the first release, with pointers of 64 bits, which never change. Every caller's struct is
 // at least as long. core/structs.hpp finds these functions.
 constexpr std::size_t oldest_size(const mjenv_learn_calls*) { return 88; }
-constexpr std::size_t oldest_size(const mjenv_learn_settings*) { return 248; }
 constexpr std::size_t oldest_size(const mjenv_learn_report*) { return 128; }
 constexpr std::size_t oldest_size(const mjenv_policy_spec*) { return 56; }
 constexpr std::size_t oldest_size(const mjenv_policy_layer*) { return 48; }
 
 namespace mjenv::learn {
 
-class Settings {
- public:
-  // Throws if a setting is out of range. observations: how many elements the masks must have.
-  Settings(const mjenv_learn_settings& given, std::int64_t observations);
+using Integers = std::vector<int>;
 
-  // The values. Pointers in them are null; the arrays are in the members below.
-  const mjenv_learn_settings& operator*() const { return values_; }
-  const mjenv_learn_settings* operator->() const { return &values_; }
-
+struct Settings {
   std::string id;
-  std::vector<int> hidden;
-  std::vector<std::uint8_t> actor_obs, critic_obs;  // empty: all
+#define SETTING(type, name, value, ...) type name{value};
+#include "settings.def"
+#undef SETTING
+
+  Settings() = default;
+  // The settings for an id, of which `words` replaces some: NAME=VALUE, separated by white space. Throws if there is no
+  // such setting, or if its value is not valid.
+  Settings(const std::string& env_id, std::string_view words);
+
+  // Changes settings. Throws, and changes none, if one of them is not valid or cannot change any more.
+  void change(std::string_view words);
+
+  // Throws unless the masks have a number for each element of an observation, and show at least one.
+  void check_masks(std::size_t observations) const;
+
+  // All values as words.
+  std::string text() const;
+  // Those that a checkpoint depends on, as lines "NAME VALUE".
+  std::string saved() const;
 
   // How many steps all rows together play between two updates.
-  std::int64_t batch() const { return values_.rows * values_.rollout_steps; }
-
-  // Takes other values. Throws if a value differs that cannot change after a learner was created.
-  void replace(const Settings& other);
-
- private:
-  mjenv_learn_settings values_;
+  std::int64_t batch() const { return rows * rollout_steps; }
 };
+
+std::int64_t setting_count();
+// Describes a setting. Its texts are static.
+mjenv_option setting_at(std::int64_t index);
 
 // Whether a text can be the id of an environment: printable ASCII, at most 1000 bytes.
 bool is_id(std::string_view text);
-
-// The settings for an id. The arrays are static, and `id` is null.
-mjenv_learn_settings defaults_of(const std::string& id);
 
 }  // namespace mjenv::learn

@@ -40,71 +40,50 @@ function learn_calls(engine::Engine)
     return mjenv_learn_calls(; functions...)
 end
 
-const ACTIVATIONS = (tanh = MJENV_ACTIVATION_TANH, relu = MJENV_ACTIVATION_RELU, elu = MJENV_ACTIVATION_ELU)
-const LEARN_FLAGS = (:normalize_obs, :normalize_reward, :normalize_advantage, :scale_actions)
-# Settings that a learner takes from its environment or from other keywords, and counts of arrays.
-const NO_SETTINGS = (:struct_size, :id, :hidden_count, :obs_count, :seed, :threads, :instructions)
+# Keywords of their own of Learner and train.
+const NO_SETTINGS = ("seed", "threads")
+
+# Settings as the library reads them: NAME=VALUE, separated by blanks.
+function setting_words(settings)
+    words = ["$name=$(setting_text(value))" for (name, value) in pairs(settings)]
+    blank = findfirst(word -> any(isspace, word), words)
+    blank === nothing || throw(ArgumentError("the setting $(repr(words[blank])) has a blank"))
+    return join(words, ' ')
+end
+
+setting_text(value) = string(value)
+setting_text(::Nothing) = ""
+setting_text(value::Union{Tuple,AbstractVector}) = join(Int.(value), ',')
 
 """
-    MJEnv.learn_settings(id)
+    MJEnv.learn_settings(id; settings...)
 
 Returns the settings of PPO for an id as a NamedTuple: tuned ones for the robots of Gymnasium's v5, else one set of
-defaults. `mjenv/learn.h` describes them. `hidden` is a tuple with the widths of the hidden layers, `activation` is
-`:tanh`, `:relu` or `:elu`. `actor_obs` and `critic_obs` are `nothing`, or vectors of `Bool` that say which elements of
-the observation the actor and the critic see.
+defaults. The keywords replace some of them. `mjenv train --help` describes them. `hidden` is a tuple with the widths of
+the hidden layers; `actor_obs` and `critic_obs` have a 1 for each element of the observation that the actor and the
+critic see, and are empty if they see all.
 """
-function learn_settings(id::AbstractString)
-    found = Ref(mjenv_learn_settings())
-    name = text(id)
-    GC.@preserve name learn_check(mjenv_learn_defaults(name, found))
-    s = found[]
-    names = Tuple(filter(name -> !(name in NO_SETTINGS), fieldnames(mjenv_learn_settings)))
-    return NamedTuple{names}(Tuple(setting_of(s, name) for name in names))
+function learn_settings(id::AbstractString; settings...)
+    words = delivered() do bytes, capacity, size
+        learn_check(mjenv_learn_settings(text(id), text(setting_words(settings)), bytes, capacity, size))
+    end
+    texts = Dict(split(word, '='; limit = 2) for word in split(words, ' '))
+    found = Ref(mjenv_option())
+    values = Pair{Symbol,Any}[]
+    for index in 1:mjenv_learn_setting_count()
+        learn_check(mjenv_learn_setting_at(index - 1, found))
+        name = unsafe_string(found[].name)
+        name in NO_SETTINGS || push!(values, Symbol(name) => setting_value(found[], texts[name]))
+    end
+    return (; values...)
 end
 
-function setting_of(s::mjenv_learn_settings, name::Symbol)
-    name === :activation && return only(key for (key, value) in pairs(ACTIVATIONS) if Int32(value) == s.activation)
-    name === :hidden && return Tuple(Int.(unsafe_wrap(Array, s.hidden, s.hidden_count)))
-    name in (:actor_obs, :critic_obs) && return nothing
-    value = getfield(s, name)
-    return name in LEARN_FLAGS ? value != 0 : value
-end
-
-# Calls f with the mjenv_learn_settings of the given settings.
-function with_settings(f, id, seed, threads, settings)
-    for name in (:actor_obs, :critic_obs)
-        mask = settings[name]
-        mask === nothing && continue
-        other = something(settings.actor_obs, mask)
-        length(mask) == length(other) || throw(DimensionMismatch("actor_obs and critic_obs have different lengths"))
-    end
-    haskey(ACTIVATIONS, settings.activation) ||
-        throw(ArgumentError("activation is $(repr(settings.activation)), not one of $(join(keys(ACTIVATIONS), ", "))"))
-    0 <= seed <= typemax(UInt64) || throw(ArgumentError("the seed of a training is $seed, outside 0..2^64-1"))
-    name, hidden = text(id), Int64[settings.hidden...]
-    masks = map(mask -> mask === nothing ? UInt8[] : UInt8.(mask), (settings.actor_obs, settings.critic_obs))
-    pointers = map(mask -> isempty(mask) ? Ptr{UInt8}(C_NULL) : pointer(mask), masks)
-    numbers = (
-        key => value for (key, value) in pairs(settings) if !(key in (:activation, :hidden, :actor_obs, :critic_obs))
-    )
-    GC.@preserve name hidden masks begin
-        return f(
-            Ref(
-                mjenv_learn_settings(;
-                    numbers...,
-                    id = Base.unsafe_convert(Cstring, name),
-                    activation = Int32(ACTIVATIONS[settings.activation]),
-                    hidden = pointer(hidden),
-                    hidden_count = length(hidden),
-                    actor_obs = pointers[1],
-                    critic_obs = pointers[2],
-                    obs_count = maximum(length, masks),
-                    seed = seed,
-                    threads = threads,
-                ),
-            ),
-        )
-    end
+function setting_value(setting::mjenv_option, word)
+    kind = setting.kind
+    kind == Int32(MJENV_KIND_STRING) && return Symbol(word)
+    kind == Int32(MJENV_KIND_FLAG) && return word == "true"
+    setting.count > 1 && return Tuple(parse(Int, one) for one in split(word, ','; keepempty = false))
+    return parse(kind == Int32(MJENV_KIND_REALS) ? Float64 : Int, word)
 end
 
 """
@@ -129,32 +108,16 @@ write("policy.txt", MJEnv.policy_text(learner))
 mutable struct Learner
     handle::Ptr{mjenv_learner}
     env::Env
-    seed::Int
-    threads::Int
     settings::NamedTuple
 
     function Learner(env::Env; seed::Integer = 1, threads::Integer = 1, settings...)
-        chosen = changed(learn_settings(env.id), env, settings)
+        chosen = learn_settings(env.id; rows = env.rows, settings...)
         created = Ref{Ptr{mjenv_learner}}(C_NULL)
         calls = Ref(learn_calls(env.handle.engine))
-        with_settings(env.id, seed, threads, chosen) do raw
-            learn_check(inside(handle -> mjenv_learner_create(calls, handle, raw, created), env))
-        end
-        return finalizer(destroy, new(created[], env, seed, threads, chosen))
+        words = text("$(setting_words(chosen)) seed=$seed threads=$threads")
+        learn_check(inside(handle -> mjenv_learner_create(calls, handle, text(env.id), words, created), env))
+        return finalizer(destroy, new(created[], env, chosen))
     end
-end
-
-# Settings with some others.
-function changed(settings, env, others)
-    for name in keys(others)
-        haskey(settings, name) && name !== :rows && continue
-        known = join(filter(!=(:rows), keys(settings)), ", ")
-        throw(ArgumentError("there is no setting $name; the settings are $known"))
-    end
-    size = get(others, :minibatch_size, settings.minibatch_size)
-    steps = get(others, :rollout_steps, settings.rollout_steps)
-    haskey(others, :minibatch_size) || (size = min(size, env.rows * steps))
-    return merge(merge(settings, others), (rows = env.rows, minibatch_size = size))
 end
 
 destroy(learner::Learner) = (mjenv_learner_destroy(learner.handle); learner.handle = C_NULL; nothing)
@@ -197,11 +160,10 @@ function train(
     settings = NamedTuple(),
     options...,
 )
-    rows = get(settings, :rows, learn_settings(id).rows)
-    others = Dict{Symbol,Any}(name => value for (name, value) in pairs(settings) if name !== :rows)
-    steps === nothing || (others[:steps] = steps)
+    steps === nothing || (settings = (; settings..., steps = steps))
+    rows = learn_settings(id; settings...).rows
     env = Env(id; rows = rows, num_threads = threads, lanes = "max", options..., autoreset_mode = :same_step)
-    learner = Learner(env; seed = seed, threads = threads, others...)
+    learner = Learner(env; seed = seed, threads = threads, settings...)
     return train!(learner, learner.settings.steps)
 end
 
@@ -212,11 +174,9 @@ Changes settings from the next rollout on. Those of the networks and of the roll
 `learner`.
 """
 function set!(learner::Learner; settings...)
-    chosen = changed(learner.settings, learner.env, settings)
-    with_settings(learner.env.id, learner.seed, learner.threads, chosen) do raw
-        learning(handle -> mjenv_learner_set(handle, raw), learner)
-    end
-    learner.settings = chosen
+    words = text(setting_words(settings))
+    learning(handle -> mjenv_learner_set(handle, words), learner)
+    learner.settings = learn_settings(learner.env.id; learner.settings..., settings...)
     return learner
 end
 

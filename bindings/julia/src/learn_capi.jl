@@ -5,20 +5,6 @@ const MJENV_LEARN_ABI_VERSION = 1
 struct mjenv_learner end
 struct mjenv_policy end
 
-@enum mjenv_activation::Int32 begin
-    MJENV_ACTIVATION_TANH = 1
-    MJENV_ACTIVATION_RELU = 2
-    MJENV_ACTIVATION_ELU = 3
-end
-
-@enum mjenv_instructions::Int32 begin
-    MJENV_INSTRUCTIONS_AUTO = 0
-    MJENV_INSTRUCTIONS_SSE2 = 1
-    MJENV_INSTRUCTIONS_AVX2 = 2
-    MJENV_INSTRUCTIONS_AVX512 = 3
-    MJENV_INSTRUCTIONS_NEON = 4
-end
-
 @enum mjenv_learned::Int32 begin
     MJENV_LEARNED_LAST = 1
     MJENV_LEARNED_BEST = 2
@@ -43,44 +29,6 @@ Base.@kwdef struct mjenv_learn_calls
     snapshot::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     restore::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     field_at::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
-end
-
-Base.@kwdef struct mjenv_learn_settings
-    struct_size::UInt32 = sizeof(mjenv_learn_settings)
-    activation::Int32 = 0
-    id::Cstring = Cstring(C_NULL)
-    rows::Int64 = 0
-    steps::Int64 = 0
-    rollout_steps::Int64 = 0
-    epochs::Int64 = 0
-    minibatch_size::Int64 = 0
-    decay_steps::Int64 = 0
-    learning_rate::Float64 = 0
-    final_learning_rate::Float64 = 0
-    gamma::Float64 = 0
-    gae_lambda::Float64 = 0
-    clip::Float64 = 0
-    value_clip::Float64 = 0
-    value_coef::Float64 = 0
-    entropy_coef::Float64 = 0
-    max_grad_norm::Float64 = 0
-    target_kl::Float64 = 0
-    initial_std::Float64 = 0
-    obs_clip::Float64 = 0
-    reward_clip::Float64 = 0
-    normalize_obs::Int32 = 0
-    normalize_reward::Int32 = 0
-    normalize_advantage::Int32 = 0
-    scale_actions::Int32 = 0
-    hidden::Ptr{Int64} = Ptr{Int64}(C_NULL)
-    hidden_count::Int64 = 0
-    actor_obs::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
-    critic_obs::Ptr{UInt8} = Ptr{UInt8}(C_NULL)
-    obs_count::Int64 = 0
-    seed::UInt64 = 0
-    threads::Int32 = 0
-    instructions::Int32 = 0
-    window::Int64 = 0
 end
 
 Base.@kwdef struct mjenv_learn_report
@@ -129,7 +77,9 @@ const LEARN_FUNCTIONS = (
     :mjenv_learn_abi_version,
     :mjenv_learn_last_error,
     :mjenv_learn_instructions,
-    :mjenv_learn_defaults,
+    :mjenv_learn_setting_count,
+    :mjenv_learn_setting_at,
+    :mjenv_learn_settings,
     :mjenv_learner_create,
     :mjenv_learner_create_apart,
     :mjenv_learner_destroy,
@@ -175,30 +125,49 @@ mjenv_learn_instructions() = ccall(
     (),
 )
 
-mjenv_learn_defaults(id, settings) = ccall(
+mjenv_learn_setting_count() = ccall(
     learn_address(4),
-    mjenv_status,
-    (Cstring, Ptr{mjenv_learn_settings}),
-    id,
-    settings,
+    Int64,
+    (),
 )
 
-mjenv_learner_create(calls, env, settings, learner) = ccall(
+mjenv_learn_setting_at(index, setting) = ccall(
     learn_address(5),
     mjenv_status,
-    (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Ptr{mjenv_learn_settings}, Ptr{Ptr{mjenv_learner}}),
+    (Int64, Ptr{mjenv_option}),
+    index,
+    setting,
+)
+
+mjenv_learn_settings(id, settings, text, capacity, size) = ccall(
+    learn_address(6),
+    mjenv_status,
+    (Cstring, Cstring, Ptr{Cchar}, Int64, Ptr{Int64}),
+    id,
+    settings,
+    text,
+    capacity,
+    size,
+)
+
+mjenv_learner_create(calls, env, id, settings, learner) = ccall(
+    learn_address(7),
+    mjenv_status,
+    (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Cstring, Cstring, Ptr{Ptr{mjenv_learner}}),
     calls,
     env,
+    id,
     settings,
     learner,
 )
 
-mjenv_learner_create_apart(observation, action, settings, obs, obs_count, learner) = ccall(
-    learn_address(6),
+mjenv_learner_create_apart(observation, action, id, settings, obs, obs_count, learner) = ccall(
+    learn_address(8),
     mjenv_status,
-    (Ptr{mjenv_space}, Ptr{mjenv_space}, Ptr{mjenv_learn_settings}, Ptr{Float64}, Int64, Ptr{Ptr{mjenv_learner}}),
+    (Ptr{mjenv_space}, Ptr{mjenv_space}, Cstring, Cstring, Ptr{Float64}, Int64, Ptr{Ptr{mjenv_learner}}),
     observation,
     action,
+    id,
     settings,
     obs,
     obs_count,
@@ -206,14 +175,14 @@ mjenv_learner_create_apart(observation, action, settings, obs, obs_count, learne
 )
 
 mjenv_learner_destroy(learner) = ccall(
-    learn_address(7),
+    learn_address(9),
     Cvoid,
     (Ptr{mjenv_learner},),
     learner,
 )
 
 mjenv_learner_train(learner, steps) = ccall(
-    learn_address(8),
+    learn_address(10),
     mjenv_status,
     (Ptr{mjenv_learner}, Int64),
     learner,
@@ -221,7 +190,7 @@ mjenv_learner_train(learner, steps) = ccall(
 )
 
 mjenv_learner_act(learner, action, count) = ccall(
-    learn_address(9),
+    learn_address(11),
     mjenv_status,
     (Ptr{mjenv_learner}, Ptr{Float32}, Int64),
     learner,
@@ -230,7 +199,7 @@ mjenv_learner_act(learner, action, count) = ccall(
 )
 
 mjenv_learner_feed(learner, out) = ccall(
-    learn_address(10),
+    learn_address(12),
     mjenv_status,
     (Ptr{mjenv_learner}, Ptr{mjenv_batch}),
     learner,
@@ -238,7 +207,7 @@ mjenv_learner_feed(learner, out) = ccall(
 )
 
 mjenv_learner_restart(learner, obs, obs_count) = ccall(
-    learn_address(11),
+    learn_address(13),
     mjenv_status,
     (Ptr{mjenv_learner}, Ptr{Float64}, Int64),
     learner,
@@ -247,7 +216,7 @@ mjenv_learner_restart(learner, obs, obs_count) = ccall(
 )
 
 mjenv_learner_set_env(learner, env) = ccall(
-    learn_address(12),
+    learn_address(14),
     mjenv_status,
     (Ptr{mjenv_learner}, Ptr{mjenv_env}),
     learner,
@@ -255,15 +224,15 @@ mjenv_learner_set_env(learner, env) = ccall(
 )
 
 mjenv_learner_set(learner, settings) = ccall(
-    learn_address(13),
+    learn_address(15),
     mjenv_status,
-    (Ptr{mjenv_learner}, Ptr{mjenv_learn_settings}),
+    (Ptr{mjenv_learner}, Cstring),
     learner,
     settings,
 )
 
 mjenv_learner_report(learner, report) = ccall(
-    learn_address(14),
+    learn_address(16),
     mjenv_status,
     (Ptr{mjenv_learner}, Ptr{mjenv_learn_report}),
     learner,
@@ -271,7 +240,7 @@ mjenv_learner_report(learner, report) = ccall(
 )
 
 mjenv_learner_report_at(learner, update, report) = ccall(
-    learn_address(15),
+    learn_address(17),
     mjenv_status,
     (Ptr{mjenv_learner}, Int64, Ptr{mjenv_learn_report}),
     learner,
@@ -280,7 +249,7 @@ mjenv_learner_report_at(learner, update, report) = ccall(
 )
 
 mjenv_learner_save(learner, path, note) = ccall(
-    learn_address(16),
+    learn_address(18),
     mjenv_status,
     (Ptr{mjenv_learner}, Cstring, Cstring),
     learner,
@@ -289,7 +258,7 @@ mjenv_learner_save(learner, path, note) = ccall(
 )
 
 mjenv_checkpoint_note(path, text, capacity, size) = ccall(
-    learn_address(17),
+    learn_address(19),
     mjenv_status,
     (Cstring, Ptr{Cchar}, Int64, Ptr{Int64}),
     path,
@@ -299,7 +268,7 @@ mjenv_checkpoint_note(path, text, capacity, size) = ccall(
 )
 
 mjenv_learner_load(learner, path) = ccall(
-    learn_address(18),
+    learn_address(20),
     mjenv_status,
     (Ptr{mjenv_learner}, Cstring),
     learner,
@@ -307,7 +276,7 @@ mjenv_learner_load(learner, path) = ccall(
 )
 
 mjenv_learner_policy(learner, which, text, capacity, size) = ccall(
-    learn_address(19),
+    learn_address(21),
     mjenv_status,
     (Ptr{mjenv_learner}, mjenv_learned, Ptr{Cchar}, Int64, Ptr{Int64}),
     learner,
@@ -318,7 +287,7 @@ mjenv_learner_policy(learner, which, text, capacity, size) = ccall(
 )
 
 mjenv_learner_save_policy(learner, which, path) = ccall(
-    learn_address(20),
+    learn_address(22),
     mjenv_status,
     (Ptr{mjenv_learner}, mjenv_learned, Cstring),
     learner,
@@ -327,7 +296,7 @@ mjenv_learner_save_policy(learner, which, path) = ccall(
 )
 
 mjenv_policy_parse(text, size, policy) = ccall(
-    learn_address(21),
+    learn_address(23),
     mjenv_status,
     (Cstring, Int64, Ptr{Ptr{mjenv_policy}}),
     text,
@@ -336,7 +305,7 @@ mjenv_policy_parse(text, size, policy) = ccall(
 )
 
 mjenv_policy_load(path, policy) = ccall(
-    learn_address(22),
+    learn_address(24),
     mjenv_status,
     (Cstring, Ptr{Ptr{mjenv_policy}}),
     path,
@@ -344,21 +313,21 @@ mjenv_policy_load(path, policy) = ccall(
 )
 
 mjenv_policy_destroy(policy) = ccall(
-    learn_address(23),
+    learn_address(25),
     Cvoid,
     (Ptr{mjenv_policy},),
     policy,
 )
 
 mjenv_policy_id(policy) = ccall(
-    learn_address(24),
+    learn_address(26),
     Cstring,
     (Ptr{mjenv_policy},),
     policy,
 )
 
 mjenv_policy_sizes(policy, observations, actuators) = ccall(
-    learn_address(25),
+    learn_address(27),
     mjenv_status,
     (Ptr{mjenv_policy}, Ptr{Int64}, Ptr{Int64}),
     policy,
@@ -367,7 +336,7 @@ mjenv_policy_sizes(policy, observations, actuators) = ccall(
 )
 
 mjenv_policy_spec_of(policy, spec) = ccall(
-    learn_address(26),
+    learn_address(28),
     mjenv_status,
     (Ptr{mjenv_policy}, Ptr{mjenv_policy_spec}),
     policy,
@@ -375,7 +344,7 @@ mjenv_policy_spec_of(policy, spec) = ccall(
 )
 
 mjenv_policy_layer_at(policy, index, layer) = ccall(
-    learn_address(27),
+    learn_address(29),
     mjenv_status,
     (Ptr{mjenv_policy}, Int64, Ptr{mjenv_policy_layer}),
     policy,
@@ -384,7 +353,7 @@ mjenv_policy_layer_at(policy, index, layer) = ccall(
 )
 
 mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) = ccall(
-    learn_address(28),
+    learn_address(30),
     mjenv_status,
     (Ptr{mjenv_policy}, mjenv_precision, Int64, Ptr{Float64}, Int64, Ptr{Float32}, Int64),
     policy,
@@ -397,7 +366,7 @@ mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) 
 )
 
 mjenv_evaluate(calls, env, policy, precision, seed, episodes, returns, lengths) = ccall(
-    learn_address(29),
+    learn_address(31),
     mjenv_status,
     (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Ptr{mjenv_policy}, mjenv_precision, UInt64, Int64, Ptr{Float64}, Ptr{Int64}),
     calls,

@@ -37,8 +37,8 @@ end
 @testset "settings" begin
     settings = MJEnv.learn_settings("Hopper-v5")
     @test settings.hidden == (64, 64) && settings.activation === :tanh && settings.normalize_obs === true
-    # Those that learn.h states.
-    @test settings.rows == 8 && settings.learning_rate == 5e-4 && settings.actor_obs === nothing
+    @test settings.rows == 8 && settings.learning_rate == 5e-4 && settings.actor_obs == ()
+    @test MJEnv.learn_settings("Hopper-v5"; gamma = 0.1 + 0.2, hidden = (3,)).gamma === 0.1 + 0.2
     env = Env("Hopper-v5"; rows = 4, autoreset_mode = :same_step)
     small = (rollout_steps = 20, minibatch_size = 40, epochs = 1)
     seen = [index != 3 for index in 1:11]
@@ -67,12 +67,13 @@ end
         catch error
             sprint(showerror, error)
         end
-    @test occursin("no setting gama", refusal(() -> MJEnv.Learner(env; gama = 1)))
-    @test occursin("no setting rows", refusal(() -> MJEnv.Learner(env; rows = 8)))
+    @test occursin("nearest: gamma", refusal(() -> MJEnv.Learner(env; gama = 1)))
+    @test occursin("but the environment has 4 rows", refusal(() -> MJEnv.Learner(env; rows = 8)))
     @test occursin("settings.gamma is 2", refusal(() -> MJEnv.Learner(env; gamma = 2)))
-    @test occursin("not one of tanh, relu, elu", refusal(() -> MJEnv.Learner(env; activation = :sine)))
+    @test occursin("not one of tanh relu elu", refusal(() -> MJEnv.Learner(env; activation = :sine)))
     @test occursin("autoreset_mode", refusal(() -> MJEnv.Learner(Env("Hopper-v5"; rows = 4))))
-    @test occursin("actor_obs", refusal(() -> MJEnv.Learner(env; actor_obs = [true], critic_obs = [true, false])))
+    @test occursin("actor_obs has 1", refusal(() -> MJEnv.Learner(env; actor_obs = [true])))
+    @test occursin("has a blank", refusal(() -> MJEnv.Learner(env; gamma = "0.5 seed=7")))
     @test occursin("No such file", refusal(() -> MJEnv.Policy("/nowhere/policy.txt")))
     learner = MJEnv.Learner(env)
     @test occursin("No such file", refusal(() -> MJEnv.load!(learner, "/nowhere/checkpoint")))

@@ -5,6 +5,6 @@
 namespace mjenv::learn {
 
 extern const Kernels avx2_kernels;
-constexpr Kernels avx2_kernels = make_kernels(MJENV_INSTRUCTIONS_AVX2, "avx2");
+constexpr Kernels avx2_kernels = make_kernels("avx2");
 
 }  // namespace mjenv::learn

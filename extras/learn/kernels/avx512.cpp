@@ -5,6 +5,6 @@
 namespace mjenv::learn {
 
 extern const Kernels avx512_kernels;
-constexpr Kernels avx512_kernels = make_kernels(MJENV_INSTRUCTIONS_AVX512, "avx512");
+constexpr Kernels avx512_kernels = make_kernels("avx512");
 
 }  // namespace mjenv::learn

@@ -241,10 +241,10 @@ inline void each(float* y, std::size_t count, const Change& change) {
   for (std::size_t i = 0; i < count; i += kWidth) store(y + i, change(load(y + i)));
 }
 
-void activate(mjenv_activation activation, float* y, std::size_t count) {
-  if (activation == MJENV_ACTIVATION_TANH)
+void activate(Activation activation, float* y, std::size_t count) {
+  if (activation == Activation::kTanh)
     each(y, count, [](V x) { return tanh(x); });
-  else if (activation == MJENV_ACTIVATION_RELU)
+  else if (activation == Activation::kRelu)
     each(y, count, [](V x) { return max(x, V{}); });
   else
     each(y, count, [](V x) { return elu(x); });
@@ -255,10 +255,10 @@ inline void each_derivative(const float* y, float* d, std::size_t count, const D
   for (std::size_t i = 0; i < count; i += kWidth) store(d + i, load(d + i) * derivative(load(y + i)));
 }
 
-void derive(mjenv_activation activation, const float* y, float* d, std::size_t count) {
-  if (activation == MJENV_ACTIVATION_TANH)
+void derive(Activation activation, const float* y, float* d, std::size_t count) {
+  if (activation == Activation::kTanh)
     each_derivative(y, d, count, [](V h) { return 1.0F - h * h; });
-  else if (activation == MJENV_ACTIVATION_RELU)
+  else if (activation == Activation::kRelu)
     each_derivative(y, d, count, [](V h) { return h > 0.0F ? splat(1.0F) : V{}; });
   else
     each_derivative(y, d, count, [](V h) { return h > 0.0F ? splat(1.0F) : h + 1.0F; });
@@ -296,8 +296,8 @@ void adam(const AdamStep& step, const float* gradient, float* first, float* seco
   }
 }
 
-constexpr Kernels make_kernels(mjenv_instructions instructions, const char* name) {
-  return {instructions, name, product, dots, gradient, sum_rows, activate, derive, exp_all, add, squares, adam};
+constexpr Kernels make_kernels(const char* name) {
+  return {name, product, dots, gradient, sum_rows, activate, derive, exp_all, add, squares, adam};
 }
 
 }  // namespace

@@ -19,16 +19,15 @@ std::vector<const Kernels*> usable_kernels() {
 #endif
 }
 
-const Kernels& chosen_kernels(mjenv_instructions instructions) {
+const Kernels& chosen_kernels(const std::string& instructions) {
   const auto usable = usable_kernels();
-  if (instructions == MJENV_INSTRUCTIONS_AUTO) return *usable.back();
+  if (instructions == "auto") return *usable.back();
   std::vector<std::string> names;
   for (const Kernels* kernels : usable) {
-    if (kernels->instructions == instructions) return *kernels;
+    if (kernels->name == instructions) return *kernels;
     names.emplace_back(kernels->name);
   }
-  core::fail(MJENV_E_VALUE,
-             "settings.instructions is " + std::to_string(instructions) + "; this CPU has " + core::listed(names));
+  core::fail(MJENV_E_VALUE, "settings.instructions is " + instructions + "; this CPU has " + core::listed(names));
 }
 
 }  // namespace mjenv::learn

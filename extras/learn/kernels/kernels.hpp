@@ -3,10 +3,12 @@
 // multiplication is fused with an addition.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <string>
+#include <string_view>
 #include <vector>
-
-#include "mjenv/learn.h"
 
 namespace mjenv::learn {
 
@@ -14,6 +16,13 @@ namespace mjenv::learn {
 constexpr int kRowBlock = 8, kLaneBlock = 16, kInputBlock = 4;
 
 constexpr int padded(int count, int block) { return (count + block - 1) / block * block; }
+
+// The function after a layer, and the names in the same order.
+enum class Activation { kIdentity, kTanh, kRelu, kElu, kUnknown };
+constexpr std::array<std::string_view, 4> kActivations = {"identity", "tanh", "relu", "elu"};
+inline Activation activation_named(std::string_view name) {
+  return static_cast<Activation>(std::find(kActivations.begin(), kActivations.end(), name) - kActivations.begin());
+}
 
 // The numbers of one step of Adam. rate and second_root contain the bias corrections.
 struct AdamStep {
@@ -24,7 +33,6 @@ struct AdamStep {
 };
 
 struct Kernels {
-  mjenv_instructions instructions;
   const char* name;
 
   // y[rows][outputs] = x[rows][inputs] w[inputs][outputs] + bias[outputs]; bias null: zeros. Each sum begins with the
@@ -43,9 +51,9 @@ struct Kernels {
   void (*sum_rows)(const float* d, int rows, int outputs, bool adds, float* h);
 
   // The others work on count numbers, a multiple of kLaneBlock.
-  void (*activate)(mjenv_activation activation, float* y, std::size_t count);
+  void (*activate)(Activation activation, float* y, std::size_t count);
   // Multiplies d by the derivative of the activation, which is computed from the activation's outputs y.
-  void (*derive)(mjenv_activation activation, const float* y, float* d, std::size_t count);
+  void (*derive)(Activation activation, const float* y, float* d, std::size_t count);
   void (*exp)(float* x, std::size_t count);
   void (*add)(const float* from, float* to, std::size_t count);
   // Adds the squares of elements l, l + kLaneBlock and so on to lanes[l], for the lanes of a SumOfSquares.
@@ -69,7 +77,7 @@ struct SumOfSquares {
 // The tables that this CPU can run, the one with the widest vectors last.
 std::vector<const Kernels*> usable_kernels();
 
-// The table for a setting. Throws if the CPU lacks it.
-const Kernels& chosen_kernels(mjenv_instructions instructions);
+// The table for the setting "instructions". Throws if the CPU lacks it.
+const Kernels& chosen_kernels(const std::string& instructions = "auto");
 
 }  // namespace mjenv::learn

@@ -5,6 +5,6 @@
 namespace mjenv::learn {
 
 extern const Kernels neon_kernels;
-constexpr Kernels neon_kernels = make_kernels(MJENV_INSTRUCTIONS_NEON, "neon");
+constexpr Kernels neon_kernels = make_kernels("neon");
 
 }  // namespace mjenv::learn

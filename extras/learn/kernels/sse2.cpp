@@ -5,6 +5,6 @@
 namespace mjenv::learn {
 
 extern const Kernels sse2_kernels;
-constexpr Kernels sse2_kernels = make_kernels(MJENV_INSTRUCTIONS_SSE2, "sse2");
+constexpr Kernels sse2_kernels = make_kernels("sse2");
 
 }  // namespace mjenv::learn

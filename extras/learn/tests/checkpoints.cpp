@@ -10,7 +10,7 @@
 
 namespace {
 
-constexpr std::int64_t kRows = 2, kSteps = 3, kHidden = 4;
+constexpr std::int64_t kRows = 2, kSteps = 3;
 constexpr std::size_t kObservations = 3, kObs = kRows * kObservations;
 
 mjenv_status learn_check(mjenv_status status) {
@@ -23,21 +23,16 @@ mjenv_status learn_check(mjenv_status status) {
 class Learner {
  public:
   Learner() {
-    mjenv_learn_settings settings = MJENV_LEARN_SETTINGS_INIT;
-    settings.id = "Some-v0";
-    settings.rows = kRows;
-    settings.rollout_steps = kSteps;
-    settings.minibatch_size = 4;
-    settings.hidden = &kHidden;
-    settings.hidden_count = 1;
-    settings.window = 2;
+    constexpr const char* kSettings =
+        "rows=2 rollout_steps=3 minibatch_size=4 hidden=4 window=2 scale_actions=false steps=1000000";
     const double low = -1, high = 1;
     mjenv_space observation = MJENV_SPACE_INIT, action = MJENV_SPACE_INIT;
     observation.count = kObservations;
     action.count = 1;
     action.low = &low;
     action.high = &high;
-    REQUIRE(mjenv_learner_create_apart(&observation, &action, &settings, obs_.data(), kObs, &learner_) == MJENV_OK);
+    REQUIRE(mjenv_learner_create_apart(&observation, &action, "Some-v0", kSettings, obs_.data(), kObs, &learner_) ==
+            MJENV_OK);
   }
   ~Learner() { mjenv_learner_destroy(learner_); }
   Learner(const Learner&) = delete;

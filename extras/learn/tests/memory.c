@@ -10,11 +10,10 @@
 enum { ROWS = 3, MOST = 100000 };
 
 static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
-static const int64_t hidden[] = {8};
+static const char settings[] = "rollout_steps=8 minibatch_size=10 hidden=8 threads=2";
 static char path[] = "/tmp/mjenv-learn-XXXXXX";
 
 static struct {
-  mjenv_learn_settings settings;
   mjenv_env *env, *played;
   mjenv_learner *learner, *made;
   mjenv_policy *policy, *parsed;
@@ -33,14 +32,16 @@ static mjenv_env* env_with(const char* autoreset) {
 static mjenv_status create(void) {
   mjenv_learner_destroy(s.made);
   s.made = NULL;
-  return mjenv_learner_create(&calls, s.env, &s.settings, &s.made);
+  return mjenv_learner_create(&calls, s.env, "Hopper-v5", settings, &s.made);
 }
 
 static mjenv_status train(void) { return mjenv_learner_train(s.learner, 1); }
 static mjenv_status save(void) { return mjenv_learner_save(s.learner, path, "a note"); }
 static mjenv_status load(void) { return mjenv_learner_load(s.learner, path); }
 static mjenv_status set_env(void) { return mjenv_learner_set_env(s.learner, s.env); }
-static mjenv_status set(void) { return mjenv_learner_set(s.learner, &s.settings); }
+static mjenv_status set(void) { return mjenv_learner_set(s.learner, settings); }
+
+static mjenv_status list(void) { return mjenv_learn_settings("Hopper-v5", settings, s.text, sizeof s.text, &s.size); }
 
 static mjenv_status policy(void) {
   return mjenv_learner_policy(s.learner, MJENV_LEARNED_LAST, s.text, sizeof s.text, &s.size);
@@ -68,17 +69,12 @@ static const struct call {
   mjenv_status wanted;
   bool file;  // the C++ library reports a stream that finds no memory as one that failed
 } all_calls[] = {
-    {"create", create, MJENV_OK, false},
-    {"train", train, MJENV_OK, false},
-    {"policy", policy, MJENV_OK, false},
-    {"parse", parse, MJENV_OK, false},
-    {"save", save, MJENV_OK, true},
-    {"load", load, MJENV_OK, true},
-    {"set_env", set_env, MJENV_OK, false},
-    {"set", set, MJENV_OK, false},
-    {"act", act, MJENV_OK, false},
-    {"evaluate", evaluate, MJENV_OK, false},
-    {"bad train", bad_train, MJENV_E_VALUE, false},
+    {"create", create, MJENV_OK, false},     {"train", train, MJENV_OK, false},
+    {"policy", policy, MJENV_OK, false},     {"parse", parse, MJENV_OK, false},
+    {"save", save, MJENV_OK, true},          {"load", load, MJENV_OK, true},
+    {"set_env", set_env, MJENV_OK, false},   {"set", set, MJENV_OK, false},
+    {"list", list, MJENV_OK, false},         {"act", act, MJENV_OK, false},
+    {"evaluate", evaluate, MJENV_OK, false}, {"bad train", bad_train, MJENV_E_VALUE, false},
 };
 
 // Runs a call until nothing fails any more. Returns how many allocations failed in turn.
@@ -146,7 +142,7 @@ static void test_the_bits_are_the_same(void** state) {
   char* wanted = allocate(sizeof s.text);
   int64_t size = 0;
   mjenv_env* env = env_with("same_step");
-  assert_int_equal(mjenv_learner_create(&calls, env, &s.settings, &learner), MJENV_OK);
+  assert_int_equal(mjenv_learner_create(&calls, env, "Hopper-v5", settings, &learner), MJENV_OK);
   assert_int_equal(save(), MJENV_OK);
   assert_int_equal(mjenv_learner_load(learner, path), MJENV_OK);
   assert_int_equal(load(), MJENV_OK);
@@ -186,17 +182,9 @@ static int set_up(void** state) {
   (void)state;
   const int file = mkstemp(path);
   close(file);
-  s.settings = (mjenv_learn_settings)MJENV_LEARN_SETTINGS_INIT;
-  s.settings.id = "Hopper-v5";
-  s.settings.rows = ROWS;
-  s.settings.rollout_steps = 8;
-  s.settings.minibatch_size = 10;
-  s.settings.hidden = hidden;
-  s.settings.hidden_count = 1;
-  s.settings.threads = 2;
   s.env = env_with("same_step");
   s.played = env_with("disabled");
-  if (mjenv_learner_create(&calls, s.env, &s.settings, &s.learner)) return 1;
+  if (mjenv_learner_create(&calls, s.env, "Hopper-v5", settings, &s.learner)) return 1;
   if (save() || policy() || mjenv_policy_parse(s.text, s.size - 1, &s.policy)) return 1;
   return 0;
 }

@@ -79,7 +79,7 @@ std::vector<float> outputs_of(const Kernels& kernels) {
       keep(z);
       kernels.product(x.data(), inputs, kRows, inputs, w.data(), outputs, nullptr, y.data());
       keep(y);
-      for (const mjenv_activation activation : {MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_RELU, MJENV_ACTIVATION_ELU}) {
+      for (const Activation activation : {Activation::kTanh, Activation::kRelu, Activation::kElu}) {
         auto d = y;
         z = y;
         kernels.activate(activation, z.data(), z.size());
@@ -136,20 +136,19 @@ void check_function(const char* name, double low, double high, double most,
 
 void test_functions(void**) {
   const Kernels& kernels = *usable_kernels().back();
-  const auto by = [&](mjenv_activation activation) {
+  const auto by = [&](Activation activation) {
     return [&kernels, activation](std::vector<float>& x) { kernels.activate(activation, x.data(), x.size()); };
   };
   for (const double range : {1e-6, 1e-3, 1.0, 20.0})
-    check_function("tanh", -range, range, 3, by(MJENV_ACTIVATION_TANH), [](double x) { return std::tanh(x); });
+    check_function("tanh", -range, range, 3, by(Activation::kTanh), [](double x) { return std::tanh(x); });
   for (const double range : {1e-6, 1e-3, 1.0, 80.0})
-    check_function("elu", -range, range, 1.5, by(MJENV_ACTIVATION_ELU),
-                   [](double x) { return x > 0 ? x : std::expm1(x); });
+    check_function("elu", -range, range, 1.5, by(Activation::kElu), [](double x) { return x > 0 ? x : std::expm1(x); });
   check_function(
       "exp", -87, 88, 1.5, [&](std::vector<float>& x) { kernels.exp(x.data(), x.size()); },
       [](double x) { return std::exp(x); });
   std::vector<float> far(kLaneBlock, -1e30F);
   far[1] = 1e30F;
-  kernels.activate(MJENV_ACTIVATION_TANH, far.data(), far.size());
+  kernels.activate(Activation::kTanh, far.data(), far.size());
   assert_true(far[0] == -1 && far[1] == 1);
   Random random(1);
   for (int i = 0; i < 10000; ++i) {
@@ -184,8 +183,8 @@ void test_random(void**) {
 
 // A loss to differentiate: a network, steps that were played, and the settings.
 struct Problem {
-  Problem(const mjenv_learn_settings& given, std::size_t observations, std::size_t actuators, std::size_t count)
-      : settings(given, static_cast<std::int64_t>(observations)),
+  Problem(const Settings& given, std::size_t observations, std::size_t actuators, std::size_t count)
+      : settings(given),
         spaces(space(observations, zeros), space(actuators, bounds)),
         agent(settings, spaces),
         rollout(count, 1, agent.stride(), actuators, kRowBlock),
@@ -214,8 +213,8 @@ struct Problem {
   std::vector<float> gradient(const Kernels& kernels, int threads, LossTerms& terms) {
     mjenv::core::Pool pool(threads, false);
     Loss loss(agent, kernels, pool);
-    const Minibatch batch(order.data(), static_cast<int>(order.size()), rollout, settings->normalize_advantage != 0);
-    terms = loss.differentiate(parameters, rollout, batch, *settings);
+    const Minibatch batch(order.data(), static_cast<int>(order.size()), rollout, settings.normalize_advantage);
+    terms = loss.differentiate(parameters, rollout, batch, settings);
     return loss.gradient();
   }
 };
@@ -264,19 +263,14 @@ void for_each_parameter(const Network& network, std::size_t at, const std::vecto
 
 Problem problem_of(Recorded& recorded) {
   const auto numbers = [&](const char* name) { return recorded.numbers[name].at(0); };
-  mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
-  s.id = "recorded";
-  s.activation = recorded.activation == "tanh"   ? MJENV_ACTIVATION_TANH
-                 : recorded.activation == "relu" ? MJENV_ACTIVATION_RELU
-                                                 : MJENV_ACTIVATION_ELU;
+  Settings s;
+  s.activation = recorded.activation;
   s.clip = recorded.clip;
   s.value_clip = recorded.value_clip;
   s.value_coef = recorded.value_coef;
   s.entropy_coef = recorded.entropy_coef;
   const Doubles widths = numbers("hidden");
-  const std::vector<std::int64_t> hidden(widths.begin(), widths.end());
-  s.hidden = hidden.data();
-  s.hidden_count = static_cast<std::int64_t>(hidden.size());
+  s.hidden.assign(widths.begin(), widths.end());
   const std::size_t count = numbers("advantages").size(), actuators = numbers("log_std").size();
   const std::size_t observations = numbers("observations").size() / count;
   Problem problem(s, observations, actuators, count);
@@ -331,7 +325,7 @@ void test_gradients_of_pytorch(void**) {
 }
 
 // The outputs of a network in float64.
-Doubles evaluate(const Network& network, mjenv_activation activation, const double* parameters, const float* x) {
+Doubles evaluate(const Network& network, Activation activation, const double* parameters, const float* x) {
   Doubles values(x, x + network.layers().front().inputs);
   for (const Layer& layer : network.layers()) {
     Doubles next(static_cast<std::size_t>(layer.outputs));
@@ -340,10 +334,10 @@ Doubles evaluate(const Network& network, mjenv_activation activation, const doub
       for (std::size_t i = 0; i < values.size(); ++i)
         sum += values[i] * parameters[layer.weight(static_cast<int>(i), static_cast<int>(o))];
       if (&layer != &network.layers().back())
-        sum = activation == MJENV_ACTIVATION_TANH   ? std::tanh(sum)
-              : activation == MJENV_ACTIVATION_RELU ? std::max(sum, 0.0)
-              : sum > 0                             ? sum
-                                                    : std::expm1(sum);
+        sum = activation == Activation::kTanh   ? std::tanh(sum)
+              : activation == Activation::kRelu ? std::max(sum, 0.0)
+              : sum > 0                         ? sum
+                                                : std::expm1(sum);
       next[o] = sum;
     }
     values = next;
@@ -353,13 +347,14 @@ Doubles evaluate(const Network& network, mjenv_activation activation, const doub
 
 // The loss in float64. The advantages are not normalised.
 double loss_of(const Problem& problem, const Doubles& parameters) {
-  const mjenv_learn_settings& s = *problem.settings;
+  const Settings& s = problem.settings;
+  const Activation activation = activation_named(s.activation);
   const Rollout& rollout = problem.rollout;
   double total = 0;
   for (std::size_t i = 0; i < problem.order.size(); ++i) {
     const float* x = &rollout.inputs[i * problem.agent.stride()];
-    const Doubles mean = evaluate(problem.agent.actor, s.activation, parameters.data(), x);
-    const double value = evaluate(problem.agent.critic, s.activation, &parameters[problem.agent.critic_at], x)[0];
+    const Doubles mean = evaluate(problem.agent.actor, activation, parameters.data(), x);
+    const double value = evaluate(problem.agent.critic, activation, &parameters[problem.agent.critic_at], x)[0];
     double log_ratio = -rollout.log_probabilities[i];
     for (std::size_t j = 0; j < mean.size(); ++j) {
       const double log_std = parameters[problem.agent.log_std_at + j];
@@ -376,18 +371,10 @@ double loss_of(const Problem& problem, const Doubles& parameters) {
 
 void test_finite_differences(void**) {
   constexpr std::size_t kObservations = 7, kActuators = 2, kCount = 150;
-  const std::int64_t hidden[] = {9, 20};
-  const std::uint8_t seen[kObservations] = {1, 0, 1, 1, 0, 1, 1};
-  for (const mjenv_activation activation : {MJENV_ACTIVATION_TANH, MJENV_ACTIVATION_ELU}) {
-    mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
-    s.id = "differences";
+  const Integers seen = {1, 0, 1, 1, 0, 1, 1};
+  for (const char* activation : {"tanh", "elu"}) {
+    Settings s("differences", "hidden=9,20 entropy_coef=0.03 normalize_advantage=false actor_obs=1,0,1,1,0,1,1");
     s.activation = activation;
-    s.hidden = hidden;
-    s.hidden_count = 2;
-    s.entropy_coef = 0.03;
-    s.normalize_advantage = 0;
-    s.actor_obs = seen;
-    s.obs_count = kObservations;
     Problem problem(s, kObservations, kActuators, kCount);
     Random random(3);
     problem.parameters = problem.agent.initial_parameters(0.7, random);
@@ -435,11 +422,7 @@ void test_finite_differences(void**) {
 }
 
 void test_gradients_of_threads_and_instruction_sets(void**) {
-  mjenv_learn_settings s = MJENV_LEARN_SETTINGS_INIT;
-  s.id = "threads";
-  const std::int64_t hidden[] = {64, 33};
-  s.hidden = hidden;
-  s.hidden_count = 2;
+  const Settings s("threads", "hidden=64,33");
   for (const std::size_t count : {63, 64, 65, 700}) {
     Problem problem(s, 13, 5, count);
     Random random(5);
@@ -613,7 +596,7 @@ void test_rewards(void**) {
 }
 
 void test_orthogonal(void**) {
-  const Network network(30, {64, 20}, 3, MJENV_ACTIVATION_TANH, {});
+  const Network network(30, {64, 20}, 3, Activation::kTanh, {});
   Random random(23);
   std::vector<float> parameters(network.size());
   network.initialize(parameters.data(), 0.01, random);

@@ -30,8 +30,8 @@ bool refused(mjenv_status status, const char* words, const std::function<void()>
   return false;
 }
 
-mjenv::Env env_of(const mjenv::LearnSettings& settings, const char* autoreset_mode) {
-  return mjenv::Env(mjenv::Options(settings.id).set("autoreset_mode", autoreset_mode), settings.values.rows);
+mjenv::Env env_of(const char* id, const char* autoreset_mode) {
+  return mjenv::Env(mjenv::Options(id).set("autoreset_mode", autoreset_mode), 8);
 }
 
 // Returns what is wrong: cmocka leaves a failing test by longjmp, across which nothing with a destructor may live.
@@ -51,9 +51,11 @@ struct Folder {
 const char* train() {
   const Folder folder;
   const std::string checkpoint = folder.path + std::string("/checkpoint"), file = folder.path + std::string("/policy");
-  const mjenv::LearnSettings settings("InvertedPendulum-v5");
-  mjenv::Env env = env_of(settings, "same_step");
-  mjenv::Learner learner(env, settings);
+  const char* const id = "InvertedPendulum-v5";
+  EXPECT(mjenv::learn_settings(id, "gamma=0.5").at("rows") == "8");
+  EXPECT(mjenv::learn_settings(id, "gamma=0.5").at("gamma") == "0.5");
+  mjenv::Env env = env_of(id, "same_step");
+  mjenv::Learner learner(env, id);
   learner.train(20'000);
   learner.save(checkpoint, "speed=2");
   EXPECT(mjenv::checkpoint_note(checkpoint) == "speed=2");
@@ -62,8 +64,8 @@ const char* train() {
   const auto curve = learner.curve();
   EXPECT(curve.size() == 30 && curve.front().steps == 2048 && curve.back().updates == 30);
 
-  mjenv::Env other_env = env_of(settings, "same_step");
-  mjenv::Learner other(other_env, settings);
+  mjenv::Env other_env = env_of(id, "same_step");
+  mjenv::Learner other(other_env, id);
   other.load(checkpoint);
   EXPECT(other.report().steps == 20'480);
   other.train(40'000);
@@ -71,8 +73,8 @@ const char* train() {
 
   learner.save_policy(file);
   const mjenv::Policy policy = mjenv::Policy::load(file);
-  EXPECT(policy.id() == settings.id);
-  mjenv::Env played_env = env_of(settings, "disabled");
+  EXPECT(policy.id() == id);
+  mjenv::Env played_env = env_of(id, "disabled");
   const mjenv::Evaluation played = mjenv::evaluate(played_env, policy, 10, 100);
   EXPECT(played.returns == std::vector<double>(10, 1000.0) && played.lengths == std::vector<std::int64_t>(10, 1000));
 
@@ -86,26 +88,21 @@ const char* train() {
 }
 
 const char* refuse() {
-  mjenv::LearnSettings settings("Hopper-v5");
-  mjenv::Env env = env_of(settings, "same_step");
-  mjenv::Learner learner(env, settings);
+  const char* const id = "Hopper-v5";
+  mjenv::Env env = env_of(id, "same_step");
+  mjenv::Learner learner(env, id);
   EXPECT(refused(MJENV_E_VALUE, "steps is -1", [&] { learner.train(-1); }));
   EXPECT(refused(MJENV_E_FILE, "No such file", [&] { learner.load("/nowhere/missing"); }));
   EXPECT(refused(MJENV_E_ARGUMENT, "NUL", [&] { learner.save(std::string("a\0b", 3)); }));
   EXPECT(refused(MJENV_E_ARGUMENT, "NUL", [&] { learner.save("/nowhere/missing", std::string("a\0b", 3)); }));
   EXPECT(refused(MJENV_E_VALUE, "line 1", [] { mjenv::Policy::parse("no policy"); }));
-  settings.hidden = {32};
-  EXPECT(refused(MJENV_E_VALUE, "hidden", [&] { learner.set(settings); }));
-  settings = mjenv::LearnSettings("Hopper-v5");
-  settings.values.learning_rate = 1e-4;
-  learner.set(settings);
+  EXPECT(refused(MJENV_E_VALUE, "hidden", [&] { learner.set("hidden=32"); }));
+  EXPECT(refused(MJENV_E_NAME, "gama", [&] { mjenv::Learner(env, id, "gama=1"); }));
+  EXPECT(refused(MJENV_E_ARGUMENT, "NUL", [&] { learner.set(std::string("a\0b", 3)); }));
+  learner.set("learning_rate=1e-4");
   learner.train(1);
   EXPECT(learner.report().learning_rate == 1e-4);
-  settings.actor_obs = {1, 0};
-  EXPECT(refused(MJENV_E_SIZE, "obs_count is 2", [&] { learner.set(settings); }));
-  settings.critic_obs = {1};
-  EXPECT(refused(MJENV_E_SIZE, "different lengths", [&] { learner.set(settings); }));
-  mjenv::Env disabled = env_of(settings, "disabled");
+  mjenv::Env disabled = env_of(id, "disabled");
   EXPECT(refused(MJENV_E_VALUE, "autoreset_mode", [&] { learner.set_env(disabled); }));
   return nullptr;
 }

@@ -91,19 +91,6 @@ pub struct mjenv_learn_calls {
         ) -> mjenv_status,
     >,
 }
-#[doc = " The activation function of the hidden layers."]
-pub type mjenv_activation = i32;
-pub const MJENV_ACTIVATION_TANH: mjenv_activation = 1;
-pub const MJENV_ACTIVATION_RELU: mjenv_activation = 2;
-pub const MJENV_ACTIVATION_ELU: mjenv_activation = 3;
-#[doc = " The instruction set of the networks. All give the same bits."]
-pub type mjenv_instructions = i32;
-#[doc = " the widest that the CPU has"]
-pub const MJENV_INSTRUCTIONS_AUTO: mjenv_instructions = 0;
-pub const MJENV_INSTRUCTIONS_SSE2: mjenv_instructions = 1;
-pub const MJENV_INSTRUCTIONS_AVX2: mjenv_instructions = 2;
-pub const MJENV_INSTRUCTIONS_AVX512: mjenv_instructions = 3;
-pub const MJENV_INSTRUCTIONS_NEON: mjenv_instructions = 4;
 #[doc = " Which policy of a learner is meant."]
 pub type mjenv_learned = i32;
 #[doc = " that of the last update"]
@@ -116,86 +103,6 @@ pub type mjenv_precision = i32;
 pub const MJENV_PRECISION_FLOAT64: mjenv_precision = 1;
 #[doc = " as the learner computes; faster, and equal to float64 but for rounding"]
 pub const MJENV_PRECISION_FLOAT32: mjenv_precision = 2;
-#[doc = " How a learner learns. mjenv_learn_defaults fills it with settings that suit an id."]
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_learn_settings {
-    pub struct_size: u32,
-    pub activation: mjenv_activation,
-    #[doc = " the id of the environment; copied to policies and checkpoints"]
-    pub id: *const ::std::os::raw::c_char,
-    #[doc = " how many rows the environment has"]
-    pub rows: i64,
-    #[doc = " of all rows together, in the whole training; rounded up to whole rollouts"]
-    pub steps: i64,
-    #[doc = " the steps of each row between two updates"]
-    pub rollout_steps: i64,
-    #[doc = " how often an update uses each step"]
-    pub epochs: i64,
-    #[doc = " in steps; at most rows * rollout_steps"]
-    pub minibatch_size: i64,
-    #[doc = " in how many steps the learning rate falls to final_learning_rate; 0: in `steps`"]
-    pub decay_steps: i64,
-    #[doc = " of Adam, at the beginning"]
-    pub learning_rate: f64,
-    pub final_learning_rate: f64,
-    #[doc = " the discount factor, 0 to 1"]
-    pub gamma: f64,
-    #[doc = " of the generalized advantage estimation, 0 to 1"]
-    pub gae_lambda: f64,
-    #[doc = " the ratio of probabilities is clipped to 1 - clip .. 1 + clip"]
-    pub clip: f64,
-    #[doc = " the value's change is clipped to -value_clip .. value_clip; 0: it is not"]
-    pub value_clip: f64,
-    #[doc = " the weight of the mean squared error of the value in the loss"]
-    pub value_coef: f64,
-    #[doc = " the weight of the entropy"]
-    pub entropy_coef: f64,
-    #[doc = " gradients with a greater norm are scaled to this one; 0: none is"]
-    pub max_grad_norm: f64,
-    #[doc = " no epoch follows one whose own approx_kl was greater than this; 0: no limit"]
-    pub target_kl: f64,
-    #[doc = " the standard deviation of the actions at the beginning"]
-    pub initial_std: f64,
-    #[doc = " normalised observations are clipped to -obs_clip .. obs_clip"]
-    pub obs_clip: f64,
-    #[doc = " the same for rewards"]
-    pub reward_clip: f64,
-    #[doc = " 1: observations get mean 0 and variance 1"]
-    pub normalize_obs: i32,
-    #[doc = " 1: rewards are divided by the standard deviation of the discounted return"]
-    pub normalize_reward: i32,
-    #[doc = " 1: advantages get mean 0 and variance 1 in each minibatch"]
-    pub normalize_advantage: i32,
-    #[doc = " 1: outputs -1 .. 1 are scaled to the bounds of the action; 0: outputs are actions"]
-    pub scale_actions: i32,
-    #[doc = " [hidden_count] the widths of the hidden layers of both networks"]
-    pub hidden: *const i64,
-    #[doc = " 0 to 8"]
-    pub hidden_count: i64,
-    #[doc = " [obs_count] 1 for each element that the actor sees; NULL: it sees all"]
-    pub actor_obs: *const u8,
-    #[doc = " the same for the critic"]
-    pub critic_obs: *const u8,
-    #[doc = " of actor_obs and critic_obs; 0 if both are NULL"]
-    pub obs_count: i64,
-    #[doc = " of the weights and the exploration; row i gets the seed `seed` + i"]
-    pub seed: u64,
-    #[doc = " 1 to 64, which compute the networks; the environment's threads are its own option"]
-    pub threads: i32,
-    pub instructions: mjenv_instructions,
-    #[doc = " over how many of the last episodes the mean return is computed"]
-    pub window: i64,
-}
-impl Default for mjenv_learn_settings {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
 #[doc = " A point of the learning curve: what one update did, and how the episodes before it went. A mean of no episodes is"]
 #[doc = " NaN."]
 #[repr(C)]
@@ -297,36 +204,57 @@ extern "C" {
     pub fn mjenv_learn_last_error() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Returns the instruction set that MJENV_INSTRUCTIONS_AUTO means on this CPU: \"sse2\", \"avx2\", \"avx512\" or \"neon\"."]
+    #[doc = " Returns the instruction set that the setting instructions=auto means on this CPU: \"sse2\", \"avx2\", \"avx512\" or"]
+    #[doc = " \"neon\"."]
     pub fn mjenv_learn_instructions() -> *const ::std::os::raw::c_char;
 }
 extern "C" {
-    #[doc = " Fills settings with those for an id: tuned ones for the robots of Gymnasium's v5, else settings that serve most tasks"]
-    #[doc = " of movement. settings->id becomes the pointer `id`; the array of hidden layers is static."]
-    pub fn mjenv_learn_defaults(
+    #[doc = " Returns the number of settings."]
+    pub fn mjenv_learn_setting_count() -> i64;
+}
+extern "C" {
+    #[doc = " Describes the setting at 0 <= index < mjenv_learn_setting_count(), as mjenv_options_at describes an option. If its"]
+    #[doc = " `count` is greater than 1, its value is a list of 0 to `count` numbers with commas between them. Errors: VALUE"]
+    #[doc = " (index)."]
+    pub fn mjenv_learn_setting_at(index: i64, setting: *mut mjenv_option) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Writes all settings as such words into text[capacity], with a NUL, in the order of mjenv_learn_setting_at."]
+    #[doc = "   id        the id whose defaults are meant"]
+    #[doc = "   settings  replaces some of them; may be NULL"]
+    #[doc = "   size      receives how many bytes the whole text needs, also with text NULL and capacity 0"]
+    #[doc = " Errors: NAME, TYPE, VALUE, SIZE (capacity)."]
+    pub fn mjenv_learn_settings(
         id: *const ::std::os::raw::c_char,
-        settings: *mut mjenv_learn_settings,
+        settings: *const ::std::os::raw::c_char,
+        text: *mut ::std::os::raw::c_char,
+        capacity: i64,
+        size: *mut i64,
     ) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Creates a learner, and seeds and resets the environment. Until the learner is destroyed, the environment must not be"]
-    #[doc = " destroyed or used by others. The option \"autoreset_mode\" must be same_step. Errors: VALUE (a setting, or infinite"]
-    #[doc = " bounds), SIZE, those of mjenv_reset."]
+    #[doc = " destroyed or used by others. The option \"autoreset_mode\" must be same_step."]
+    #[doc = "   id        of the environment; policies and checkpoints keep it"]
+    #[doc = "   settings  words; may be NULL. `rows` is that of the environment."]
+    #[doc = " Errors: NAME, TYPE, VALUE (a setting, or infinite bounds), SIZE, those of mjenv_reset."]
     pub fn mjenv_learner_create(
         calls: *const mjenv_learn_calls,
         env: *mut mjenv_env,
-        settings: *const mjenv_learn_settings,
+        id: *const ::std::os::raw::c_char,
+        settings: *const ::std::os::raw::c_char,
         learner: *mut *mut mjenv_learner,
     ) -> mjenv_status;
 }
 extern "C" {
     #[doc = " Creates a learner whose rows the caller steps (mjenv_learner_act), for spaces with these bounds and counts."]
     #[doc = "   obs       [rows][observation->count] the first observations"]
-    #[doc = " Errors: VALUE, SIZE (obs_count)."]
+    #[doc = " Errors: NAME, TYPE, VALUE, SIZE (obs_count)."]
     pub fn mjenv_learner_create_apart(
         observation: *const mjenv_space,
         action: *const mjenv_space,
-        settings: *const mjenv_learn_settings,
+        id: *const ::std::os::raw::c_char,
+        settings: *const ::std::os::raw::c_char,
         obs: *const f64,
         obs_count: i64,
         learner: *mut *mut mjenv_learner,
@@ -374,12 +302,12 @@ extern "C" {
     pub fn mjenv_learner_set_env(learner: *mut mjenv_learner, env: *mut mjenv_env) -> mjenv_status;
 }
 extern "C" {
-    #[doc = " Replaces the settings at once, even in the middle of a rollout whose rows the caller steps. These must stay as they"]
-    #[doc = " are: id, rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads,"]
-    #[doc = " instructions, window. Errors: VALUE."]
+    #[doc = " Changes the settings that the words name, at once, even in the middle of a rollout whose rows the caller steps. These"]
+    #[doc = " cannot change: rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed,"]
+    #[doc = " threads, instructions, window. Errors: NAME, TYPE, VALUE."]
     pub fn mjenv_learner_set(
         learner: *mut mjenv_learner,
-        settings: *const mjenv_learn_settings,
+        settings: *const ::std::os::raw::c_char,
     ) -> mjenv_status;
 }
 extern "C" {
@@ -421,8 +349,7 @@ extern "C" {
 }
 extern "C" {
     #[doc = " Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations"]
-    #[doc = " and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;"]
-    #[doc = " its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT"]
+    #[doc = " and actions, and settings that cannot change, but for seed, threads and instructions; its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT"]
     #[doc = " (damaged, or of another learner)."]
     pub fn mjenv_learner_load(
         learner: *mut mjenv_learner,

@@ -7,9 +7,9 @@
 //!
 //! fn main() -> Result<(), mjenv::Error> {
 //!     let settings = Settings::new("InvertedPendulum-v5")?;
-//!     let mut options = Options::new(&settings.id)?;
+//!     let mut options = Options::new(settings.id())?;
 //!     options.set("autoreset_mode", "same_step")?;
-//!     let mut learner = Learner::new(Env::new(&options, settings.rows)?, &settings)?;
+//!     let mut learner = Learner::new(Env::new(&options, settings.get("rows")?)?, &settings)?;
 //!     learner.train(50_000)?;
 //!
 //!     options.set("autoreset_mode", "disabled")?;
@@ -26,6 +26,7 @@ use std::fmt;
 use std::os::raw::c_char;
 use std::path::Path;
 use std::ptr::{self, NonNull};
+use std::str::FromStr;
 
 use mjenv_sys as sys;
 
@@ -33,16 +34,6 @@ use crate::describe::{int64, size, size_of};
 use crate::error::{Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string, lossy};
 use crate::Env;
-
-/// The activation function of the hidden layers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-#[allow(missing_docs)]
-pub enum Activation {
-    Tanh,
-    Relu,
-    Elu,
-}
 
 /// The precision in which a policy computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,71 +53,11 @@ pub enum Which {
     Best,
 }
 
-/// How a learner learns. `mjenv/learn.h` describes the settings in more words.
+/// How a learner learns: values with names, such as `gamma` and `hidden`, which docs/training.md lists.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The id of the environment; copied to policies and checkpoints.
-    pub id: String,
-    /// How many rows the environment has.
-    pub rows: usize,
-    /// The steps of all rows together in the whole training.
-    pub steps: usize,
-    /// The steps of each row between two updates.
-    pub rollout_steps: usize,
-    /// How often an update uses each step.
-    pub epochs: usize,
-    /// In steps; at most `rows * rollout_steps`.
-    pub minibatch_size: usize,
-    /// In how many steps the learning rate falls to `final_learning_rate`; 0: in all of them.
-    pub decay_steps: usize,
-    /// The learning rate of Adam at the beginning.
-    pub learning_rate: f64,
-    /// The learning rate at the end.
-    pub final_learning_rate: f64,
-    /// The discount factor.
-    pub gamma: f64,
-    /// The lambda of the generalized advantage estimation.
-    pub gae_lambda: f64,
-    /// The ratio of probabilities is clipped to `1 - clip` to `1 + clip`.
-    pub clip: f64,
-    /// The same for changes of the value; 0: they are not clipped.
-    pub value_clip: f64,
-    /// The weight of the mean squared error of the value in the loss.
-    pub value_coef: f64,
-    /// The weight of the entropy.
-    pub entropy_coef: f64,
-    /// Longer gradients are shortened to this norm; 0: none is.
-    pub max_grad_norm: f64,
-    /// No further epoch of an update begins once the policy has moved farther than this; 0: no limit.
-    pub target_kl: f64,
-    /// The standard deviation of the actions at the beginning.
-    pub initial_std: f64,
-    /// Normalised observations are clipped to this size.
-    pub obs_clip: f64,
-    /// The same for rewards.
-    pub reward_clip: f64,
-    /// Whether observations get mean 0 and variance 1.
-    pub normalize_obs: bool,
-    /// Whether rewards are divided by the standard deviation of the discounted return.
-    pub normalize_reward: bool,
-    /// Whether advantages get mean 0 and variance 1 in each minibatch.
-    pub normalize_advantage: bool,
-    /// Whether -1 to 1 of the network's outputs are the bounds of the action.
-    pub scale_actions: bool,
-    /// The widths of the hidden layers of both networks.
-    pub hidden: Vec<usize>,
-    /// The activation function of the hidden layers.
-    pub activation: Activation,
-    /// Which elements of the observation the actor sees; empty: all.
-    pub actor_obs: Vec<bool>,
-    /// The same for the critic.
-    pub critic_obs: Vec<bool>,
-    /// The seed of the weights, of the exploration, and, increased by the row, of the rows.
-    pub seed: u64,
-    /// The threads of the networks; those of the environment are its own option.
-    pub threads: usize,
-    /// Of how many last episodes the mean return is computed.
-    pub window: usize,
+    id: String,
+    words: String, // all settings, as NAME=VALUE
 }
 
 impl Settings {
@@ -136,106 +67,54 @@ impl Settings {
     /// [`ErrorKind::Argument`], [`ErrorKind::Internal`] (the library's version does not fit this crate).
     pub fn new(id: &str) -> Result<Self> {
         check_abi()?;
-        let name = c_string(format_args!("id {id:?}"), id)?;
-        let mut raw =
-            sys::mjenv_learn_settings { struct_size: size_of::<sys::mjenv_learn_settings>(), ..Default::default() };
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_learn_defaults(name.as_ptr(), &mut raw) })?;
-        // SAFETY: the library says how long its static array is.
-        let hidden = unsafe { std::slice::from_raw_parts(raw.hidden, size(raw.hidden_count)) };
-        Ok(Self {
-            id: id.to_string(),
-            rows: size(raw.rows),
-            steps: size(raw.steps),
-            rollout_steps: size(raw.rollout_steps),
-            epochs: size(raw.epochs),
-            minibatch_size: size(raw.minibatch_size),
-            decay_steps: size(raw.decay_steps),
-            learning_rate: raw.learning_rate,
-            final_learning_rate: raw.final_learning_rate,
-            gamma: raw.gamma,
-            gae_lambda: raw.gae_lambda,
-            clip: raw.clip,
-            value_clip: raw.value_clip,
-            value_coef: raw.value_coef,
-            entropy_coef: raw.entropy_coef,
-            max_grad_norm: raw.max_grad_norm,
-            target_kl: raw.target_kl,
-            initial_std: raw.initial_std,
-            obs_clip: raw.obs_clip,
-            reward_clip: raw.reward_clip,
-            normalize_obs: raw.normalize_obs != 0,
-            normalize_reward: raw.normalize_reward != 0,
-            normalize_advantage: raw.normalize_advantage != 0,
-            scale_actions: raw.scale_actions != 0,
-            hidden: hidden.iter().map(|&width| size(width)).collect(),
-            activation: match raw.activation {
-                sys::MJENV_ACTIVATION_RELU => Activation::Relu,
-                sys::MJENV_ACTIVATION_ELU => Activation::Elu,
-                _ => Activation::Tanh,
-            },
-            actor_obs: Vec::new(),
-            critic_obs: Vec::new(),
-            seed: raw.seed,
-            threads: size(raw.threads.into()),
-            window: size(raw.window),
-        })
+        Ok(Self { id: id.to_string(), words: all_settings(id, "")? })
     }
 
-    /// Passes the settings as the library takes them to `call`.
-    fn with_raw(&self, call: impl FnOnce(&sys::mjenv_learn_settings) -> sys::mjenv_status) -> Result<()> {
-        let id = c_string(format_args!("id {:?}", self.id), &self.id)?;
-        let hidden: Vec<i64> = self.hidden.iter().map(|&width| int64(width)).collect();
-        let masks = [&self.actor_obs, &self.critic_obs];
-        let lengths = masks.map(Vec::len);
-        if lengths[0] != lengths[1] && lengths[0] > 0 && lengths[1] > 0 {
-            let message = format!("actor_obs has {} element(s), critic_obs {}", lengths[0], lengths[1]);
-            return Err(Error::new(ErrorKind::Size, message));
-        }
-        let [actor_obs, critic_obs] =
-            masks.map(|mask| if mask.is_empty() { ptr::null() } else { mask.as_ptr().cast::<u8>() });
-        check(call(&sys::mjenv_learn_settings {
-            struct_size: size_of::<sys::mjenv_learn_settings>(),
-            activation: match self.activation {
-                Activation::Tanh => sys::MJENV_ACTIVATION_TANH,
-                Activation::Relu => sys::MJENV_ACTIVATION_RELU,
-                Activation::Elu => sys::MJENV_ACTIVATION_ELU,
-            },
-            id: id.as_ptr(),
-            rows: int64(self.rows),
-            steps: int64(self.steps),
-            rollout_steps: int64(self.rollout_steps),
-            epochs: int64(self.epochs),
-            minibatch_size: int64(self.minibatch_size),
-            decay_steps: int64(self.decay_steps),
-            learning_rate: self.learning_rate,
-            final_learning_rate: self.final_learning_rate,
-            gamma: self.gamma,
-            gae_lambda: self.gae_lambda,
-            clip: self.clip,
-            value_clip: self.value_clip,
-            value_coef: self.value_coef,
-            entropy_coef: self.entropy_coef,
-            max_grad_norm: self.max_grad_norm,
-            target_kl: self.target_kl,
-            initial_std: self.initial_std,
-            obs_clip: self.obs_clip,
-            reward_clip: self.reward_clip,
-            normalize_obs: self.normalize_obs.into(),
-            normalize_reward: self.normalize_reward.into(),
-            normalize_advantage: self.normalize_advantage.into(),
-            scale_actions: self.scale_actions.into(),
-            hidden: hidden.as_ptr(),
-            hidden_count: int64(hidden.len()),
-            actor_obs,
-            critic_obs,
-            obs_count: int64(lengths[0].max(lengths[1])),
-            seed: self.seed,
-            threads: i32::try_from(self.threads).unwrap_or(i32::MAX),
-            instructions: sys::MJENV_INSTRUCTIONS_AUTO,
-            window: int64(self.window),
-        }))
+    /// Returns the id of the environment.
+    #[must_use]
+    pub fn id(&self) -> &str {
+        &self.id
     }
+
+    /// Sets a setting to a number, a `bool` or a text, such as `"64,64"` for `hidden`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`].
+    pub fn set(&mut self, name: &str, value: impl ToString) -> Result<&mut Self> {
+        self.words = all_settings(&self.id, &format!("{} {}", self.words, word(name, &value)?))?;
+        Ok(self)
+    }
+
+    /// Reads a setting as an integer, a floating-point number, a `bool` or a `String`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`], [`ErrorKind::Type`].
+    pub fn get<T: FromStr>(&self, name: &str) -> Result<T> {
+        let value = |word: &'_ str| word.split_once('=').filter(|pair| pair.0 == name).map(|pair| pair.1.to_string());
+        let no_setting = || Error::new(ErrorKind::Name, format!("there is no setting {name:?}"));
+        let text = self.words.split(' ').find_map(value).ok_or_else(no_setting)?;
+        let other_type = |_| Error::new(ErrorKind::Type, format!("the setting {name} is {text:?}, of another type"));
+        text.parse().map_err(other_type)
+    }
+}
+
+/// A setting as the library reads it. A blank would end it.
+fn word(name: &str, value: &impl ToString) -> Result<String> {
+    let word = format!("{name}={}", value.to_string());
+    match word.contains(char::is_whitespace) {
+        true => Err(Error::new(ErrorKind::Value, format!("the setting {word:?} has a blank"))),
+        false => Ok(word),
+    }
+}
+
+/// All settings of an id, of which `words` replaces some.
+fn all_settings(id: &str, words: &str) -> Result<String> {
+    let (id, words) = (c_string(format_args!("id {id:?}"), id)?, c_string(format_args!("the settings"), words)?);
+    // SAFETY: the texts are valid for the call, and `delivered` passes pointers that are.
+    let text = delivered(|text, capacity, bytes| unsafe {
+        sys::mjenv_learn_settings(id.as_ptr(), words.as_ptr(), text, capacity, bytes)
+    })?;
+    Ok(String::from_utf8(text).expect("texts of libmjenv-learn are UTF-8"))
 }
 
 /// What one update did, and how the episodes before it went. A mean of no episodes is NaN.
@@ -316,8 +195,10 @@ impl Learner {
     pub fn new(env: Env, settings: &Settings) -> Result<Self> {
         check_abi()?;
         let mut raw = ptr::null_mut();
+        let id = c_string(format_args!("id {:?}", settings.id), &settings.id)?;
+        let words = c_string(format_args!("the settings"), &settings.words)?;
         // SAFETY: all pointers are valid for the call, and the environment lives as long as the learner.
-        settings.with_raw(|settings| unsafe { sys::mjenv_learner_create(&calls(), env.raw(), settings, &mut raw) })?;
+        check(unsafe { sys::mjenv_learner_create(&calls(), env.raw(), id.as_ptr(), words.as_ptr(), &mut raw) })?;
         let raw = NonNull::new(raw).expect("libmjenv-learn creates a learner or fails");
         Ok(Self { raw, env })
     }
@@ -359,14 +240,15 @@ impl Learner {
         Ok(std::mem::replace(&mut self.env, env))
     }
 
-    /// Replaces the settings from the next rollout on. Those of the networks, the sizes of rollouts, the seed and the
+    /// Changes a setting from the next rollout on. Those of the networks, the sizes of rollouts, the seed and the
     /// threads cannot change.
     ///
     /// # Errors
-    /// [`ErrorKind::Value`], [`ErrorKind::Size`].
-    pub fn set(&mut self, settings: &Settings) -> Result<()> {
-        // SAFETY: handle and struct are valid for the call.
-        settings.with_raw(|settings| unsafe { sys::mjenv_learner_set(self.raw(), settings) })
+    /// [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`].
+    pub fn set(&mut self, name: &str, value: impl ToString) -> Result<()> {
+        let words = c_string(format_args!("the setting {name}"), &word(name, &value)?)?;
+        // SAFETY: handle and text are valid for the call.
+        check(unsafe { sys::mjenv_learner_set(self.raw(), words.as_ptr()) })
     }
 
     /// Describes the learner after its last update; before the first one, all means are NaN.

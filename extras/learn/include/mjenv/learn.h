@@ -4,16 +4,14 @@
  * serves every version of MuJoCo: the program passes the functions of the libmjenv that it uses (mjenv_learn_calls).
  *
  *     static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
- *     mjenv_learn_settings settings = MJENV_LEARN_SETTINGS_INIT;
  *     mjenv_options *options;
  *     mjenv_env *env;
  *     mjenv_learner *learner;
- *     mjenv_learn_defaults("Hopper-v5", &settings);
- *     mjenv_options_create("Hopper-v5", &options);
+ *     mjenv_options_create("HalfCheetah-v5", &options);
  *     mjenv_options_set_string(options, "autoreset_mode", "same_step");
- *     mjenv_create(options, settings.rows, &env);
- *     mjenv_learner_create(&calls, env, &settings, &learner);
- *     mjenv_learner_train(learner, settings.steps);
+ *     mjenv_create(options, 64, &env);
+ *     mjenv_learner_create(&calls, env, "HalfCheetah-v5", "gamma=0.97 hidden=128,64", &learner);
+ *     mjenv_learner_train(learner, 2000000);
  *     mjenv_learner_save_policy(learner, MJENV_LEARNED_LAST, "policy.txt");
  *     mjenv_learner_destroy(learner);
  *     mjenv_destroy(env);
@@ -74,20 +72,6 @@ typedef struct mjenv_learn_calls {
    mjenv_space_of, mjenv_seed, mjenv_reset, mjenv_step, mjenv_snapshot, mjenv_restore, mjenv_field_at}
 /* clang-format on */
 
-/* The activation function of the hidden layers. */
-typedef int32_t mjenv_activation;
-enum mjenv_activation_value { MJENV_ACTIVATION_TANH = 1, MJENV_ACTIVATION_RELU = 2, MJENV_ACTIVATION_ELU = 3 };
-
-/* The instruction set of the networks. All give the same bits. */
-typedef int32_t mjenv_instructions;
-enum mjenv_instructions_value {
-  MJENV_INSTRUCTIONS_AUTO = 0, /* the widest that the CPU has */
-  MJENV_INSTRUCTIONS_SSE2 = 1,
-  MJENV_INSTRUCTIONS_AVX2 = 2,
-  MJENV_INSTRUCTIONS_AVX512 = 3,
-  MJENV_INSTRUCTIONS_NEON = 4
-};
-
 /* Which policy of a learner is meant. */
 typedef int32_t mjenv_learned;
 enum mjenv_learned_value {
@@ -101,51 +85,6 @@ enum mjenv_precision_value {
   MJENV_PRECISION_FLOAT64 = 1, /* the bits of mjenv.policy in Python and of examples/cpp/deploy.cpp */
   MJENV_PRECISION_FLOAT32 = 2  /* as the learner computes; faster, and equal to float64 but for rounding */
 };
-
-/* How a learner learns. mjenv_learn_defaults fills it with settings that suit an id. */
-typedef struct mjenv_learn_settings {
-  uint32_t struct_size;
-  mjenv_activation activation;
-  const char *id;         /* the id of the environment; copied to policies and checkpoints */
-  int64_t rows;           /* how many rows the environment has */
-  int64_t steps;          /* of all rows together, in the whole training; rounded up to whole rollouts */
-  int64_t rollout_steps;  /* the steps of each row between two updates */
-  int64_t epochs;         /* how often an update uses each step */
-  int64_t minibatch_size; /* in steps; at most rows * rollout_steps */
-  int64_t decay_steps;    /* in how many steps the learning rate falls to final_learning_rate; 0: in `steps` */
-  double learning_rate;   /* of Adam, at the beginning */
-  double final_learning_rate;
-  double gamma;                /* the discount factor, 0 to 1 */
-  double gae_lambda;           /* of the generalized advantage estimation, 0 to 1 */
-  double clip;                 /* the ratio of probabilities is clipped to 1 - clip .. 1 + clip */
-  double value_clip;           /* the value's change is clipped to -value_clip .. value_clip; 0: it is not */
-  double value_coef;           /* the weight of the mean squared error of the value in the loss */
-  double entropy_coef;         /* the weight of the entropy */
-  double max_grad_norm;        /* gradients with a greater norm are scaled to this one; 0: none is */
-  double target_kl;            /* no epoch follows one whose own approx_kl was greater than this; 0: no limit */
-  double initial_std;          /* the standard deviation of the actions at the beginning */
-  double obs_clip;             /* normalised observations are clipped to -obs_clip .. obs_clip */
-  double reward_clip;          /* the same for rewards */
-  int32_t normalize_obs;       /* 1: observations get mean 0 and variance 1 */
-  int32_t normalize_reward;    /* 1: rewards are divided by the standard deviation of the discounted return */
-  int32_t normalize_advantage; /* 1: advantages get mean 0 and variance 1 in each minibatch */
-  int32_t scale_actions;       /* 1: outputs -1 .. 1 are scaled to the bounds of the action; 0: outputs are actions */
-  const int64_t *hidden;       /* [hidden_count] the widths of the hidden layers of both networks */
-  int64_t hidden_count;        /* 0 to 8 */
-  const uint8_t *actor_obs;    /* [obs_count] 1 for each element that the actor sees; NULL: it sees all */
-  const uint8_t *critic_obs;   /* the same for the critic */
-  int64_t obs_count;           /* of actor_obs and critic_obs; 0 if both are NULL */
-  uint64_t seed;               /* of the weights and the exploration; row i gets the seed `seed` + i */
-  int32_t threads;             /* 1 to 64, which compute the networks; the environment's threads are its own option */
-  mjenv_instructions instructions;
-  int64_t window; /* over how many of the last episodes the mean return is computed */
-} mjenv_learn_settings;
-
-/* clang-format off */
-#define MJENV_LEARN_SETTINGS_INIT \
-  {sizeof(mjenv_learn_settings), MJENV_ACTIVATION_TANH, NULL, 64, 1000000, 64, 5, 1024, 0, 1e-3, 0, 0.99, 0.95, 0.2, \
-   0, 1.3, 0, 3.5, 0, 0.4, 10, 10, 1, 1, 1, 0, NULL, 0, NULL, NULL, 0, 1, 1, MJENV_INSTRUCTIONS_AUTO, 20}
-/* clang-format on */
 
 /* A point of the learning curve: what one update did, and how the episodes before it went. A mean of no episodes is
  * NaN. */
@@ -210,26 +149,48 @@ MJENV_LEARN_API uint32_t mjenv_learn_abi_version(void);
 /* Returns why the last failed call of this library on this thread failed; "" if none has failed. */
 MJENV_LEARN_API const char *mjenv_learn_last_error(void);
 
-/* Returns the instruction set that MJENV_INSTRUCTIONS_AUTO means on this CPU: "sse2", "avx2", "avx512" or "neon". */
+/* Returns the instruction set that the setting instructions=auto means on this CPU: "sse2", "avx2", "avx512" or
+ * "neon". */
 MJENV_LEARN_API const char *mjenv_learn_instructions(void);
 
-/* Fills settings with those for an id: tuned ones for the robots of Gymnasium's v5, else settings that serve most tasks
- * of movement. settings->id becomes the pointer `id`; the array of hidden layers is static. */
-MJENV_LEARN_API mjenv_status mjenv_learn_defaults(const char *id, mjenv_learn_settings *settings);
+/* ---- Settings ---- */
+
+/* How a learner learns is said by words NAME=VALUE, separated by white space, such as "gamma=0.98 hidden=64,64
+ * normalize_obs=false". Settings that are not named have the defaults of the id: tuned ones for the robots of
+ * Gymnasium's v5, else settings that serve most tasks of movement. If a name is given twice, the last value counts.
+ * Errors of all functions with settings: NAME (no such setting), TYPE (a text that is no number), VALUE (out of bounds). */
+
+/* Returns the number of settings. */
+MJENV_LEARN_API int64_t mjenv_learn_setting_count(void);
+
+/* Describes the setting at 0 <= index < mjenv_learn_setting_count(), as mjenv_options_at describes an option. If its
+ * `count` is greater than 1, its value is a list of 0 to `count` numbers with commas between them. Errors: VALUE
+ * (index). */
+MJENV_LEARN_API mjenv_status mjenv_learn_setting_at(int64_t index, mjenv_option *setting);
+
+/* Writes all settings as such words into text[capacity], with a NUL, in the order of mjenv_learn_setting_at.
+ *   id        the id whose defaults are meant
+ *   settings  replaces some of them; may be NULL
+ *   size      receives how many bytes the whole text needs, also with text NULL and capacity 0
+ * Errors: NAME, TYPE, VALUE, SIZE (capacity). */
+MJENV_LEARN_API mjenv_status mjenv_learn_settings(const char *id, const char *settings, char *text, int64_t capacity,
+                                                  int64_t *size);
 
 /* ---- Training ---- */
 
 /* Creates a learner, and seeds and resets the environment. Until the learner is destroyed, the environment must not be
- * destroyed or used by others. The option "autoreset_mode" must be same_step. Errors: VALUE (a setting, or infinite
- * bounds), SIZE, those of mjenv_reset. */
-MJENV_LEARN_API mjenv_status mjenv_learner_create(const mjenv_learn_calls *calls, mjenv_env *env,
-                                                  const mjenv_learn_settings *settings, mjenv_learner **learner);
+ * destroyed or used by others. The option "autoreset_mode" must be same_step.
+ *   id        of the environment; policies and checkpoints keep it
+ *   settings  words; may be NULL. `rows` is that of the environment.
+ * Errors: NAME, TYPE, VALUE (a setting, or infinite bounds), SIZE, those of mjenv_reset. */
+MJENV_LEARN_API mjenv_status mjenv_learner_create(const mjenv_learn_calls *calls, mjenv_env *env, const char *id,
+                                                  const char *settings, mjenv_learner **learner);
 
 /* Creates a learner whose rows the caller steps (mjenv_learner_act), for spaces with these bounds and counts.
  *   obs       [rows][observation->count] the first observations
- * Errors: VALUE, SIZE (obs_count). */
+ * Errors: NAME, TYPE, VALUE, SIZE (obs_count). */
 MJENV_LEARN_API mjenv_status mjenv_learner_create_apart(const mjenv_space *observation, const mjenv_space *action,
-                                                        const mjenv_learn_settings *settings, const double *obs,
+                                                        const char *id, const char *settings, const double *obs,
                                                         int64_t obs_count, mjenv_learner **learner);
 
 MJENV_LEARN_API void mjenv_learner_destroy(mjenv_learner *learner);
@@ -258,10 +219,10 @@ MJENV_LEARN_API mjenv_status mjenv_learner_restart(mjenv_learner *learner, const
  * environment is seeded and reset. Errors: as mjenv_learner_create. */
 MJENV_LEARN_API mjenv_status mjenv_learner_set_env(mjenv_learner *learner, mjenv_env *env);
 
-/* Replaces the settings at once, even in the middle of a rollout whose rows the caller steps. These must stay as they
- * are: id, rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed, threads,
- * instructions, window. Errors: VALUE. */
-MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const mjenv_learn_settings *settings);
+/* Changes the settings that the words name, at once, even in the middle of a rollout whose rows the caller steps. These
+ * cannot change: rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed,
+ * threads, instructions, window. Errors: NAME, TYPE, VALUE. */
+MJENV_LEARN_API mjenv_status mjenv_learner_set(mjenv_learner *learner, const char *settings);
 
 /* Describes the learner after its last update; before the first one, all its doubles are NaN. */
 MJENV_LEARN_API mjenv_status mjenv_learner_report(const mjenv_learner *learner, mjenv_learn_report *report);
@@ -282,8 +243,7 @@ MJENV_LEARN_API mjenv_status mjenv_learner_save(const mjenv_learner *learner, co
 MJENV_LEARN_API mjenv_status mjenv_checkpoint_note(const char *path, char *text, int64_t capacity, int64_t *size);
 
 /* Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations
- * and actions, rows, rollout_steps, hidden, activation, window, normalize_obs, scale_actions, actor_obs and critic_obs;
- * its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT
+ * and actions, and settings that cannot change, but for seed, threads and instructions; its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT
  * (damaged, or of another learner). */
 MJENV_LEARN_API mjenv_status mjenv_learner_load(mjenv_learner *learner, const char *path);
 

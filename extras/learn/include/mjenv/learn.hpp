@@ -9,7 +9,10 @@
 
 #include <mjenv/learn.h>
 
+#include <map>
 #include <mjenv/mjenv.hpp>
+#include <sstream>
+#include <string>
 
 namespace mjenv {
 
@@ -25,42 +28,43 @@ void learn_with_text(const std::string &text, const Call &call) {
   check_learn(call(text.c_str()));
 }
 
+/* The same for two texts. */
+template <typename Call>
+void learn_with_texts(const std::string &first, const std::string &second, const Call &call) {
+  learn_with_text(first, [&](const char *one) {
+    learn_with_text(second, [&](const char *other) { return call(one, other); });
+    return MJENV_OK;
+  });
+}
+
 /* The functions of the libmjenv that the program is linked with. */
 inline const mjenv_learn_calls &learn_calls() {
   static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
   return calls;
 }
 
-/* How a learner learns: mjenv_learn_settings, and the arrays to which it points. */
-struct LearnSettings {
-  mjenv_learn_settings values = MJENV_LEARN_SETTINGS_INIT; /* all but its pointers */
-  std::string id;
-  std::vector<std::int64_t> hidden;                /* the widths of the hidden layers */
-  std::vector<std::uint8_t> actor_obs, critic_obs; /* which elements of the observation each sees; empty: all */
+/* Returns a text that the function of learn.h writes: call(text, capacity, size) passes its status. */
+template <typename Call>
+std::string learn_text(const Call &call) {
+  return fetch<char>(
+             [&](char *to, std::int64_t capacity, std::int64_t *size) { check_learn(call(to, capacity, size)); })
+      .data();
+}
 
-  /* The settings for an id: tuned ones for the robots of Gymnasium's v5, else
-   * settings that serve most tasks of movement (mjenv_learn_defaults). */
-  explicit LearnSettings(const std::string &env_id) : id(env_id) {
-    if (mjenv_learn_abi_version() != MJENV_LEARN_ABI_VERSION)
-      throw Error(MJENV_E_INTERNAL, "libmjenv-learn has another ABI version than this program was compiled for");
-    learn_with_text(id, [&](const char *text) { return mjenv_learn_defaults(text, &values); });
-    hidden.assign(values.hidden, values.hidden + values.hidden_count);
-  }
-
-  /* Returns the mjenv_learn_settings, whose pointers are valid until one of the members changes. */
-  mjenv_learn_settings raw() const {
-    if (!actor_obs.empty() && !critic_obs.empty() && actor_obs.size() != critic_obs.size())
-      throw Error(MJENV_E_SIZE, "actor_obs and critic_obs have different lengths");
-    mjenv_learn_settings settings = values;
-    settings.id = id.c_str();
-    settings.hidden = hidden.data();
-    settings.hidden_count = int64(hidden.size());
-    settings.actor_obs = actor_obs.empty() ? nullptr : actor_obs.data();
-    settings.critic_obs = critic_obs.empty() ? nullptr : critic_obs.data();
-    settings.obs_count = int64(actor_obs.empty() ? critic_obs.size() : actor_obs.size());
-    return settings;
-  }
-};
+/* The settings of an id by their names, of which the words NAME=VALUE in `settings` replace some. */
+inline std::map<std::string, std::string> learn_settings(const std::string &id, const std::string &settings = "") {
+  std::string words;
+  learn_with_texts(id, settings, [&](const char *name, const char *given) {
+    words = learn_text([&](char *to, std::int64_t capacity, std::int64_t *size) {
+      return mjenv_learn_settings(name, given, to, capacity, size);
+    });
+    return MJENV_OK;
+  });
+  std::map<std::string, std::string> values;
+  std::istringstream stream(words);
+  for (std::string word; stream >> word;) values[word.substr(0, word.find('='))] = word.substr(word.find('=') + 1);
+  return values;
+}
 
 /* A deterministic policy. */
 class Policy {
@@ -124,21 +128,24 @@ inline Evaluation evaluate(Env &env, const Policy &policy, std::size_t episodes,
 /* Trains a policy in the rows of an environment, which it seeds and resets. */
 class Learner {
  public:
-  /* The environment has settings.values.rows rows and the option "autoreset_mode" same_step. Until the learner is
-   * destroyed, the environment must not be destroyed or used by others. */
-  Learner(Env &env, const LearnSettings &settings) {
-    const mjenv_learn_settings raw = settings.raw();
-    mjenv_learner *made = nullptr;
-    check_learn(mjenv_learner_create(&learn_calls(), env.handle(), &raw, &made));
-    handle_.reset(made);
+  /* The environment has this id and the option "autoreset_mode" same_step. Until the learner is destroyed, the
+   * environment must not be destroyed or used by others. settings: words NAME=VALUE. */
+  Learner(Env &env, const std::string &id, const std::string &settings = "") {
+    if (mjenv_learn_abi_version() != MJENV_LEARN_ABI_VERSION)
+      throw Error(MJENV_E_INTERNAL, "libmjenv-learn has another ABI version than this program was compiled for");
+    learn_with_texts(id, settings, [&](const char *name, const char *words) {
+      mjenv_learner *made = nullptr;
+      const mjenv_status status = mjenv_learner_create(&learn_calls(), env.handle(), name, words, &made);
+      handle_.reset(made);
+      return status;
+    });
   }
 
   /* Trains until at least `steps` more steps of all rows together are done. */
   void train(std::int64_t steps) { check_learn(mjenv_learner_train(handle(), steps)); }
-  /* Replaces the settings (mjenv_learner_set). */
-  void set(const LearnSettings &settings) {
-    const mjenv_learn_settings raw = settings.raw();
-    check_learn(mjenv_learner_set(handle(), &raw));
+  /* Changes the settings that the words name (mjenv_learner_set). */
+  void set(const std::string &settings) {
+    learn_with_text(settings, [&](const char *words) { return mjenv_learner_set(handle(), words); });
   }
   /* Continues in another environment with the same spaces and number of rows. */
   void set_env(Env &env) { check_learn(mjenv_learner_set_env(handle(), env.handle())); }
@@ -158,10 +165,8 @@ class Learner {
 
   /* Saves a checkpoint, with a text that checkpoint_note reads. */
   void save(const std::string &path, const std::string &note = "") const {
-    learn_with_text(note, [&](const char *text) {
-      learn_with_text(path, [&](const char *name) { return mjenv_learner_save(handle(), name, text); });
-      return MJENV_OK;
-    });
+    learn_with_texts(path, note,
+                     [&](const char *name, const char *text) { return mjenv_learner_save(handle(), name, text); });
   }
   /* Continues from a checkpoint, bit for bit. */
   void load(const std::string &path) {
@@ -169,10 +174,9 @@ class Learner {
   }
   /* The text of the policy, as policy.txt contains it. */
   std::string policy_text(mjenv_learned which = MJENV_LEARNED_LAST) const {
-    const auto text = fetch<char>([&](char *to, std::int64_t capacity, std::int64_t *size) {
-      check_learn(mjenv_learner_policy(handle(), which, to, capacity, size));
+    return learn_text([&](char *to, std::int64_t capacity, std::int64_t *size) {
+      return mjenv_learner_policy(handle(), which, to, capacity, size);
     });
-    return text.data();
   }
   Policy policy(mjenv_learned which = MJENV_LEARNED_LAST) const { return Policy::parse(policy_text(which)); }
   /* Writes policy.txt. */
@@ -188,14 +192,14 @@ class Learner {
 
 /* The note in a checkpoint, which may come from a stranger. */
 inline std::string checkpoint_note(const std::string &path) {
-  std::vector<char> note;
+  std::string note;
   learn_with_text(path, [&](const char *name) {
-    note = fetch<char>([&](char *to, std::int64_t capacity, std::int64_t *size) {
-      check_learn(mjenv_checkpoint_note(name, to, capacity, size));
+    note = learn_text([&](char *to, std::int64_t capacity, std::int64_t *size) {
+      return mjenv_checkpoint_note(name, to, capacity, size);
     });
     return MJENV_OK;
   });
-  return note.data();
+  return note;
 }
 
 }  // namespace mjenv

@@ -8,7 +8,6 @@ import shlex
 import shutil
 import sys
 import time
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +21,13 @@ from mjenv_command.arguments import (
     positive,
     seconds,
 )
+from mjenv_learn.settings import Settings, bounds_of, described
 from mjenv_learn.training import (
     CHECKPOINT,
     MODEL_OPTIONS,
     PICTURE,
     POLICY,
     Description,
-    Settings,
     Stage,
     Training,
     train,
@@ -82,33 +81,19 @@ def add(commands: Commands) -> None:
         "--view", action="store_true", help='show the training in a browser (pip install "mjenv[view]")'
     )
     add_options(command)
-    settings = command.add_argument_group(
-        "settings of the learner",
-        "Their defaults depend on the id. The class mjenv_learn.training.Settings and mjenv/learn.h explain them.",
-    )
-    for one in fields(Settings):
-        if one.name in ("actor_obs", "critic_obs"):
-            continue
-        settings.add_argument(f"--{one.name.replace('_', '-')}", type=_type(one.type), metavar="VALUE")
+    settings = command.add_argument_group("settings of the learner", "Their defaults depend on the id.")
+    for name, one in _described().items():
+        text = f"{one.doc.decode()} ({bounds_of(one)})".replace("%", "%%")
+        settings.add_argument(f"--{name.replace('_', '-')}", metavar="VALUE", help=text)
     command.set_defaults(run=run)
 
 
-def _type(annotation: Any) -> Any:
-    """The function that converts a setting's text."""
-    if str(annotation).startswith("tuple"):
-        return _widths
-    return {"int": int, "float": float, "bool": _flag}.get(str(annotation), str)
-
-
-def _widths(text: str) -> tuple[int, ...]:
-    """The widths of layers in a text such as 64,64."""
-    return tuple(int(word) for word in text.split(",") if word)
-
-
-def _flag(text: str) -> bool:
-    if text.lower() not in ("true", "1", "false", "0"):
-        raise argparse.ArgumentTypeError(f"{text} is not true or false")
-    return text.lower() in ("true", "1")
+def _described() -> dict[str, Any]:
+    """The settings; none without the library, whose absence train reports."""
+    try:
+        return described()
+    except mjenv.Error:
+        return {}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -124,13 +109,14 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.engine is not None:
         options["engine"] = arguments.engine
     stages = [stage_of(arguments.id, words, arguments.engine) for words in arguments.stage]
-    names = (one.name for one in fields(Settings) if getattr(arguments, one.name, None) is not None)
-    settings = {name: getattr(arguments, name) for name in names if name != "steps"}
+    given = {name: getattr(arguments, name) for name in _described()}
+    settings = {name: value for name, value in given.items() if value is not None}
+    steps = settings.pop("steps", None)
     display = Display(arguments.seconds)
     try:
         training = train(
             arguments.id,
-            steps=arguments.steps,
+            steps=None if steps is None else Settings(arguments.id, f"steps={steps}").steps,
             seconds=arguments.seconds,
             seed=arguments.seed,
             threads=arguments.threads,

@@ -9,31 +9,16 @@ from ctypes import (
     c_float,
     c_int32,
     c_int64,
-    c_uint8,
     c_uint32,
     c_uint64,
     c_void_p,
 )
 from enum import IntEnum
 
-from mjenv.capi.declarations import mjenv_batch, mjenv_space
+from mjenv.capi.declarations import mjenv_batch, mjenv_option, mjenv_space
 from mjenv.capi.pointers import POINTER
 
 ABI_VERSION = 1
-
-
-class Activation(IntEnum):
-    TANH = 1
-    RELU = 2
-    ELU = 3
-
-
-class Instructions(IntEnum):
-    AUTO = 0
-    SSE2 = 1
-    AVX2 = 2
-    AVX512 = 3
-    NEON = 4
 
 
 class Learned(IntEnum):
@@ -61,46 +46,6 @@ class mjenv_learn_calls(Structure):
         ("snapshot", c_void_p),
         ("restore", c_void_p),
         ("field_at", c_void_p),
-    )
-
-
-class mjenv_learn_settings(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("activation", c_int32),
-        ("id", c_char_p),
-        ("rows", c_int64),
-        ("steps", c_int64),
-        ("rollout_steps", c_int64),
-        ("epochs", c_int64),
-        ("minibatch_size", c_int64),
-        ("decay_steps", c_int64),
-        ("learning_rate", c_double),
-        ("final_learning_rate", c_double),
-        ("gamma", c_double),
-        ("gae_lambda", c_double),
-        ("clip", c_double),
-        ("value_clip", c_double),
-        ("value_coef", c_double),
-        ("entropy_coef", c_double),
-        ("max_grad_norm", c_double),
-        ("target_kl", c_double),
-        ("initial_std", c_double),
-        ("obs_clip", c_double),
-        ("reward_clip", c_double),
-        ("normalize_obs", c_int32),
-        ("normalize_reward", c_int32),
-        ("normalize_advantage", c_int32),
-        ("scale_actions", c_int32),
-        ("hidden", POINTER(c_int64)),
-        ("hidden_count", c_int64),
-        ("actor_obs", POINTER(c_uint8)),
-        ("critic_obs", POINTER(c_uint8)),
-        ("obs_count", c_int64),
-        ("seed", c_uint64),
-        ("threads", c_int32),
-        ("instructions", c_int32),
-        ("window", c_int64),
     )
 
 
@@ -160,19 +105,25 @@ class Library(CDLL):
         self.mjenv_learn_last_error.restype = c_char_p
         self.mjenv_learn_instructions.argtypes = ()
         self.mjenv_learn_instructions.restype = c_char_p
-        self.mjenv_learn_defaults.argtypes = (c_char_p, POINTER(mjenv_learn_settings))
-        self.mjenv_learn_defaults.restype = c_int32
+        self.mjenv_learn_setting_count.argtypes = ()
+        self.mjenv_learn_setting_count.restype = c_int64
+        self.mjenv_learn_setting_at.argtypes = (c_int64, POINTER(mjenv_option))
+        self.mjenv_learn_setting_at.restype = c_int32
+        self.mjenv_learn_settings.argtypes = (c_char_p, c_char_p, c_char_p, c_int64, POINTER(c_int64))
+        self.mjenv_learn_settings.restype = c_int32
         self.mjenv_learner_create.argtypes = (
             POINTER(mjenv_learn_calls),
             c_void_p,
-            POINTER(mjenv_learn_settings),
+            c_char_p,
+            c_char_p,
             POINTER(c_void_p),
         )
         self.mjenv_learner_create.restype = c_int32
         self.mjenv_learner_create_apart.argtypes = (
             POINTER(mjenv_space),
             POINTER(mjenv_space),
-            POINTER(mjenv_learn_settings),
+            c_char_p,
+            c_char_p,
             POINTER(c_double),
             c_int64,
             POINTER(c_void_p),
@@ -190,7 +141,7 @@ class Library(CDLL):
         self.mjenv_learner_restart.restype = c_int32
         self.mjenv_learner_set_env.argtypes = (c_void_p, c_void_p)
         self.mjenv_learner_set_env.restype = c_int32
-        self.mjenv_learner_set.argtypes = (c_void_p, POINTER(mjenv_learn_settings))
+        self.mjenv_learner_set.argtypes = (c_void_p, c_char_p)
         self.mjenv_learner_set.restype = c_int32
         self.mjenv_learner_report.argtypes = (c_void_p, POINTER(mjenv_learn_report))
         self.mjenv_learner_report.restype = c_int32

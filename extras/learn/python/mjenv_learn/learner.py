@@ -76,31 +76,25 @@ def calls_of(engine: Engine) -> Any:
     return calls
 
 
-def defaults_of(id: str) -> Any:
-    """The mjenv_learn_settings for an id."""
-    settings = sized(declarations.mjenv_learn_settings)
-    library().check(library().mjenv_learn_defaults(encoded(id, "the id"), byref(settings)))
-    return settings
-
-
 class Learner:
     """An owned learner. It steps the rows of an environment itself, or leaves that to the caller (act, feed)."""
 
-    def __init__(self, rows: Rows, settings: Any, first: Float64Array | None = None) -> None:
-        """settings: an mjenv_learn_settings. first: the first observations if the caller steps the rows, else None."""
+    def __init__(self, rows: Rows, settings: str, first: Float64Array | None = None) -> None:
+        """settings: words NAME=VALUE. first: the first observations if the caller steps the rows, else None."""
         self._library = library()
         handle = c_void_p()
         self._owned: Owned | None = Owned(self._library.mjenv_learner_destroy, handle)
         self.rows, self.itself = rows, first is None
         if first is None:
-            rows.call(self._create, settings, handle)
+            rows.call(self._create, settings.encode(), handle)
         else:
             spaces = (space_of(rows, Role.OBSERVATION), space_of(rows, Role.ACTION))
             self._library.check(
                 self._library.mjenv_learner_create_apart(
                     byref(spaces[0]),
                     byref(spaces[1]),
-                    byref(settings),
+                    rows.id.encode(),
+                    settings.encode(),
                     pointer_to(first, c_double),
                     first.size,
                     byref(handle),
@@ -109,9 +103,9 @@ class Learner:
             self._action = np.zeros((rows.count, spaces[1].count), np.float32)
         self._pointer = handle
 
-    def _create(self, env: int, settings: Any, handle: c_void_p) -> int:
-        calls = calls_of(self.rows.engine)
-        self._library.check(self._library.mjenv_learner_create(byref(calls), env, byref(settings), byref(handle)))
+    def _create(self, env: int, settings: bytes, handle: c_void_p) -> int:
+        calls, id = calls_of(self.rows.engine), self.rows.id.encode()
+        self._library.check(self._library.mjenv_learner_create(byref(calls), env, id, settings, byref(handle)))
         return 0
 
     def close(self) -> None:
@@ -161,8 +155,8 @@ class Learner:
         self._library.check(self._library.mjenv_learner_set_env(self._pointer, env))
         return 0
 
-    def set(self, settings: Any) -> None:
-        self._library.check(self._library.mjenv_learner_set(self._pointer, byref(settings)))
+    def set(self, settings: str) -> None:
+        self._library.check(self._library.mjenv_learner_set(self._pointer, settings.encode()))
 
     def report(self, update: int | None = None) -> Any:
         """The mjenv_learn_report after an update, by default the last."""
@@ -189,7 +183,7 @@ class Learner:
 
     def policy(self, which: Learned) -> str:
         """The text of a policy."""
-        return _text_of(self._library.mjenv_learner_policy, self._pointer, which).decode()
+        return text_of(self._library.mjenv_learner_policy, self._pointer, which).decode()
 
 
 def _path(path: str | os.PathLike[str]) -> bytes:
@@ -198,10 +192,10 @@ def _path(path: str | os.PathLike[str]) -> bytes:
 
 def note_of(path: str | os.PathLike[str]) -> bytes:
     """The note in a checkpoint."""
-    return _text_of(library().mjenv_checkpoint_note, _path(path))
+    return text_of(library().mjenv_checkpoint_note, _path(path))
 
 
-def _text_of(function: Any, *arguments: Any) -> bytes:
+def text_of(function: Any, *arguments: Any) -> bytes:
     """The text that a function of the library delivers."""
     size = c_int64()
     library().check(function(*arguments, None, 0, byref(size)))

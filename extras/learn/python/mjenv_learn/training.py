@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import csv
-import ctypes
 import io
 import math
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
-from ctypes import c_int64, c_uint8
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mjenv.capi.counts import count_of, seed_of, time_limit_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Options, Rows, encoded, open_rows
+from mjenv.capi.handle import Options, Rows, open_rows
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.lazy import lazy
 from mjenv.capi.schema import Field
 from mjenv.registration import loaded_tasks, own_id
 from mjenv_learn import saved
-from mjenv_learn.declarations import Activation, Learned, Precision
-from mjenv_learn.learner import Learner, PolicyHandle, defaults_of, space_of
+from mjenv_learn.declarations import Learned, Precision
+from mjenv_learn.learner import Learner, PolicyHandle, space_of
 from mjenv_learn.saved import CHECKPOINT as CHECKPOINT
 from mjenv_learn.saved import CURVE, DESCRIPTION
 from mjenv_learn.saved import MODEL_OPTIONS as MODEL_OPTIONS
@@ -33,6 +31,8 @@ from mjenv_learn.saved import PICTURE as PICTURE
 from mjenv_learn.saved import POLICY as POLICY
 from mjenv_learn.saved import Description as Description
 from mjenv_learn.saved import Stage as Stage
+from mjenv_learn.settings import Settings as Settings
+from mjenv_learn.settings import words_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,119 +51,6 @@ else:
     policies, vector = map(lazy, ("mjenv_learn.policy", "mjenv.gym.vector"))
 
 SAVE_SECONDS = 10.0  # how often a training with a folder saves
-
-_ACTIVATIONS = {"tanh": Activation.TANH, "relu": Activation.RELU, "elu": Activation.ELU}
-
-
-@dataclass(frozen=True)
-class Settings:
-    """The settings of PPO, which learn.h describes. Settings.of(id) returns the defaults of an id."""
-
-    steps: int  # of all rows together
-    rows: int
-    rollout_steps: int  # the steps of each row between two updates
-    epochs: int
-    minibatch_size: int
-    decay_steps: int  # the learning rate falls to final_learning_rate in so many steps; 0: in all steps
-    learning_rate: float
-    final_learning_rate: float
-    gamma: float
-    gae_lambda: float
-    clip: float
-    value_clip: float  # 0: values are not clipped
-    value_coef: float
-    entropy_coef: float
-    max_grad_norm: float  # 0: gradients are not clipped
-    target_kl: float  # 0: no limit
-    initial_std: float
-    obs_clip: float
-    reward_clip: float
-    normalize_obs: bool
-    normalize_reward: bool
-    normalize_advantage: bool
-    scale_actions: bool  # True: -1 .. 1 of the network's outputs are the bounds of the action
-    window: int  # of how many last episodes the curve has the mean return
-    hidden: tuple[int, ...] = (64, 64)
-    activation: str = "tanh"  # or "relu", "elu"
-    actor_obs: tuple[bool, ...] | None = None  # which elements of the observation the actor sees; None: all
-    critic_obs: tuple[bool, ...] | None = None  # the same for the critic
-
-    @classmethod
-    def of(cls, id: str) -> Settings:
-        """The tuned settings of a v5 id of Gymnasium; for all other ids one set of defaults."""
-        struct = defaults_of(id)
-        values: dict[str, Any] = {name: getattr(struct, name) for name in _NUMBERS}
-        values.update((name, bool(getattr(struct, name))) for name in _FLAGS)
-        values["hidden"] = tuple(struct.hidden[: struct.hidden_count])
-        values["activation"] = next(name for name, value in _ACTIVATIONS.items() if value == struct.activation)
-        return cls(**values)
-
-    def with_values(self, values: Mapping[str, Any]) -> Settings:
-        """These settings with some others. Raises OptionError if there is no such setting."""
-        known = {one.name for one in fields(self)}
-        for name in values:
-            if name not in known:
-                raise errors.OptionError(
-                    f"there is no setting {name!r}; there are {', '.join(sorted(known))}", Status.E_NAME
-                )
-        return replace(self, **values)
-
-    def struct(self, id: str, seed: int, threads: int) -> tuple[Any, list[Any]]:
-        """The mjenv_learn_settings, and the objects to which it points, which must live as long."""
-        struct = defaults_of(id)
-        kept: list[Any] = [encoded(id, "the id")]
-        struct.id = kept[0]
-        for name in (*_NUMBERS, *_FLAGS):
-            _set_number(struct, name, getattr(self, name))
-        _set_number(struct, "seed", seed)
-        _set_number(struct, "threads", threads)
-        if self.activation not in _ACTIVATIONS:
-            raise errors.InvalidValueError(f"activation is {self.activation!r}, not one of {', '.join(_ACTIVATIONS)}")
-        struct.activation = _ACTIVATIONS[self.activation]
-        hidden = _array("hidden", c_int64, self.hidden)
-        struct.hidden, struct.hidden_count = hidden, len(hidden)
-        kept.append(hidden)
-        for name in ("actor_obs", "critic_obs"):
-            mask = getattr(self, name)
-            if mask is None:
-                continue
-            array = _array(name, c_uint8, mask)
-            kept.append(array)
-            setattr(struct, name, ctypes.cast(array, type(getattr(struct, name))))
-            if struct.obs_count not in (0, len(array)):
-                raise errors.InvalidValueError("actor_obs and critic_obs have different lengths", Status.E_SIZE)
-            struct.obs_count = len(array)
-        return struct, kept
-
-
-_FLAGS = ("normalize_obs", "normalize_reward", "normalize_advantage", "scale_actions")
-_NUMBERS = tuple(
-    one.name for one in fields(Settings) if one.name not in (*_FLAGS, "hidden", "activation", "actor_obs", "critic_obs")
-)
-
-
-def _set_number(struct: Any, name: str, value: Any) -> None:
-    kind = type(getattr(struct, name))
-    try:
-        setattr(struct, name, value)
-    except (OverflowError, TypeError):
-        article = "an" if kind is int else "a"
-        raise errors.OptionError(
-            f"the setting {name} is {article} {kind.__name__}, not {value!r}", Status.E_TYPE
-        ) from None
-    if kind is int and getattr(struct, name) != value:  # ctypes cuts off what does not fit
-        raise errors.InvalidValueError(f"settings.{name} is {value}, which is out of range", Status.E_VALUE)
-
-
-def _array(name: str, kind: type[Any], numbers: Any) -> Any:
-    """The numbers as an array for C."""
-    try:
-        array = (kind * len(numbers))(*numbers)
-    except TypeError:
-        raise errors.OptionError(f"the setting {name} is a tuple of numbers, not {numbers!r}", Status.E_TYPE) from None
-    if [*array] != [*numbers]:
-        raise errors.InvalidValueError(f"settings.{name} has a number that is out of range", Status.E_VALUE)
-    return array
 
 
 @dataclass(frozen=True)
@@ -229,10 +116,10 @@ class Training:
         self.stopped = False
         self.interrupted = False  # whether an error or Ctrl-C has ended the training
         rows = _rows_of(envs)
-        self._struct, self._kept = settings.struct(rows.id, seed, threads)
         self._here = stepped_here or type(rows) is not Rows
         _check_mode(envs)
-        self._learner = Learner(rows, self._struct, self._first() if self._here else None)
+        words = f"{words_of(settings)} seed={self.seed} threads={threads}"
+        self._learner = Learner(rows, words, self._first() if self._here else None)
         self.curve: list[Point] = []
 
     def close(self) -> None:
@@ -267,9 +154,8 @@ class Training:
         """Changes settings from the next rollout on. The settings of the networks and the number of rows cannot
         change."""
         settings = self.settings.with_values(values)
-        struct, kept = settings.struct(self.id, self.seed, self.threads)
-        self._learner.set(struct)
-        self.settings, self._struct, self._kept = settings, struct, kept
+        self._learner.set(words_of(values))
+        self.settings = settings
 
     def set_options(self, **options: Any) -> None:
         """Continues in new environments with other options: the next lesson of a curriculum."""
@@ -310,7 +196,7 @@ class Training:
 
     def description(self) -> Description:
         """What a checkpoint and training.json keep of the training."""
-        tasks, settings = loaded_tasks(), asdict(self.settings)
+        tasks, settings = loaded_tasks(), dict(self.settings)
         engine = {"engine": _rows_of(self._envs).engine.name}
         options, stages = {**self.options, **engine}, [*self.stages]
         return Description(self.id, self.seed, tasks, options, stages, self.stage, self.changed, settings)
@@ -404,12 +290,11 @@ def train(
             options = kept.options
         chosen = _settings_of(name, settings, kept)
         if envs is not None:
-            size = min(chosen.minibatch_size, envs.num_envs * chosen.rollout_steps)
-            chosen = replace(chosen, rows=envs.num_envs, minibatch_size=size)
+            chosen = chosen.with_values({"rows": envs.num_envs})
         parts = _parts_of(stages, steps, kept) or [Stage(chosen.steps)]
         if any(part.steps < 1 for part in parts):
             raise errors.InvalidValueError("a training, and each of its stages, needs at least one step")
-        chosen = replace(chosen, steps=sum(part.steps for part in parts))
+        chosen = chosen.with_values({"steps": sum(part.steps for part in parts)})
 
         def make(part: Stage, changed: Mapping[str, Any]) -> VectorEnv | Rows:
             if envs is not None:
@@ -582,11 +467,8 @@ def _with_groups(settings: Settings, rows: Rows) -> Settings:
     def mask(group: Field) -> tuple[bool, ...]:
         return tuple(group.offset <= index < group.offset + group.count for index in range(count))
 
-    return replace(
-        settings,
-        actor_obs=settings.actor_obs or mask(policy),
-        critic_obs=settings.critic_obs or mask(critic),
-    )
+    masks = {"actor_obs": settings.actor_obs or mask(policy), "critic_obs": settings.critic_obs or mask(critic)}
+    return settings.with_values(masks)
 
 
 def _rows_of(envs: VectorEnv | Rows) -> Rows:
@@ -652,8 +534,7 @@ def _settings_of(id: str, given: Settings | Mapping[str, Any] | None, kept: Desc
         return given
     if kept is None:
         return Settings.of(id).with_values(given or {})
-    tuples = {name: tuple(value) for name, value in kept.settings.items() if isinstance(value, list)}
-    return Settings.of(id).with_values({**kept.settings, **tuples}).with_values(given or {})
+    return Settings.of(id).with_values(kept.settings).with_values(given or {})
 
 
 def _parts_of(stages: Sequence[Stage], steps: int | None, kept: Description | None) -> list[Stage]:

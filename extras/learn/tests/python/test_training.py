@@ -26,6 +26,7 @@ from mjenv.capi.engine import ENGINES
 from mjenv_command import main
 from mjenv_learn import learner, training
 from mjenv_learn.policy import Policy
+from mjenv_learn.settings import bounds_of, described, words_of
 from mjenv_learn.training import Settings, Stage, Training
 from systems import not_on_windows
 
@@ -184,11 +185,14 @@ def test_a_training_is_not_lost(tmp_path: Path) -> None:
         ({"stages": 3}, "TypeError"),
         ({"options": 3}, "3 is no dict"),
         ({"stage": -5, "seed": 2**64}, "a seed is"),
-        ({"settings": {"gama": 1}}, "no setting 'gama'"),
-        ({"settings": {"hidden": ["8"]}}, "hidden is a tuple of numbers"),
-        ({"settings": {"actor_obs": 3}}, "actor_obs is a tuple of numbers"),
-        ({"settings": {"rows": 2.5}}, "num_envs is an int"),
-        ({"settings": {"gamma": [1]}}, "gamma is a float"),
+        ({"settings": {"gama": 1}}, 'no setting "gama"; nearest: gamma'),
+        ({"settings": {"hidden": ["x"]}}, r"hidden\[0\] is \"x\", not an integer"),
+        ({"settings": {"hidden": {"a": 3}}}, "hidden cannot be {'a': 3}"),
+        ({"settings": {"gamma": "0.5 clip=9"}}, "gamma cannot be '0.5 clip=9'"),
+        ({"settings": {"seed": 7}}, "seed is an argument of its own"),
+        ({"settings": {"actor_obs": 3}}, "actor_obs.* is 3, not 0 to 1"),
+        ({"settings": {"rows": 2.5}}, 'rows is "2.5", not an integer'),
+        ({"settings": {"gamma": [1, 2]}}, 'gamma is "1,2", not a number'),
         ({"options": {"engine": "9.9"}}, "no engine '9.9'"),
         ({"options": {"frame_skip": []}}, "frame_skip"),
         ({"options": {"randomize": 3}}, "randomize is a dict"),
@@ -353,24 +357,46 @@ def test_activations(activation: str) -> None:
     assert mjenv.evaluate(other, 1).lengths[0] > 0
 
 
+def test_settings() -> None:
+    """All values can be given as numbers, texts, or NumPy's; they are what the library makes of them."""
+    given = {"gamma": np.float32(0.5), "hidden": np.array([3, 4]), "epochs": "7", "clip": 1, "actor_obs": (True, False)}
+    settings = Settings.of("Some-v0").with_values({**given, "critic_obs": None, "normalize_obs": np.False_})
+    assert (settings.gamma, settings.hidden, settings["epochs"], settings.clip) == (0.5, (3, 4), 7, 1.0)
+    assert (settings.actor_obs, settings.critic_obs, settings.normalize_obs) == ((1, 0), (), False)
+    assert settings.with_values(settings) == settings != Settings.of("Some-v0")
+    assert Settings.of("Swimmer-v5").learning_rate == 6e-4
+    with pytest.raises(AttributeError, match="gama"):
+        _ = settings.gama
+
+
+def test_settings_are_documented() -> None:
+    defaults = dict(word.split("=") for word in words_of(Settings.of("Some-v0")).split())
+    described_rows = (
+        (f"`{name}`", defaults[name], bounds_of(one), one.doc.decode()) for name, one in described().items()
+    )
+    rows = [f"| {' | '.join(row)} |\n" for row in described_rows]
+    table = "| setting | default | values | meaning |\n|---|---|---|---|\n" + "".join(rows)
+    assert table in (Path(__file__).parents[4] / "docs/training.md").read_text(encoding="utf-8"), table
+
+
 def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(mjenv.InvalidValueError, match=r"settings\.gamma is 3, not 0 to 1"):
         mjenv.train("Hopper-v5", settings={"gamma": 3})
-    with pytest.raises(mjenv.OptionError, match="no setting 'gama'"):
+    with pytest.raises(mjenv.UnknownNameError, match='no setting "gama"; nearest: gamma'):
         mjenv.train("Hopper-v5", settings={"gama": 0.9})
-    with pytest.raises(mjenv.OptionError, match="gamma is a float, not 'much'"):
+    with pytest.raises(mjenv.OptionError, match='gamma is "much", not a number'):
         mjenv.train("Hopper-v5", settings={"gamma": "much"})
-    with pytest.raises(mjenv.OptionError, match="hidden is a tuple of numbers, not 64"):
-        mjenv.train("Hopper-v5", settings={"hidden": 64})
+    with pytest.raises(mjenv.OptionError, match='normalize_obs is "2", not true or false'):
+        mjenv.train("Hopper-v5", settings={"normalize_obs": 2})
     for large in ({"steps": 2**70}, {"settings": {"window": 2**64}}, {"settings": {"hidden": (2**64 + 8,)}}):
-        with pytest.raises(mjenv.InvalidValueError, match="out of range"):
+        with pytest.raises(mjenv.InvalidValueError, match=r"is \d{20,22}, not 1 to"):
             mjenv.train("Hopper-v5", **large)
     for seed in (-1, 2**64):
         with pytest.raises(mjenv.InvalidValueError, match=rf"a seed is at least 0 .* not {seed}"):
             mjenv.train("Hopper-v5", seed=seed)
     with pytest.raises(mjenv.OptionError, match=r"a seed is an int, not 1\.5"):
         mjenv.train("Hopper-v5", seed=1.5)  # type: ignore[arg-type]
-    with pytest.raises(mjenv.InvalidValueError, match="activation is 'sine'"):
+    with pytest.raises(mjenv.InvalidValueError, match='activation is "sine", not one of tanh relu elu'):
         mjenv.train("Hopper-v5", settings={"activation": "sine"})
     with pytest.raises(mjenv.UnknownIdError):
         mjenv.train("Hoper-v5")
@@ -380,8 +406,8 @@ def test_refusals(tmp_path: Path) -> None:
         mjenv.train("Hopper-v5", frame_skp=2)
     with pytest.raises(mjenv.InvalidValueError, match="max_episode_steps is an int"):
         mjenv.train("Hopper-v5", max_episode_steps=0)
-    with pytest.raises(mjenv.OptionError, match="num_envs is an int"):
-        mjenv.train("Hopper-v5", settings={"rows": "8"})
+    with pytest.raises(mjenv.OptionError, match=r'rows is "8\.5", not an integer'):
+        mjenv.train("Hopper-v5", settings={"rows": 8.5})
     with pytest.raises(mjenv.OptionError, match="SAME_STEP"):
         mjenv.train(mjenv.make_vec("Hopper-v5", 2))
     with pytest.raises(mjenv.InvalidValueError, match="at least one step"):

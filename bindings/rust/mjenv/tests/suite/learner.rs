@@ -2,13 +2,13 @@
 
 use std::fs;
 
-use mjenv::learn::{checkpoint_note, evaluate, Activation, Learner, Policy, Precision, Settings, Which};
+use mjenv::learn::{checkpoint_note, evaluate, Learner, Policy, Precision, Settings, Which};
 use mjenv::{Env, Error, ErrorKind, Options};
 
 fn env(settings: &Settings, autoreset_mode: &str) -> Env {
-    let mut options = Options::new(&settings.id).unwrap();
+    let mut options = Options::new(settings.id()).unwrap();
     options.set("autoreset_mode", autoreset_mode).unwrap();
-    Env::new(&options, settings.rows).unwrap()
+    Env::new(&options, settings.get("rows").unwrap()).unwrap()
 }
 
 fn learner(settings: &Settings) -> Learner {
@@ -31,14 +31,14 @@ fn a_training_its_checkpoint_and_its_policy() {
     assert_eq!((curve.len(), curve[0].steps, curve[29].mean_return), (30, 2048, 1000.0));
     assert_eq!(curve[29], first.report().unwrap());
 
-    let mut resumed = Learner::new(env(&settings, "same_step"), &Settings { threads: 2, ..settings.clone() }).unwrap();
+    let mut resumed = learner(settings.clone().set("threads", 2).unwrap());
     resumed.load(&checkpoint).unwrap();
     assert_eq!(resumed.report().unwrap().steps, 20_480);
     let mut resumed = std::thread::spawn(move || resumed.train(40_000).map(|()| resumed)).join().unwrap().unwrap();
     assert_eq!(resumed.policy_text(Which::Last), first.policy_text(Which::Last));
     // New episodes, in another environment.
     let before = resumed.replace_env(env(&settings, "same_step")).unwrap();
-    assert_eq!(before.rows(), settings.rows);
+    assert_eq!(before.rows(), 8);
     resumed.train(1).unwrap();
     assert_eq!(resumed.report().unwrap().updates, 31);
 
@@ -57,10 +57,15 @@ fn a_training_its_checkpoint_and_its_policy() {
 #[test]
 fn settings() {
     let mut settings = Settings::new("Hopper-v5").unwrap();
-    assert_eq!((settings.rows, &settings.hidden[..], settings.activation), (8, &[64, 64][..], Activation::Tanh));
-    settings = Settings { rows: 4, rollout_steps: 20, minibatch_size: 40, epochs: 1, ..settings };
-    settings = Settings { hidden: vec![16], activation: Activation::Elu, ..settings };
-    settings.actor_obs = (0..11).map(|element| element != 2).collect();
+    assert_eq!((settings.get("rows"), settings.get("hidden")), (Ok(8), Ok("64,64".to_string())));
+    for (name, value) in [("rows", 4), ("rollout_steps", 20), ("minibatch_size", 40), ("epochs", 1), ("hidden", 16)] {
+        settings.set(name, value).unwrap();
+    }
+    settings.set("activation", "elu").unwrap().set("actor_obs", "1,1,0,1,1,1,1,1,1,1,1").unwrap();
+    settings.set("normalize_reward", false).unwrap().set("gamma", 0.1 + 0.2).unwrap();
+    assert_eq!((settings.get("normalize_reward"), settings.get("gamma")), (Ok(false), Ok(0.1 + 0.2)));
+    assert_eq!(settings.get::<u8>("gamma").unwrap_err().kind(), ErrorKind::Type);
+    assert_eq!(settings.get::<f64>("gama").unwrap_err().kind(), ErrorKind::Name);
     let mut learner = learner(&settings);
     learner.train(80).unwrap();
     assert!(learner.policy_text(Which::Last).unwrap().contains("elu"));
@@ -70,8 +75,7 @@ fn settings() {
     assert_eq!(policy.act(Precision::Float64, &obs).unwrap(), action);
     obs[3] = -0.3;
     assert_ne!(policy.act(Precision::Float64, &obs).unwrap(), action);
-    settings.learning_rate = 1e-4;
-    learner.set(&settings).unwrap();
+    learner.set("learning_rate", 1e-4).unwrap();
     learner.train(1).unwrap();
     let report = learner.report().unwrap();
     assert!(report.learning_rate < 1.001e-4 && report.updates == 2 && report.epochs == 1, "{report:?}");
@@ -85,15 +89,19 @@ fn refusals() {
     let settings = Settings::new("Hopper-v5").unwrap();
     let wrong = |settings: &Settings, mode| Learner::new(env(settings, mode), settings).unwrap_err();
     refused(wrong(&settings, "disabled"), ErrorKind::Value, "autoreset_mode");
-    refused(wrong(&Settings { gamma: 2.0, ..settings.clone() }, "same_step"), ErrorKind::Value, "settings.gamma is 2");
-    refused(wrong(&Settings { actor_obs: vec![true], ..settings.clone() }, "same_step"), ErrorKind::Size, "obs_count");
-    let masks = Settings { actor_obs: vec![true], critic_obs: vec![true; 2], ..settings.clone() };
-    refused(wrong(&masks, "same_step"), ErrorKind::Size, "critic_obs 2");
+    let set = |name, value| settings.clone().set(name, value).map(|_| ()).unwrap_err();
+    refused(set("gamma", "2"), ErrorKind::Value, "settings.gamma is 2");
+    refused(set("gamma", "x"), ErrorKind::Type, "settings.gamma is \"x\", not a number");
+    refused(set("gamma", "0.5 seed=7"), ErrorKind::Value, "has a blank");
+    refused(set("gama", "0.5"), ErrorKind::Name, "nearest: gamma");
+    let mut blind = settings.clone();
+    blind.set("actor_obs", "1").unwrap();
+    refused(wrong(&blind, "same_step"), ErrorKind::Size, "actor_obs has 1 elements");
     let mut learner = learner(&settings);
     refused(learner.load("/nowhere/checkpoint").unwrap_err(), ErrorKind::File, "No such file");
     refused(learner.save("a\0b").unwrap_err(), ErrorKind::Argument, "NUL");
-    refused(learner.set(&Settings { seed: 9, ..settings.clone() }).unwrap_err(), ErrorKind::Value, "settings.seed");
-    let other = env(&Settings { id: "Walker2d-v5".to_string(), ..settings.clone() }, "same_step");
+    refused(learner.set("seed", 9).unwrap_err(), ErrorKind::Value, "settings.seed");
+    let other = env(Settings::new("Walker2d-v5").unwrap().set("rows", 8).unwrap(), "same_step");
     refused(learner.replace_env(other).unwrap_err(), ErrorKind::Value, "other spaces");
     refused(Policy::parse("no policy").unwrap_err(), ErrorKind::Value, "line 1");
     let policy = learner.policy().unwrap();
