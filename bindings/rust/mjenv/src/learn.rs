@@ -53,7 +53,7 @@ pub enum Which {
     Best,
 }
 
-/// How a learner learns: values with names, such as `gamma` and `hidden`, which docs/training.md lists.
+/// How a learner learns: values with names, such as `gamma` and `hidden`, which extras/learn/settings.def lists.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     id: String,

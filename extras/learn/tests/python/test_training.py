@@ -26,7 +26,6 @@ from mjenv.capi.engine import ENGINES
 from mjenv_command import main
 from mjenv_learn import learner, training
 from mjenv_learn.policy import Policy
-from mjenv_learn.settings import bounds_of, described, words_of
 from mjenv_learn.training import Settings, Stage, Training
 from systems import not_on_windows
 
@@ -367,16 +366,6 @@ def test_settings() -> None:
     assert Settings.of("Swimmer-v5").learning_rate == 6e-4
     with pytest.raises(AttributeError, match="gama"):
         _ = settings.gama
-
-
-def test_settings_are_documented() -> None:
-    defaults = dict(word.split("=") for word in words_of(Settings.of("Some-v0")).split())
-    described_rows = (
-        (f"`{name}`", defaults[name], bounds_of(one), one.doc.decode()) for name, one in described().items()
-    )
-    rows = [f"| {' | '.join(row)} |\n" for row in described_rows]
-    table = "| setting | default | values | meaning |\n|---|---|---|---|\n" + "".join(rows)
-    assert table in (Path(__file__).parents[4] / "docs/training.md").read_text(encoding="utf-8"), table
 
 
 def test_refusals(tmp_path: Path) -> None:
