@@ -312,6 +312,33 @@ mjenv_status mjenv_step(mjenv_env* env, const std::uint8_t* mask, const void* ac
                     [&](Env& e, const mjenv_batch& batch) { e.step(mask, action_of(action, count, dtype), batch); });
 }
 
+mjenv_status mjenv_begin(mjenv_env* env, const std::uint8_t* mask, const double* qpos, std::int64_t nq,
+                         const double* qvel, std::int64_t nv, const mjenv_batch* out) {
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) { e.begin(mask, qpos, nq, qvel, nv, batch); });
+}
+
+mjenv_status mjenv_act(mjenv_env* env, const std::uint8_t* mask, const void* action, std::int64_t count,
+                       mjenv_dtype dtype, void* seen) {
+  return change_env(env, [&](Env& e) {
+    need_memory(seen, count, "seen");
+    e.act(mask, action_of(action, count, dtype), seen);
+  });
+}
+
+mjenv_status mjenv_advance(mjenv_env* env, const std::uint8_t* mask, const void* action, std::int64_t count,
+                           mjenv_dtype dtype, const double* ctrl, std::int64_t ctrl_count, const mjenv_batch* out) {
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) {
+    e.advance(mask, action_of(action, count, dtype), ctrl, ctrl_count, batch);
+  });
+}
+
+mjenv_status mjenv_finish(mjenv_env* env, const std::uint8_t* mask, const mjenv_batch* given, const mjenv_batch* out) {
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) {
+    const mjenv_batch read = given ? read_struct(given, "given") : mjenv_batch{};
+    e.finish(mask, given ? &read : nullptr, batch);
+  });
+}
+
 mjenv_status mjenv_send(mjenv_env* env, const std::int64_t* rows, std::int64_t row_count, const void* action,
                         std::int64_t count, mjenv_dtype dtype) {
   return change_env(env, [&](Env& e) { e.send(rows, row_count, action_of(action, count, dtype)); });

@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::int64_t kMaxThreads = 1024;
 constexpr std::int64_t kMaxContacts = 1'000'000;
+constexpr const char* kCarried = "carried";  // the name of the numbers that a row carries for its task
 constexpr std::int64_t kStateWords = np::RandomState::kStateWords;
 
 int threads_for(const Options& options, const Task& task, std::int64_t rows) {
@@ -45,6 +46,10 @@ void check_stream(std::int64_t count, bool has_random_state) {
 void check_finite(const std::string& array, const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     if (!std::isfinite(values[i])) fail(MJENV_E_VALUE, element_is(array, i, values[i]) + ", but must be finite");
+}
+
+void check_carried(const Calls& calls, const double* values) {
+  if (const std::string found = calls.out_of_bounds(values); !found.empty()) fail(MJENV_E_VALUE, found);
 }
 
 bool is_selected(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row] != 0; }
@@ -120,10 +125,16 @@ const Identity& Env::identity() const {
   return *identity_;
 }
 
-void Env::check_settled() const {
+void Env::check_received() const {
   if (pipeline_->count() == 0) return;
   workers_.pool().check_here();  // in a forked child, rows that the parent's threads step can never be received
   fail(MJENV_E_PENDING, std::to_string(pipeline_->count()) + " row(s) are under way: receive them first");
+}
+
+void Env::check_settled() const {
+  check_received();
+  if (const std::int64_t row = rows_.first_open(); row >= 0)
+    fail(MJENV_E_PENDING, in_row(row, "its step or reset is not finished: call mjenv_finish first"));
 }
 
 void Env::check_actions(const Action& actions, std::int64_t actions_per_row) const {
@@ -133,7 +144,7 @@ void Env::check_actions(const Action& actions, std::int64_t actions_per_row) con
 // ---- Random streams ----
 
 void Env::seed(const Selection& selected, const std::uint64_t* seeds, std::int64_t count) {
-  check_settled();
+  check_received();
   if (count < 1 || count % selected.count != 0)
     fail(MJENV_E_SIZE, "the count of the seeds' words is " + std::to_string(count) + ", no positive multiple of the " +
                            std::to_string(selected.count) + " row(s)");
@@ -148,7 +159,7 @@ void Env::seed(const Selection& selected, const std::uint64_t* seeds, std::int64
 }
 
 void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const {
-  check_settled();
+  check_received();
   rows_.check(row);
   check_stream(count, rows_.has_random_state());
   const Rows::Head& head = rows_.head(row);
@@ -159,7 +170,7 @@ void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count)
 }
 
 void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count) {
-  check_settled();
+  check_received();
   rows_.check(row);
   check_stream(count, rows_.has_random_state());
   if (count == kStateWords) {
@@ -209,31 +220,129 @@ void Env::reset(const std::uint8_t* mask, const mjenv_batch& out) {
 }
 
 void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batch& out) {
-  const std::int64_t width = task_.action_count();
   check_settled();
+  check_whole();
   check_actions(actions, 1);
   schema_.check(out, rows());
+  check_steppable(mask, actions);
+  for_teams(mask, actions, {}, out, [&](Team& team) { episodes_.step(team); });
+}
+
+void Env::check_steppable(const std::uint8_t* mask, const Action& actions) const {
+  const std::int64_t width = task_.action_count();
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_selected(mask, row)) continue;
     episodes_.check_steppable(row, episodes_.autoresets());
     episodes_.check_finite(row, actions.part(row * width, width));
   }
+}
+
+template <typename Body>
+void Env::for_teams(const std::uint8_t* mask, const Action& actions, const Action& ctrl, const mjenv_batch& out,
+                    const Body& body) {
+  const std::int64_t width = task_.action_count(), nu = task_.model->nu();
   order_.arrange();
   workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
     std::vector<Turn>& turns = team.turns();
     turns.clear();
     for (std::int64_t place = first; place < last; ++place)
       if (const std::int64_t row = order_.row(place); is_selected(mask, row))
-        turns.push_back({row, actions.part(row * width, width), {out, rows(), row}});
+        turns.push_back({row,
+                         actions.part(row * width, width),
+                         {out, rows(), row},
+                         ctrl.values ? ctrl.part(row * nu, nu) : Action{}});
     for (const Turn& turn : turns) turn.place.forget();
-    episodes_.step(team);
+    body(team);
     for (std::size_t i = 0; i < turns.size(); ++i) order_.note(turns[i].row, team[i].work().constraint_count());
+  });
+}
+
+// ---- Steps and resets whose outputs the caller computes ----
+
+void Env::check_halves() const {
+  if (!task_.physics_only)
+    fail(MJENV_E_TASK, options_.id() + " computes its own observations and rewards: use mjenv_reset and mjenv_step");
+  check_received();
+}
+
+void Env::check_whole() const {
+  if (task_.physics_only && task_.has_own_actions())
+    fail(MJENV_E_TASK, options_.id() + ": only the program can turn actions into ctrl: use mjenv_advance");
+}
+
+void Env::begin(const std::uint8_t* mask, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv,
+                const mjenv_batch& out) {
+  check_halves();
+  const std::int64_t width = task_.model->nq(), height = task_.model->nv();
+  if (qpos) check_count("nq", nq, rows() * width);
+  if (qvel) check_count("nv", nv, rows() * height);
+  schema_.check(out, rows());
+  const auto initial = [&](std::int64_t row) {
+    return Initial{qpos ? qpos + row * width : nullptr, qvel ? qvel + row * height : nullptr};
+  };
+  for (std::int64_t row = 0; row < rows(); ++row) {
+    if (!is_selected(mask, row)) continue;
+    if (qpos) episodes_.check_given("qpos", row, initial(row).qpos, width);
+    if (qvel) episodes_.check_given("qvel", row, initial(row).qvel, height);
+  }
+  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
+    if (is_selected(mask, row)) episodes_.begin_given(worker, row, initial(row), {out, rows(), row});
+  });
+}
+
+void Env::act(const std::uint8_t* mask, const Action& actions, void* seen) {
+  check_halves();
+  check_actions(actions, 1);
+  check_steppable(mask, actions);
+  const std::int64_t width = task_.action_count();
+  masked(mask).for_each([&](std::int64_t row, std::int64_t /*place*/) {
+    episodes_.act(workers_.first(), row, actions.part(row * width, width), seen);
+  });
+}
+
+void Env::advance(const std::uint8_t* mask, const Action& actions, const double* ctrl, std::int64_t ctrl_count,
+                  const mjenv_batch& out) {
+  check_halves();
+  check_actions(actions, 1);
+  const std::int64_t nu = task_.model->nu();
+  if (ctrl) check_count("ctrl_count", ctrl_count, rows() * nu);
+  if (!ctrl) check_whole();
+  schema_.check(out, rows());
+  check_steppable(mask, actions);
+  masked(mask).for_each([&](std::int64_t row, std::int64_t /*place*/) {
+    if (rows_.is_open(row))
+      fail(MJENV_E_PENDING, in_row(row, "its step or reset is not finished: call mjenv_finish first"));
+    if (ctrl && !episodes_.awaits_reset(row)) episodes_.check_given("ctrl", row, ctrl + row * nu, nu);
+  });
+  for_teams(mask, actions, {ctrl, MJENV_DTYPE_FLOAT64, ctrl_count}, out,
+            [&](Team& team) { episodes_.advance_given(team); });
+}
+
+void Env::finish(const std::uint8_t* mask, const mjenv_batch* given, const mjenv_batch& out) {
+  check_halves();
+  workers_.pool().check_here();
+  schema_.check(out, rows());
+  const Selection selected = masked(mask);
+  if (!given)
+    return selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
+      if (!rows_.is_open(row)) return;
+      episodes_.give_up(row);
+      forget_observation(row);
+    });
+  schema_.check(*given, rows(), static_cast<std::int64_t>(frames_.task_count()));
+  Writer& writer = workers_.first().writer();
+  selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
+    if (rows_.is_open(row)) episodes_.check_given(writer, row, {*given, rows(), row});
+  });
+  selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
+    episodes_.finish(writer, row, {*given, rows(), row}, {out, rows(), row});
   });
 }
 
 void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& out) {
   const std::int64_t width = task_.action_count();
   check_settled();
+  check_whole();
   if (steps < 1 || steps > std::numeric_limits<std::int64_t>::max() / (rows() * std::max<std::int64_t>(width, 1)))
     fail(MJENV_E_VALUE, "steps is " + std::to_string(steps) + ", which is less than 1 or too large");
   check_actions(actions, steps);
@@ -248,7 +357,7 @@ void Env::rollout(const Action& actions, std::int64_t steps, const mjenv_batch& 
 }
 
 void Env::observe(const mjenv_batch& out) {
-  check_settled();
+  check_received();
   workers_.pool().check_here();
   schema_.check(out, rows());
   // First observes the rows whose derived arrays are still in a work space, because other rows would overwrite these
@@ -272,6 +381,8 @@ void Env::observe(const mjenv_batch& out) {
 // ---- Send and receive ----
 
 void Env::send(const std::int64_t* rows_sent, std::int64_t row_count, const Action& actions) {
+  check_whole();
+  if (rows_.first_open() >= 0) check_settled();
   if (!rows_sent) row_count = rows();
   if (row_count < 0 || row_count > rows())  // checked here so that the product below cannot overflow
     fail(MJENV_E_SIZE,
@@ -288,11 +399,15 @@ void Env::receive(std::int64_t least, double timeout, std::int64_t* rows_done, s
 // ---- State of single rows ----
 
 const Array& Env::array(std::int64_t row, const std::string& name) {
-  check_settled();
+  check_received();
   rows_.check(row);
   if (Parameters::is_name(name)) {
     const Field& parameter = task_.parameters.find(name, options_.id());
     own_array_ = {parameter.name, parameter.type, parameter.shape, rows_.parameters(row) + parameter.offset};
+    return own_array_;
+  }
+  if (name == kCarried) {
+    own_array_ = {name, MJENV_DTYPE_FLOAT64, {task_.carry_count}, rows_.carried(row)};
     return own_array_;
   }
   if (Randomization::is_name(name)) {
@@ -323,7 +438,7 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
 }
 
 void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
-  check_settled();
+  check_received();
   rows_.check(row);
   if (!rows_.head(row).ready) fail(MJENV_E_NOT_RESET, in_row(row, "reset it before it is drawn"));
   workers_.of(rows_, row).show(rows_, row, draw);
@@ -344,20 +459,22 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
 }
 
 void Env::write(const Selection& selected, const std::string& array, const double* values, std::int64_t count) {
-  check_settled();
+  check_received();
   const Field* parameter = Parameters::is_name(array) ? &task_.parameters.find(array, options_.id()) : nullptr;
   std::optional<Randomization::Range> range;
   if (Randomization::is_name(array)) range = randomization_.find(array);
   const auto part = rows_.layout().part(array);
+  const bool is_carried = task_.physics_only && array == kCarried;
   OwnArray target{};
-  if (!part && !parameter && !range) {
+  if (!part && !parameter && !range && !is_carried) {
     const OwnArray* found = rows_.arrays().find(array);
     target = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
   }
-  const std::size_t elements = parameter ? static_cast<std::size_t>(parameter->count)
-                               : range   ? range->count
-                               : part    ? part->count
-                                         : target.original.count();
+  const std::size_t elements = parameter    ? static_cast<std::size_t>(parameter->count)
+                               : range      ? range->count
+                               : part       ? part->count
+                               : is_carried ? static_cast<std::size_t>(task_.carry_count)
+                                            : target.original.count();
   const auto each = static_cast<std::int64_t>(elements);
   if (count != each && count != selected.count * each)
     fail(MJENV_E_SIZE,
@@ -380,6 +497,8 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
         randomization_.check(*range, of_row);
       else if (part)
         check_finite(array, of_row, elements);
+      else if (is_carried)
+        check_carried(*task_.calls, of_row);
       else
         target.check(of_row);
     } catch (const Error& error) {
@@ -393,6 +512,9 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
       std::copy_n(of_row, elements, rows_.parameters(row) + parameter->offset);
       forget_observation(row);
     });
+  if (is_carried)
+    return for_each_row(
+        [&](std::int64_t row, const double* of_row) { std::copy_n(of_row, elements, rows_.carried(row)); });
   if (range)
     return for_each_row([&](std::int64_t row, const double* of_row) {
       std::copy_n(of_row, elements, rows_.ranges(row) + range->first);
@@ -566,7 +688,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   } catch (const std::bad_alloc&) {  // the rows are already restored; their first step allocates what is missing
   }
   for (std::int64_t i = 0; i < rows(); ++i)
-    if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i);
+    if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i), rows_.set_phase(i, Phase::done);
 }
 
 }  // namespace mjenv::core

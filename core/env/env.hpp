@@ -73,6 +73,15 @@ class Env {
   void rollout(const Action& actions, std::int64_t steps, const mjenv_batch& out);
   void observe(const mjenv_batch& out);
 
+  // The parts of resets and steps of a physics_only task, whose outputs the caller computes. ctrl: null, or
+  // what the caller has made of the actions. given: what the caller has computed; null: nothing.
+  void begin(const std::uint8_t* mask, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv,
+             const mjenv_batch& out);
+  void act(const std::uint8_t* mask, const Action& actions, void* seen);
+  void advance(const std::uint8_t* mask, const Action& actions, const double* ctrl, std::int64_t ctrl_count,
+               const mjenv_batch& out);
+  void finish(const std::uint8_t* mask, const mjenv_batch* given, const mjenv_batch& out);
+
   void send(const std::int64_t* rows, std::int64_t row_count, const Action& actions);
   void receive(std::int64_t least, double timeout, std::int64_t* rows, std::int64_t capacity, std::int64_t* count,
                const mjenv_batch& out);
@@ -128,7 +137,18 @@ class Env {
   void forget_observation(std::int64_t row);
   void end_pushes();
   // Throws while rows are under way between send and receive.
+  void check_received() const;
+  // Throws while rows are under way, or while the caller has to finish a step or reset.
   void check_settled() const;
+  // Throws unless the caller computes the outputs of this task, and no rows are under way.
+  void check_halves() const;
+  // Throws if only the caller can turn actions into ctrl.
+  void check_whole() const;
+  void check_steppable(const std::uint8_t* mask, const Action& actions) const;
+  // Calls body(team) with the turns of the selected rows, on all threads.
+  template <typename Body>
+  void for_teams(const std::uint8_t* mask, const Action& actions, const Action& ctrl, const mjenv_batch& out,
+                 const Body& body);
   // Gives each row its own copy of these arrays.
   void make_own(const std::vector<std::string>& arrays);
   void prepare_workers();

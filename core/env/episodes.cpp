@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "error.hpp"
@@ -27,6 +28,14 @@ void report_failure(const Place& place, const Body& body) {
     throw;
   }
 }
+
+// Calls adopt in its destructor, because the row has begun the episode even if writing its outputs fails.
+struct Adoption {
+  Worker& worker;
+  Rows& rows;
+  std::int64_t row;
+  ~Adoption() { worker.adopt(rows, row); }
+};
 
 }  // namespace
 
@@ -63,13 +72,14 @@ void Episodes::check_finite(std::int64_t row, const Action& action) const {
                                           ", but must be finite; set the option \"strict\" to 0 to allow it"));
 }
 
-void Episodes::begin(Worker& worker, std::int64_t row) const {
+void Episodes::begin(Worker& worker, std::int64_t row, const Initial& initial) const {
   Rows::Head& head = rows_.head(row);
   Rng rng = head.seeded ? head.rng : Rng::from_entropy();
-  worker.begin(rows_, row, rng, randomization_);
+  worker.begin(rows_, row, rng, randomization_, initial);
   head.steps = 0;
   head.ready = true;
   head.ended = false;
+  rows_.set_phase(row, Phase::done);
   if (rows_.has_perturbation()) perturbation_.begin(rows_.perturbation(row), head.rng);
 }
 
@@ -86,13 +96,6 @@ void Episodes::reset_row(Worker& worker, std::int64_t row, const Place& place) c
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
-  // Calls adopt in its destructor, because the row has begun the episode even if observe or reset_info fails.
-  struct Adoption {
-    Worker& worker;
-    Rows& rows;
-    std::int64_t row;
-    ~Adoption() { worker.adopt(rows, row); }
-  };
   const Adoption after_outputs{worker, rows_, row};
   const mjenv_batch& out = place.out;
   write_observation(worker, row, out.obs, place);
@@ -106,11 +109,14 @@ void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, con
   Writer& writer = worker.writer();
   const bool is_changed = is_perturbed(row) && perturbation_.changes_observations();
   if (!is_changed && frames_.empty()) return writer.write_observation(to, place);
+  writer.write_observation(seen(row, writer.observation(), writer), to, place);
+}
+
+const double* Episodes::seen(std::int64_t row, const double* observation, Writer& writer) const {
   Rows::Head& head = rows_.head(row);
-  const double* seen = writer.observation();
-  if (is_changed) seen = perturbation_.observe(rows_.perturbation(row), head.steps, seen, head.rng);
-  if (!frames_.empty()) seen = frames_.add(rows_.history(row), seen, head.steps, writer.scratch());
-  writer.write_observation(seen, to, place);
+  if (is_perturbed(row) && perturbation_.changes_observations())
+    observation = perturbation_.observe(rows_.perturbation(row), head.steps, observation, head.rng);
+  return frames_.empty() ? observation : frames_.add(rows_.history(row), observation, head.steps, writer.scratch());
 }
 
 template <typename Body>
@@ -170,24 +176,32 @@ void Episodes::begin_step(Worker& worker, Turn& turn) const {
   if (task_.calls->has_control()) turn.begun = turn.random;
 }
 
-// Writes the step's reward, flags, status and info.
-Episodes::Ends Episodes::end_step(Worker& worker, Turn& turn) const {
+mjenv_outcome Episodes::commit(Worker& worker, Turn& turn) const {
   const std::int64_t row = turn.row;
-  const Place& place = turn.place;
-  Rows::Head& head = rows_.head(row);
   const mjenv_outcome outcome = worker.step(rows_, row, turn.seen, turn.random);
-  place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, place.out.info);
-  const bool diverged = worker.work().diverged();
   worker.commit(rows_, row, turn.random);
-  if (turn.is_perturbed) perturbation_.commit(rows_.perturbation(row), head.steps, turn.action, worker.perturbed);
+  if (turn.is_perturbed)
+    perturbation_.commit(rows_.perturbation(row), rows_.head(row).steps, turn.action, worker.perturbed);
+  return outcome;
+}
 
+Episodes::Ends Episodes::end_step(Worker& worker, Turn& turn) const {
+  const bool diverged = worker.work().diverged();
+  const mjenv_outcome outcome = commit(worker, turn);
+  turn.place.put(schema_.fields(MJENV_ROLE_INFO), outcome.info, turn.place.out.info);
+  return count_step(turn.row, turn.place, outcome.reward, outcome.terminated != 0, diverged);
+}
+
+Episodes::Ends Episodes::count_step(std::int64_t row, const Place& place, double reward, bool terminated,
+                                    bool diverged) const {
+  Rows::Head& head = rows_.head(row);
   ++head.steps;
-  const bool terminated = outcome.terminated != 0 || (diverged && ends_on_divergence_);
-  const bool truncated = max_episode_steps_ > 0 && head.steps >= max_episode_steps_;
-  head.ended = terminated || truncated;
-  place.put_result(outcome.reward, terminated, truncated);
+  const Ends ends{terminated || (diverged && ends_on_divergence_),
+                  max_episode_steps_ > 0 && head.steps >= max_episode_steps_};
+  head.ended = ends.any();
+  place.put_result(reward, ends.terminated, ends.truncated);
   place.put_status(diverged ? MJENV_DIVERGED : MJENV_OK);
-  return {terminated, truncated};
+  return ends;
 }
 
 void Episodes::end_step_and_reset(Worker& worker, Turn& turn) const {
@@ -247,22 +261,129 @@ void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const 
   team.gather_failures();
 }
 
+template <typename Observation>
+const double* Episodes::present(std::int64_t row, const Observation& observation, Writer& writer) const {
+  const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbation(row)) : nullptr;
+  if (frames_.empty()) return last ? last : observation();
+  const double* history = rows_.history(row);
+  if (const double* whole = frames_.last(history)) return whole;
+  return frames_.show(history, last ? last : observation(), rows_.head(row).steps, writer.scratch());
+}
+
 void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) const {
   worker.hold(rows_, row);
   Writer& writer = worker.writer();
-  const double* last = is_perturbed(row) ? perturbation_.last_observation(rows_.perturbation(row)) : nullptr;
-  if (!frames_.empty() && place.out.obs) {
-    const double* history = rows_.history(row);
-    if (const double* seen = frames_.last(history))
-      last = seen;
-    else
-      last = frames_.show(history, last ? last : writer.observation(), rows_.head(row).steps, writer.scratch());
-  }
-  if (last)
-    writer.write_observation(last, place.out.obs, place);
-  else
-    writer.write_observation(place.out.obs, place);
+  const auto own = [&] { return writer.observation(); };
+  if (place.out.obs) writer.write_observation(present(row, own, writer), place.out.obs, place);
   writer.write_arrays(schema_, place);
+}
+
+// ---- Resets and steps whose outputs the caller computes ----
+
+void Episodes::begin_given(Worker& worker, std::int64_t row, const Initial& initial, const Place& place) const {
+  report_failure(place, [&] {
+    const bool follows_step = rows_.phase(row) == Phase::ended && rows_.head(row).ended;
+    begin(worker, row, initial);
+    rows_.head(row).ended = true;  // until the reset is finished: a row that is given up must be reset again
+    rows_.set_phase(row, follows_step ? Phase::restarted : Phase::begun);
+    const Adoption after_outputs{worker, rows_, row};
+    if (!follows_step) place.put_status(MJENV_OK);
+    place.put<std::uint8_t>(place.out.was_reset, 1);
+    worker.writer().write_arrays(schema_, place);
+  });
+}
+
+void Episodes::act(Worker& worker, std::int64_t row, const Action& action, void* seen) const {
+  const mjenv_batch none{};
+  Turn turn{row, action, {none, rows_.count(), row}};
+  begin_step(worker, turn);
+  const std::size_t bytes =
+      static_cast<std::size_t>(action.count) * (action.dtype == MJENV_DTYPE_FLOAT32 ? sizeof(float) : sizeof(double));
+  std::memcpy(static_cast<std::byte*>(seen) + static_cast<std::size_t>(row) * bytes, turn.seen.values, bytes);
+}
+
+void Episodes::advance_given(Team& team) const {
+  std::vector<Turn>& turns = team.turns();
+  std::uint32_t all = (1u << turns.size()) - 1, moving = 0;
+  for_turns(team, all, [&](std::size_t i) {
+    Turn& turn = turns[i];
+    rows_.set_phase(turn.row, Phase::done);
+    turn.place.put<std::uint8_t>(turn.place.out.was_reset, awaits_reset(turn.row) ? 1 : 0);
+    if (awaits_reset(turn.row)) return turn.place.put_status(MJENV_OK);
+    begin_step(team[i], turn);
+    if (turn.ctrl.values) turn.seen = turn.ctrl;
+    moving |= 1u << i;
+  });
+  advance(team, moving);
+  for_turns(team, moving, [&](std::size_t i) {
+    const Turn& turn = turns[i];
+    const bool diverged = team[i].work().diverged();
+    commit(team[i], turns[i]);
+    rows_.set_phase(turn.row, diverged ? Phase::diverged : Phase::advanced);
+    turn.place.put_status(diverged ? MJENV_DIVERGED : MJENV_OK);
+    team[i].writer().write_arrays(schema_, turn.place);
+  });
+  team.gather_failures();
+}
+
+void Episodes::check_given(Writer& writer, std::int64_t row, const Place& given) const {
+  if (!strict_) return;
+  const double* observation = writer.given_observation(given);
+  for (std::size_t i = 0; i < frames_.task_count(); ++i)
+    if (std::isnan(observation[i]))
+      fail(MJENV_E_TASK, in_row(row, "observe: observation[" + std::to_string(i) + "] is NaN"));
+  if (given.out.reward && rows_.phase(row) >= Phase::advanced && std::isnan(given.get(given.out.reward)))
+    fail(MJENV_E_TASK, in_row(row, "step: the reward is NaN"));
+}
+
+void Episodes::check_given(const char* array, std::int64_t row, const double* values, std::int64_t count) const {
+  for (std::int64_t i = 0; strict_ && i < count; ++i)
+    if (!std::isfinite(values[i]))
+      fail(MJENV_E_VALUE,
+           in_row(row, element_is(array, static_cast<std::size_t>(i), values[i]) + ", but must be finite"));
+}
+
+void Episodes::finish(Writer& writer, std::int64_t row, const Place& given, const Place& place) const {
+  const mjenv_batch& out = place.out;
+  const std::vector<Field>& infos = schema_.fields(MJENV_ROLE_INFO);
+  const auto observation = [&] { return writer.given_observation(given); };
+  const auto put = [&](mjenv_role role, const double* from, double* to) {
+    from ? place.copy(schema_.fields(role), from, to) : place.clear(schema_.fields(role), to);
+  };
+  const Phase phase = rows_.phase(row);
+  if (!rows_.is_open(row)) {
+    if (out.obs) writer.write_observation(present(row, observation, writer), out.obs, place);
+    return;
+  }
+  rows_.set_phase(row, Phase::done);
+  if (phase == Phase::begun || phase == Phase::restarted) {
+    rows_.head(row).ended = false;
+    if (phase == Phase::begun) place.put_result(0, false, false), place.put_status(MJENV_OK);
+    place.put<std::uint8_t>(out.was_reset, 1);
+    place.clear(infos, out.info);
+    put(MJENV_ROLE_RESET_INFO, given.out.reset_info, out.reset_info);
+    return writer.write_observation(seen(row, observation(), writer), out.obs, place);
+  }
+  const double reward = given.out.reward ? given.get(given.out.reward) : 0;
+  const bool terminated = given.out.terminated && given.get(given.out.terminated) != 0;
+  const Ends ends = count_step(row, place, reward, terminated, phase == Phase::diverged);
+  const bool resets = autoresets_in_same_step() && ends.any();
+  place.put<std::uint8_t>(out.was_reset, resets ? 1 : 0);
+  put(MJENV_ROLE_INFO, given.out.info, out.info);
+  const double* what = seen(row, observation(), writer);
+  if (resets) {
+    rows_.set_phase(row, Phase::ended);
+    put(MJENV_ROLE_INFO, given.out.info, out.final_info);
+    writer.write_observation(what, out.final_obs, place);
+  }
+  writer.write_observation(what, out.obs, place);
+}
+
+void Episodes::give_up(std::int64_t row) const {
+  const Phase phase = rows_.phase(row);
+  rows_.set_phase(row, Phase::done);
+  const mjenv_batch none{};
+  if (phase >= Phase::advanced) count_step(row, {none, rows_.count(), row}, 0, false, phase == Phase::diverged);
 }
 
 }  // namespace mjenv::core

@@ -33,6 +33,18 @@ class Episodes {
   // the environment.
   void rollout(Team& team, std::int64_t first, std::int64_t last, const Action& actions, std::int64_t steps,
                const mjenv_batch& out) const;
+  // The parts of a reset or step whose outputs the caller computes. begin_given and advance_given simulate
+  // and write the exported arrays. act writes the action that the task sees in the row's next step. finish writes the
+  // other outputs, for what the caller has computed. give_up ends a step without these.
+  void begin_given(Worker& worker, std::int64_t row, const Initial& initial, const Place& place) const;
+  void act(Worker& worker, std::int64_t row, const Action& action, void* seen) const;
+  void advance_given(Team& team) const;
+  void finish(Writer& writer, std::int64_t row, const Place& given, const Place& place) const;
+  void give_up(std::int64_t row) const;
+  // Throws if the caller has computed NaN, unless "strict" is 0.
+  void check_given(Writer& writer, std::int64_t row, const Place& given) const;
+  // Throws unless the numbers of an array of this row are finite, or "strict" is 0.
+  void check_given(const char* array, std::int64_t row, const double* values, std::int64_t count) const;
   // Writes the observation and the exported arrays of the row's present state.
   void observe(Worker& worker, std::int64_t row, const Place& place) const;
 
@@ -40,6 +52,9 @@ class Episodes {
   bool autoresets() const { return autoreset_ != Autoreset::disabled; }
   // True if the step that ends an episode also resets the row.
   bool autoresets_in_same_step() const { return autoreset_ == Autoreset::same_step; }
+  // True if the next step resets the row. In same_step mode this happens only after a step that ended the episode but
+  // failed to reset the row, or after a rollout in which the episode ended.
+  bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
   // Throws if no reset or set_state gave the row a state, or, with "strict" 1, its episode ended and `resets` is false.
   void check_steppable(std::int64_t row, bool resets) const;
   // Throws if the action is not finite, unless "strict" is 0 or the step resets the row, which ignores the action.
@@ -63,14 +78,11 @@ class Episodes {
   bool strict_, ends_on_divergence_;
   Autoreset autoreset_;
 
-  // True if the next step resets the row. In same_step mode this happens only after a step that ended the episode but
-  // failed to reset the row, or after a rollout in which the episode ended.
-  bool awaits_reset(std::int64_t row) const { return autoresets() && rows_.head(row).ended; }
   // Whether noise, delays and pushes act on the row: they do from its first reset after mjenv_perturb.
   bool is_perturbed(std::int64_t row) const {
     return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }
-  void begin(Worker& worker, std::int64_t row) const;
+  void begin(Worker& worker, std::int64_t row, const Initial& initial = {}) const;
   void reset_row(Worker& worker, std::int64_t row, const Place& place) const;
   // Calls body(i) for the team's turns, given as bits. Clears the bits of those that fail, and writes their status.
   template <typename Body>
@@ -80,6 +92,10 @@ class Episodes {
   void begin_step(Worker& worker, Turn& turn) const;
   void advance(Team& team, std::uint32_t& moving) const;
   Ends end_step(Worker& worker, Turn& turn) const;
+  // Saves the new state, and returns what the task's step has computed.
+  mjenv_outcome commit(Worker& worker, Turn& turn) const;
+  // Counts the step, and writes its reward, flags and status.
+  Ends count_step(std::int64_t row, const Place& place, double reward, bool terminated, bool diverged) const;
   void end_step_and_reset(Worker& worker, Turn& turn) const;
   // Writes the outputs of a rollout's step after the end of the episode: the row keeps the state in which the episode
   // ended.
@@ -87,6 +103,11 @@ class Episodes {
   Turn rollout_turn(std::int64_t row, const Action& actions, std::int64_t steps, std::int64_t t,
                     const mjenv_batch& out) const;
   void write_reset(Worker& worker, std::int64_t row, const Place& place) const;
+  // Returns what the caller sees of this observation of a new state: with noise, delay, time and history.
+  const double* seen(std::int64_t row, const double* observation, Writer& writer) const;
+  // Returns what the caller sees in the row's present state. observation() computes the task's own, if it is needed.
+  template <typename Observation>
+  const double* present(std::int64_t row, const Observation& observation, Writer& writer) const;
   // Writes the row's observation, with noise and delay if the row is perturbed, the time and the history.
   void write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const;
 };

@@ -26,6 +26,7 @@ Rows::Rows(const Task& task, std::size_t history_count, std::int64_t count)
   const auto rows = static_cast<std::size_t>(count);
   heads_.resize(rows);
   workers_.resize(rows);
+  if (task.physics_only) phases_.resize(rows);
   owns_values_.resize(rows);
   for (std::size_t part = 0; part < kPartCount; ++part) numbers_[part] = Zeros(rows * sizes_[part]);
   const std::vector<double>& defaults = task.parameters.defaults();
@@ -33,6 +34,11 @@ Rows::Rows(const Task& task, std::size_t history_count, std::int64_t count)
 }
 
 void Rows::check(std::int64_t row) const { check_index("row", row, static_cast<std::size_t>(count())); }
+
+std::int64_t Rows::first_open() const {
+  const auto found = std::find_if(phases_.begin(), phases_.end(), [](Phase phase) { return phase > Phase::ended; });
+  return found == phases_.end() ? -1 : found - phases_.begin();
+}
 
 bool Rows::has_constants() const {
   return std::any_of(heads_.begin(), heads_.end(), [](const Head& head) { return head.has_constants; });
@@ -175,6 +181,7 @@ void Rows::keep_constants(std::int64_t row) {
 }
 
 void Rows::copy(std::int64_t from, std::int64_t to) {
+  set_phase(to, phase(from));
   for (const PartKind& kind : kParts) {
     const std::size_t size = bytes_of(kind.content);
     if (size == 0 || !has(from, kind)) continue;

@@ -26,6 +26,16 @@ enum class Origin : std::uint8_t { cleared, forward, step, set };
 // the next step.
 enum class Written : std::uint8_t { no, by_task, by_caller };
 
+// What the caller of a physics_only task has yet to do with a row (Env::begin).
+enum class Phase : std::uint8_t {
+  done,       // nothing
+  ended,      // begin a new episode, because the step has ended the old one (autoreset_mode same_step)
+  begun,      // finish a reset
+  restarted,  // finish the reset that follows a step
+  advanced,   // finish a step
+  diverged    // finish a step in which MuJoCo found bad numbers
+};
+
 class Rows {
  public:
   struct Head {
@@ -57,6 +67,14 @@ class Rows {
   // The worker that last computed the row. It is not part of the row, because results do not depend on it.
   std::int32_t& worker(std::int64_t row) { return workers_[static_cast<std::size_t>(row)]; }
   std::int32_t worker(std::int64_t row) const { return workers_[static_cast<std::size_t>(row)]; }
+  // Like the worker, the phase is not part of the row, because a row with an open phase cannot be copied.
+  Phase phase(std::int64_t row) const { return phases_.empty() ? Phase::done : phases_[static_cast<std::size_t>(row)]; }
+  void set_phase(std::int64_t row, Phase phase) {
+    if (!phases_.empty()) phases_[static_cast<std::size_t>(row)] = phase;
+  }
+  bool is_open(std::int64_t row) const { return phase(row) > Phase::ended; }
+  // The first row with a step or reset to finish; -1 if there is none.
+  std::int64_t first_open() const;
   double* state(std::int64_t row) { return numbers(Part::state, row); }
   // The state before the computation that Origin names, so that a worker can repeat it.
   double* computed_state(std::int64_t row) { return numbers(Part::computed_state, row); }
@@ -139,6 +157,7 @@ class Rows {
   OwnArrays arrays_;
   std::vector<Head> heads_;
   std::vector<std::int32_t> workers_;
+  std::vector<Phase> phases_;  // empty unless the task is physics_only
   std::vector<double> model_values_;
   // Whether the row has a copy of its own. Bytes instead of bits, because threads write neighbours at the same time.
   std::vector<std::uint8_t> owns_values_;

@@ -59,11 +59,11 @@ const std::vector<Field>& Schema::fields(mjenv_role role) const {
 
 std::int64_t Schema::count(mjenv_role role) const { return total(fields(role)); }
 
-void Schema::check(const mjenv_batch& out, std::int64_t rows) const {
+void Schema::check(const mjenv_batch& out, std::int64_t rows, std::int64_t observation_count) const {
   if (out.struct_size == 0) return;  // the caller gave no batch
   check_count("rows", out.rows, rows);
   if (out.obs || out.final_obs) {
-    check_count("obs_count", out.obs_count, observation_count_);
+    check_count("obs_count", out.obs_count, observation_count);
     if (out.obs_dtype != MJENV_DTYPE_FLOAT64 && out.obs_dtype != MJENV_DTYPE_FLOAT32)
       fail(MJENV_E_ARGUMENT,
            "obs_dtype is " + std::to_string(out.obs_dtype) + ", not MJENV_DTYPE_FLOAT64 or MJENV_DTYPE_FLOAT32");

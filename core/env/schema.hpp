@@ -32,7 +32,9 @@ class Schema {
   bool exports_on_demand() const { return exports_on_demand_; }
   // Throws unless the batch has exactly `rows` elements, its dtype and the counts of its arrays fit this environment,
   // and info is given if final_info is. A batch whose struct_size is 0 has no arrays, and passes.
-  void check(const mjenv_batch& out, std::int64_t rows) const;
+  void check(const mjenv_batch& out, std::int64_t rows) const { check(out, rows, observation_count_); }
+  // The same for a batch whose observations have this count.
+  void check(const mjenv_batch& out, std::int64_t rows, std::int64_t observation_count) const;
 
  private:
   const Frames& frames_;  // has the fields and the space of the observation

@@ -20,6 +20,7 @@ struct Turn {
   std::int64_t row;
   Action action;  // the caller's; once the step has begun, the transformed one (ActionTransform)
   Place place;
+  Action ctrl{};  // what the caller has made of the action (mjenv_advance); empty: nothing
 
   // Known when the step has begun:
   Random begun{nullptr};  // `random` after the draws of the perturbation, if the task has before_step or before_substep

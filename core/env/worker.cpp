@@ -157,7 +157,8 @@ void Worker::show_kept(Rows& rows, std::int64_t row) {
   view_.show_parameters(rows.parameters(row));
 }
 
-void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
+void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization,
+                              const Initial& initial) {
   release();
   draws_.clear();
   const OwnArrays& arrays = rows.arrays();
@@ -185,6 +186,7 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
     random.state = &stream;
   }
   task_.calls->reset(view_.sim(), {state.qpos, state.qvel, state.act, view_.carried()}, random, &simulation);
+  initial.copy_to(state.qpos, state.qvel, work_.layout());
   take_own();
   for (const std::string& name : task_.needs.own) arrays.find(name)->check(inputs_.data());
   work_.save(before_.data());
@@ -215,9 +217,10 @@ void Worker::take_own() {
   }
 }
 
-void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization) {
+void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization,
+                   const Initial& initial) {
   if (!is_prepared_) prepare(rows.arrays());
-  if (work_.keeps_current()) return begin_simulating(rows, row, rng, randomization);
+  if (work_.keeps_current()) return begin_simulating(rows, row, rng, randomization, initial);
   const StateLayout& layout = work_.layout();
   double* start = before_.data();
   release();
@@ -235,6 +238,7 @@ void Worker::begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomiza
   show_kept(rows, row);
   Random random(&rng);
   task_.calls->reset(view_.sim(), {layout.qpos(start), layout.qvel(start), layout.act(start), view_.carried()}, random);
+  initial.copy_to(layout.qpos(start), layout.qvel(start), layout);
   // The stream is saved before mj_forward: if that fails, the next reset must draw another initial state.
   rows.head(row).rng = random.drew() ? random.rng() : rng;
   rows.head(row).seeded = true;
@@ -285,7 +289,7 @@ void Worker::prepare(const OwnArrays& arrays) {
 void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work::Pushes* pushes) {
   if (!is_prepared_) prepare(rows.arrays());
   if (rows.head(row).written == Written::by_caller &&
-      task_.carry_count > 0) {  // carried numbers may depend on what was written
+      task_.calls->has_carry()) {  // carried numbers may depend on what was written
     hold(rows, row);
     // The row gets these numbers only in commit. So if the row is loaded again (Team::advance), the callback carry
     // begins with the same numbers as the first time, not with its own result.

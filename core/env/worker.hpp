@@ -19,6 +19,16 @@
 
 namespace mjenv::core {
 
+// The initial state that the caller gives to an episode: positions, velocities, or neither (null).
+struct Initial {
+  const double *qpos = nullptr, *qvel = nullptr;
+
+  void copy_to(double* to_qpos, double* to_qvel, const StateLayout& layout) const {
+    if (qpos) std::copy_n(qpos, layout.nq, to_qpos);
+    if (qvel) std::copy_n(qvel, layout.nv, to_qvel);
+  }
+};
+
 // Rows do not store the derived arrays of mjData (xpos, contacts, ...). These stay in the work space of the worker that
 // last computed the row. If they are needed after that worker has computed another row, a worker computes them again.
 class Worker {
@@ -53,7 +63,9 @@ class Worker {
   void clear(Rows& rows);
   // Begins an episode: the task draws the initial state from rng, the randomisation draws its values, and mj_forward
   // computes the derived arrays, still with the row's old values. `adopt` replaces the old values by the drawn ones.
-  void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {});
+  // initial: replaces what the task has drawn.
+  void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {},
+             const Initial& initial = {});
   void adopt(Rows& rows, std::int64_t row) noexcept;
   // Makes the work space ready for a step: loads the row's state and the action. If the caller has written the state or
   // own values since the last computation, first calls the callback carry. pushes: must live until commit has returned.
@@ -146,7 +158,8 @@ class Worker {
   // parameters.
   void show_kept(Rows& rows, std::int64_t row);
   // `begin` for a task with Needs::current, whose reset can simulate.
-  void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization);
+  void begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization,
+                        const Initial& initial);
   // Copies to inputs_ the float32 numbers that a reset has written. Throws if MuJoCo cannot compute with them.
   void take_own();
   // Copies to mjData the forces that the task has written. Throws if MuJoCo cannot compute with them.

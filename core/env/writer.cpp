@@ -16,6 +16,17 @@ const double* Writer::observation() {
   return observation_.data();
 }
 
+const double* Writer::given_observation(const Place& given) {
+  const auto count = static_cast<std::int64_t>(observation_.size()), first = given.index * count;
+  if (given.out.obs && given.out.obs_dtype == MJENV_DTYPE_FLOAT64)
+    return static_cast<const double*>(given.out.obs) + first;
+  if (given.out.obs)
+    std::copy_n(static_cast<const float*>(given.out.obs) + first, count, observation_.data());
+  else
+    std::fill(observation_.begin(), observation_.end(), 0.0);
+  return observation_.data();
+}
+
 void Writer::write_observation(void* to, const Place& place) {
   if (!to) return;
   if (place.out.obs_dtype == MJENV_DTYPE_FLOAT32) return write_observation(observation(), to, place);

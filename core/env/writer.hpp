@@ -19,6 +19,8 @@ class Writer {
   void prepare(const Schema& schema, const Frames& frames, const std::vector<Array>& arrays);
   // Computes and returns the task's observation, which is valid until the next one is computed.
   const double* observation();
+  // Returns the observation that the caller has computed for this element, which is 0 if it has none.
+  const double* given_observation(const Place& given);
   // Writes the task's observation. Only for environments in which the caller sees it unchanged.
   void write_observation(void* to, const Place& place);
   // Writes this observation, which has as many numbers as the caller sees, instead of the task's.

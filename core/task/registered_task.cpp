@@ -261,6 +261,7 @@ Task RegisteredTask::build(const Options& options) const {
   task.camera = camera_;
   task.revision = given_.revision;
   task.caller_thread = given_.caller_thread != 0;
+  task.physics_only = given_.physics_only != 0;
 
   Work work(task.model);
   work.begin();
@@ -288,7 +289,7 @@ Task RegisteredTask::build(const Options& options) const {
   task.kept = builder.kept();
   task.needs = view.needs();
   const ActionBounds& own_space = task.needs.action;
-  if (!own_space.low.empty() && !calls->has_before_step())
+  if (!own_space.low.empty() && !calls->has_before_step() && !task.physics_only)
     fail(MJENV_E_TASK, id_ + ": build: an action space of the task's own needs the callback before_step");
   task.action = own_space.low.empty() ? ActionBounds{task.model->action_low(), task.model->action_high()} : own_space;
   // Gymnasium's robots keep Gymnasium's action space, which is 0 to 0 for such an actuator.

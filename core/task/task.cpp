@@ -78,22 +78,22 @@ void Calls::set_counts(const Fields& fields, std::int64_t carry_count, std::vect
   bounds_ = std::move(bounds);
 }
 
-std::optional<Calls::OutOfBounds> Calls::find_out_of_bounds(const void* numbers) const {
+std::string Calls::out_of_bounds(const void* numbers) const {
   for (const CarryBounds& bounds : bounds_)
     for (std::int64_t i = bounds.first; i < bounds.first + bounds.count; ++i) {
       double value = 0;
       std::memcpy(&value, static_cast<const std::byte*>(numbers) + i * sizeof value, sizeof value);
       const bool is_within = bounds.low <= value && value <= bounds.high;  // false if it is NaN
-      if (!is_within) return OutOfBounds{i, value, bounds.low, bounds.high};
+      if (!is_within)
+        return element_is("carried", static_cast<std::size_t>(i), value) + ", not " + number(bounds.low) + " to " +
+               number(bounds.high);
     }
-  return std::nullopt;
+  return "";
 }
 
 // Fails if the callback wrote a number outside of its bounds, because an image with that number could not be restored.
 void Calls::check_carried(const char* callback, const double* numbers) const {
-  if (const auto found = find_out_of_bounds(numbers))
-    refuse(callback, element_is("carried", static_cast<std::size_t>(found->index), found->value) + ", not " +
-                         number(found->low) + " to " + number(found->high));
+  if (const std::string found = out_of_bounds(numbers); !found.empty()) refuse(callback, found);
 }
 
 void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation) const {

@@ -79,10 +79,13 @@ class Calls {
   void set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds);
 
   // Whether all carried numbers of an image are within the task's bounds. The pointer may be misaligned.
-  bool is_valid_carried(const void* numbers) const { return !find_out_of_bounds(numbers); }
+  bool is_valid_carried(const void* numbers) const { return out_of_bounds(numbers).empty(); }
+  // Says which of these carried numbers is out of its bounds; "" if none is.
+  std::string out_of_bounds(const void* numbers) const;
 
   // As build has left them.
   const mjenv_task& callbacks() const { return callbacks_; }
+  bool has_carry() const { return callbacks_.carry != nullptr; }
   bool has_reset_info() const { return callbacks_.reset_info || reset_info_count_ > 0; }
 
   // Draws the initial state of an episode. simulation: null, unless the task's reset can simulate (Needs::current). If
@@ -115,12 +118,6 @@ class Calls {
   std::vector<CarryBounds> bounds_;  // of what rows carry
 
   void destroy(void* self) const;
-  // The first of the carried numbers that is out of its bounds.
-  struct OutOfBounds {
-    std::int64_t index;
-    double value, low, high;
-  };
-  std::optional<OutOfBounds> find_out_of_bounds(const void* numbers) const;
   void check_carried(const char* callback, const double* numbers) const;
   [[noreturn]] void refuse(const char* callback, const std::string& why) const;
   [[noreturn]] void fail_with(const char* callback, std::int32_t result) const;
@@ -137,6 +134,7 @@ struct Task {
   mjenv_task_camera camera{};
   std::int32_t revision = 0;     // part of an image's identity
   bool caller_thread = false;    // the callbacks run only on the thread that calls the library
+  bool physics_only = false;     // the caller computes observations, rewards and infos (Env::begin)
   std::optional<np::Norm> norm;  // the rounding of norms, if the task computes any
   Fields fields;
   Needs needs;

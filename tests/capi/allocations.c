@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include "golden.h"
+#include "mjenv/task.h"
 
 // ---- Counting ----
 
@@ -211,6 +212,43 @@ static void test_perturbed_steps(void** state) {
   mjenv_destroy(env);
 }
 
+// Nor do steps and resets whose outputs the caller computes.
+static void test_halves(void** state) {
+  (void)state;
+  enum { ROWS = 4 };
+  const mjenv_task_field field = {.struct_size = sizeof field, .role = MJENV_ROLE_OBSERVATION, .name = "seen"};
+  mjenv_task task = MJENV_TASK_INIT;
+  task.id = "Halves-v0", task.model = "hopper.xml", task.fields = &field, task.field_count = 1;
+  task.physics_only = 1, task.carry_count = 1;
+  assert_ok(mjenv_register_task(&task));
+  mjenv_options* options = options_of_id(task.id);
+  assert_ok(mjenv_options_set_integer(options, "history", 3));
+  mjenv_env* env = env_of_options(options, ROWS);
+  struct outputs* out = outputs_of(env);
+  const double noise = 0.1, action[3 * ROWS] = {0};
+  double seen[3 * ROWS];
+  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
+  perturbation.action_noise = perturbation.observation_noise = &noise;
+  perturbation.action_noise_count = perturbation.observation_noise_count = 1;
+  assert_ok(mjenv_perturb(env, &perturbation));
+  const mjenv_batch given = {.struct_size = sizeof given, .rows = ROWS, .reward = seen};
+  mjenv_status status = MJENV_OK;
+  start_counting();
+  for (int step = 0; status == MJENV_OK && step < 9; ++step) {
+    if (step % 3 == 0) status = mjenv_begin(env, NULL, NULL, 0, NULL, 0, &out->batch);
+    if (status == MJENV_OK) status = mjenv_finish(env, NULL, &given, &out->batch);
+    if (status == MJENV_OK) status = mjenv_act(env, NULL, action, 3 * ROWS, MJENV_DTYPE_FLOAT64, seen);
+    if (status == MJENV_OK)
+      status = mjenv_advance(env, NULL, action, 3 * ROWS, MJENV_DTYPE_FLOAT64, NULL, 0, &out->batch);
+    if (status == MJENV_OK) status = mjenv_finish(env, NULL, &given, &out->batch);
+  }
+  stop_counting();
+  assert_ok(status);
+  assert_int_equal(counted.ours, 0);
+  outputs_free(out);
+  mjenv_destroy(env);
+}
+
 // Nor do resets that draw values and compute constants, or steps after them, in lanes and one by one, whatever resets.
 static void test_randomised(void** state) {
   const char* autoreset = *state;
@@ -365,7 +403,7 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  enum { FIRST = 9 };
+  enum { FIRST = 10 };
   struct CMUnitTest tests[FIRST + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
@@ -377,6 +415,7 @@ int main(void) {
   tests[6] = (struct CMUnitTest){"randomised, same_step", test_randomised, NULL, NULL, "same_step"};
   tests[7] = (struct CMUnitTest)cmocka_unit_test(test_divergence);
   tests[8] = (struct CMUnitTest)cmocka_unit_test(test_wrapped);
+  tests[9] = (struct CMUnitTest)cmocka_unit_test(test_halves);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);

@@ -138,6 +138,13 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_reset(NULL, NULL, &b->out->batch), "env is NULL");
   assert_refused(wanted, mjenv_step(NULL, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, &b->out->batch), "env is NULL");
   assert_refused(wanted, mjenv_step(b->env, NULL, NULL, 3, MJENV_DTYPE_FLOAT64, &b->out->batch), "action is NULL");
+  assert_refused(wanted, mjenv_begin(NULL, NULL, NULL, 0, NULL, 0, NULL), "env is NULL");
+  assert_refused(wanted, mjenv_act(NULL, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, values), "env is NULL");
+  assert_refused(wanted, mjenv_act(b->env, NULL, NULL, 3, MJENV_DTYPE_FLOAT64, values), "action is NULL");
+  assert_refused(wanted, mjenv_act(b->env, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, NULL), "seen is NULL");
+  assert_refused(wanted, mjenv_advance(NULL, NULL, numbers, 3, MJENV_DTYPE_FLOAT64, NULL, 0, NULL), "env is NULL");
+  assert_refused(wanted, mjenv_advance(b->env, NULL, NULL, 3, MJENV_DTYPE_FLOAT64, NULL, 0, NULL), "action is NULL");
+  assert_refused(wanted, mjenv_finish(NULL, NULL, NULL, NULL), "env is NULL");
   assert_refused(wanted, mjenv_send(NULL, NULL, 0, numbers, 3, MJENV_DTYPE_FLOAT64), "env is NULL");
   assert_refused(wanted, mjenv_send(b->env, NULL, 0, NULL, 3, MJENV_DTYPE_FLOAT64), "action is NULL");
   assert_refused(wanted, mjenv_recv(NULL, 1, -1, rows, 1, &count, &b->out->batch), "env is NULL");

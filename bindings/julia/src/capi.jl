@@ -586,6 +586,10 @@ const FUNCTIONS = (
     :mjenv_recv,
     :mjenv_rollout,
     :mjenv_observe,
+    :mjenv_begin,
+    :mjenv_act,
+    :mjenv_advance,
+    :mjenv_finish,
     :mjenv_compute_reward,
     :mjenv_read,
     :mjenv_object_count,
@@ -957,8 +961,57 @@ mjenv_observe(env, out) = ccall(
     out,
 )
 
-mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
+mjenv_begin(env, mask, qpos, nq, qvel, nv, out) = ccall(
     address(env, 40),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Float64}, Int64, Ptr{Float64}, Int64, Ptr{mjenv_batch}),
+    env,
+    mask,
+    qpos,
+    nq,
+    qvel,
+    nv,
+    out,
+)
+
+mjenv_act(env, mask, action, count, dtype, seen) = ccall(
+    address(env, 41),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Cvoid}),
+    env,
+    mask,
+    action,
+    count,
+    dtype,
+    seen,
+)
+
+mjenv_advance(env, mask, action, count, dtype, ctrl, ctrl_count, out) = ccall(
+    address(env, 42),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Float64}, Int64, Ptr{mjenv_batch}),
+    env,
+    mask,
+    action,
+    count,
+    dtype,
+    ctrl,
+    ctrl_count,
+    out,
+)
+
+mjenv_finish(env, mask, given, out) = ccall(
+    address(env, 43),
+    mjenv_status,
+    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}, Ptr{mjenv_batch}),
+    env,
+    mask,
+    given,
+    out,
+)
+
+mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
+    address(env, 44),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -970,7 +1023,7 @@ mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = cca
 )
 
 mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 41),
+    address(env, 45),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
     env,
@@ -982,7 +1035,7 @@ mjenv_read(env, row, array, values, capacity, count) = ccall(
 )
 
 mjenv_object_count(env, type, count) = ccall(
-    address(env, 42),
+    address(env, 46),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
     env,
@@ -991,7 +1044,7 @@ mjenv_object_count(env, type, count) = ccall(
 )
 
 mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 43),
+    address(env, 47),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
     env,
@@ -1001,7 +1054,7 @@ mjenv_object_index(env, type, name, index) = ccall(
 )
 
 mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 44),
+    address(env, 48),
     mjenv_status,
     (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
     env,
@@ -1011,7 +1064,7 @@ mjenv_object_name(env, type, index, name) = ccall(
 )
 
 mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 45),
+    address(env, 49),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
     env,
@@ -1023,7 +1076,7 @@ mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
 )
 
 mjenv_write(env, mask, array, values, count) = ccall(
-    address(env, 46),
+    address(env, 50),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
     env,
@@ -1034,7 +1087,7 @@ mjenv_write(env, mask, array, values, count) = ccall(
 )
 
 mjenv_write_row(env, row, array, values, count) = ccall(
-    address(env, 47),
+    address(env, 51),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64),
     env,
@@ -1045,7 +1098,7 @@ mjenv_write_row(env, row, array, values, count) = ccall(
 )
 
 mjenv_set_constants(env, mask) = ccall(
-    address(env, 48),
+    address(env, 52),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}),
     env,
@@ -1053,7 +1106,7 @@ mjenv_set_constants(env, mask) = ccall(
 )
 
 mjenv_set_constants_row(env, row) = ccall(
-    address(env, 49),
+    address(env, 53),
     mjenv_status,
     (Ptr{mjenv_env}, Int64),
     env,
@@ -1061,7 +1114,7 @@ mjenv_set_constants_row(env, row) = ccall(
 )
 
 mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 50),
+    address(env, 54),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
     env,
@@ -1072,7 +1125,7 @@ mjenv_simulate(env, row, ctrl, count, frames) = ccall(
 )
 
 mjenv_copy_row(env, mask, from) = ccall(
-    address(env, 51),
+    address(env, 55),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
     env,
@@ -1081,7 +1134,7 @@ mjenv_copy_row(env, mask, from) = ccall(
 )
 
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 52),
+    address(env, 56),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
     env,
@@ -1092,7 +1145,7 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
 )
 
 mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 53),
+    address(env, 57),
     mjenv_status,
     (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
     env,
@@ -1102,7 +1155,7 @@ mjenv_restore(env, row, image, size_bytes) = ccall(
 )
 
 mjenv_randomize(env, items, count) = ccall(
-    address(env, 54),
+    address(env, 58),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
     env,
@@ -1111,7 +1164,7 @@ mjenv_randomize(env, items, count) = ccall(
 )
 
 mjenv_perturb(env, perturbation) = ccall(
-    address(env, 55),
+    address(env, 59),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
     env,
@@ -1119,7 +1172,7 @@ mjenv_perturb(env, perturbation) = ccall(
 )
 
 mjenv_render_defaults(env, settings) = ccall(
-    address(env, 56),
+    address(env, 60),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
     env,
@@ -1127,7 +1180,7 @@ mjenv_render_defaults(env, settings) = ccall(
 )
 
 mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 57),
+    address(env, 61),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
     env,
@@ -1136,21 +1189,21 @@ mjenv_renderer_create(env, settings, renderer) = ccall(
 )
 
 mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 58),
+    address(renderer, 62),
     Cvoid,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 59),
+    address(renderer, 63),
     Cstring,
     (Ptr{mjenv_renderer},),
     renderer,
 )
 
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 60),
+    address(renderer, 64),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
     renderer,
@@ -1162,7 +1215,7 @@ mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
 )
 
 mjenv_render_segmentation(renderer, row, objects, count) = ccall(
-    address(renderer, 61),
+    address(renderer, 65),
     mjenv_status,
     (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
     renderer,
@@ -1172,7 +1225,7 @@ mjenv_render_segmentation(renderer, row, objects, count) = ccall(
 )
 
 mjenv_window_create(env, settings, window) = ccall(
-    address(env, 62),
+    address(env, 66),
     mjenv_status,
     (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
     env,
@@ -1181,21 +1234,21 @@ mjenv_window_create(env, settings, window) = ccall(
 )
 
 mjenv_window_destroy(window) = ccall(
-    address(window, 63),
+    address(window, 67),
     Cvoid,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_is_open(window) = ccall(
-    address(window, 64),
+    address(window, 68),
     Int32,
     (Ptr{mjenv_window},),
     window,
 )
 
 mjenv_window_draw(window, row) = ccall(
-    address(window, 65),
+    address(window, 69),
     mjenv_status,
     (Ptr{mjenv_window}, Int64),
     window,
@@ -1203,21 +1256,21 @@ mjenv_window_draw(window, row) = ccall(
 )
 
 mjenv_register_task(engine, task) = ccall(
-    address(engine, 66),
+    address(engine, 70),
     mjenv_status,
     (Ptr{mjenv_task},),
     task,
 )
 
 mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 67),
+    address(engine, 71),
     mjenv_status,
     (Cstring,),
     path,
 )
 
 mjenv_task_functions(engine) = ccall(
-    address(engine, 68),
+    address(engine, 72),
     Ptr{mjenv_task_api},
     (),
 )

@@ -654,6 +654,62 @@ MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t
  * mjenv_restore. Errors: SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
+/* ---- Resets and steps whose outputs the caller computes ----
+ * For a task with physics_only (mjenv/task.h), the caller computes observations, rewards and infos: for all rows at
+ * once, in any language, from the arrays of the option "arrays". The library does what it does for other tasks: limits,
+ * automatic resets, final outputs, noise, delays, pushes, histories, images.
+ *
+ *     mjenv_begin(env, NULL, qpos, rows * nq, qvel, rows * nv, &out);     // out.arrays of the initial states
+ *     mjenv_finish(env, NULL, &given, &out);                              // given.obs -> out.obs
+ *     for (;;) {
+ *       mjenv_advance(env, NULL, action, rows * nu, MJENV_DTYPE_FLOAT64, NULL, 0, &out);   // out.arrays after the step
+ *       mjenv_finish(env, NULL, &given, &out);                            // given.reward, ... -> out.reward, ...
+ *       ...  // begin and finish the rows with out.was_reset, if "autoreset_mode" is not disabled
+ *     }
+ *
+ * A row that was begun or advanced is open until it is finished: meanwhile mjenv_read, mjenv_write, mjenv_get_stream and
+ * mjenv_set_stream act on it, for the draws and kicks of the task; mjenv_advance, and functions that reset, step, copy or
+ * save rows or set their state, return PENDING. Rows that fail are not open. All four functions return TASK for other
+ * tasks. The task's carried numbers can be read and written as the array "carried"; images contain them. */
+
+/* Begins new episodes, as mjenv_reset. Randomisation, noise and delays draw from the rows' streams after the caller.
+ *   qpos      [rows][nq], of the rows of the mask; NULL: what the callback reset sets, or if there is none, the model's
+ *   qvel      [rows][nv] the same for velocities. nq, nv: how many numbers these arrays have
+ *   out       receives arrays, status, and 1 in was_reset; may be NULL
+ * Errors: SIZE, PHYSICS, VALUE (not finite, unless "strict" is 0; or mjenv_randomize), MODEL, TASK. */
+MJENV_API mjenv_status mjenv_begin(mjenv_env *env, const uint8_t *mask, const double *qpos, int64_t nq,
+                                   const double *qvel, int64_t nv, const mjenv_batch *out);
+
+/* Computes the actions that the task sees in the next step: transformed, delayed and with noise. Changes nothing: the
+ * next mjenv_advance of the same action draws the same noise.
+ *   action    as for mjenv_step
+ *   seen      [rows][n] of dtype
+ * Errors: as mjenv_advance. */
+MJENV_API mjenv_status mjenv_act(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count,
+                                 mjenv_dtype dtype, void *seen);
+
+/* Simulates a step. If "autoreset_mode" is not disabled, rows whose episode has ended before are not stepped: was_reset
+ * is then 1, and the caller begins and finishes them.
+ *   action    as for mjenv_step
+ *   ctrl      [rows][nu] what the caller makes of the actions that the task sees; ctrl_count = rows * nu. NULL: ctrl is
+ *             the action, which a task with mjenv_build_action must not use
+ *   out       receives arrays, status, was_reset, and 0 in reward, terminated and truncated; may be NULL
+ * Errors: as mjenv_step, and PENDING (a row is open). */
+MJENV_API mjenv_status mjenv_advance(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count,
+                                     mjenv_dtype dtype, const double *ctrl, int64_t ctrl_count, const mjenv_batch *out);
+
+/* Ends the step or reset of rows.
+ *   given     what the caller has computed, which is only read: obs (obs_count: that of the task's own observation,
+ *             without time and history), reset_info of rows that were begun, and reward, terminated and info of rows that
+ *             were advanced. Those that are NULL are 0. Its arrays can be those of out. NULL: gives up: the step counts,
+ *             but has no outputs; a row that was begun must be begun again
+ *   out       receives all but arrays; may be NULL. If "autoreset_mode" is same_step and a step has ended the episode,
+ *             was_reset is 1: the caller begins and finishes the row, which then keeps reward and flags in out. Of rows
+ *             that are not open, it receives obs alone, as from mjenv_observe
+ * Errors: SIZE, TASK (a reward or an observation is NaN, unless "strict" is 0). If it fails, it changes nothing. */
+MJENV_API mjenv_status mjenv_finish(mjenv_env *env, const uint8_t *mask, const mjenv_batch *given,
+                                    const mjenv_batch *out);
+
 /* Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay.
  *   achieved, desired  [reward_count][length of achieved_goal]; count: how many numbers each of the two arrays has
  *   rewards            [reward_count]

@@ -259,9 +259,10 @@ typedef struct mjenv_task {
   /* 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send). */
   int32_t caller_thread;
 
-  /* 1: the program itself computes observations, rewards and infos, from the arrays of the option "arrays". All
-   * callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the
-   * model's initial state. Observations and rewards are 0, and infos NaN. 0: reset, observe and step are required. */
+  /* 1: the program itself computes observations, rewards and infos (mjenv_begin, mjenv_advance, mjenv_finish). All
+   * callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the model's
+   * initial state. mjenv_reset and mjenv_step work, too: their observations and rewards are 0, and infos NaN. 0: reset,
+   * observe and step are required. */
   int32_t physics_only;
 
   int32_t fixed_model;      /* 1: the task has no options xml_file, xml_string and trust_xml */
@@ -499,7 +500,7 @@ static inline int64_t mjenv_build_parameter(mjenv_builder *builder, const char *
 static inline void mjenv_build_current(mjenv_builder *builder) { builder->api->current(builder); }
 
 /* Sets the action space: an action has count >= 1 numbers, and number i is in [low[i], high[i]]. The task must have the
- * callback before_step, which turns them into ctrl.
+ * callback before_step, which turns them into ctrl, or be physics_only: the program then passes ctrl to mjenv_advance.
  * low, high  [count], which may be infinite; NULL: -infinity, infinity */
 static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, const double *low, const double *high) {
   builder->api->action(builder, count, low, high);

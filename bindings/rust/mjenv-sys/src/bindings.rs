@@ -888,6 +888,73 @@ extern "C" {
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
 }
 extern "C" {
+    #[doc = " Begins new episodes, as mjenv_reset. Randomisation, noise and delays draw from the rows' streams after the caller."]
+    #[doc = "   qpos      [rows][nq], of the rows of the mask; NULL: what the callback reset sets, or if there is none, the model's"]
+    #[doc = "   qvel      [rows][nv] the same for velocities. nq, nv: how many numbers these arrays have"]
+    #[doc = "   out       receives arrays, status, and 1 in was_reset; may be NULL"]
+    #[doc = " Errors: SIZE, PHYSICS, VALUE (not finite, unless \"strict\" is 0; or mjenv_randomize), MODEL, TASK."]
+    pub fn mjenv_begin(
+        env: *mut mjenv_env,
+        mask: *const u8,
+        qpos: *const f64,
+        nq: i64,
+        qvel: *const f64,
+        nv: i64,
+        out: *const mjenv_batch,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Computes the actions that the task sees in the next step: transformed, delayed and with noise. Changes nothing: the"]
+    #[doc = " next mjenv_advance of the same action draws the same noise."]
+    #[doc = "   action    as for mjenv_step"]
+    #[doc = "   seen      [rows][n] of dtype"]
+    #[doc = " Errors: as mjenv_advance."]
+    pub fn mjenv_act(
+        env: *mut mjenv_env,
+        mask: *const u8,
+        action: *const ::std::os::raw::c_void,
+        count: i64,
+        dtype: mjenv_dtype,
+        seen: *mut ::std::os::raw::c_void,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Simulates a step. If \"autoreset_mode\" is not disabled, rows whose episode has ended before are not stepped: was_reset"]
+    #[doc = " is then 1, and the caller begins and finishes them."]
+    #[doc = "   action    as for mjenv_step"]
+    #[doc = "   ctrl      [rows][nu] what the caller makes of the actions that the task sees; ctrl_count = rows * nu. NULL: ctrl is"]
+    #[doc = "             the action, which a task with mjenv_build_action must not use"]
+    #[doc = "   out       receives arrays, status, was_reset, and 0 in reward, terminated and truncated; may be NULL"]
+    #[doc = " Errors: as mjenv_step, and PENDING (a row is open)."]
+    pub fn mjenv_advance(
+        env: *mut mjenv_env,
+        mask: *const u8,
+        action: *const ::std::os::raw::c_void,
+        count: i64,
+        dtype: mjenv_dtype,
+        ctrl: *const f64,
+        ctrl_count: i64,
+        out: *const mjenv_batch,
+    ) -> mjenv_status;
+}
+extern "C" {
+    #[doc = " Ends the step or reset of rows."]
+    #[doc = "   given     what the caller has computed, which is only read: obs (obs_count: that of the task's own observation,"]
+    #[doc = "             without time and history), reset_info of rows that were begun, and reward, terminated and info of rows that"]
+    #[doc = "             were advanced. Those that are NULL are 0. Its arrays can be those of out. NULL: gives up: the step counts,"]
+    #[doc = "             but has no outputs; a row that was begun must be begun again"]
+    #[doc = "   out       receives all but arrays; may be NULL. If \"autoreset_mode\" is same_step and a step has ended the episode,"]
+    #[doc = "             was_reset is 1: the caller begins and finishes the row, which then keeps reward and flags in out. Of rows"]
+    #[doc = "             that are not open, it receives obs alone, as from mjenv_observe"]
+    #[doc = " Errors: SIZE, TASK (a reward or an observation is NaN, unless \"strict\" is 0). If it fails, it changes nothing."]
+    pub fn mjenv_finish(
+        env: *mut mjenv_env,
+        mask: *const u8,
+        given: *const mjenv_batch,
+        out: *const mjenv_batch,
+    ) -> mjenv_status;
+}
+extern "C" {
     #[doc = " Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay."]
     #[doc = "   achieved, desired  [reward_count][length of achieved_goal]; count: how many numbers each of the two arrays has"]
     #[doc = "   rewards            [reward_count]"]
@@ -1551,9 +1618,10 @@ pub struct mjenv_task {
     >,
     #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
     pub caller_thread: i32,
-    #[doc = " 1: the program itself computes observations, rewards and infos, from the arrays of the option \"arrays\". All"]
-    #[doc = " callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the"]
-    #[doc = " model's initial state. Observations and rewards are 0, and infos NaN. 0: reset, observe and step are required."]
+    #[doc = " 1: the program itself computes observations, rewards and infos (mjenv_begin, mjenv_advance, mjenv_finish). All"]
+    #[doc = " callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the model's"]
+    #[doc = " initial state. mjenv_reset and mjenv_step work, too: their observations and rewards are 0, and infos NaN. 0: reset,"]
+    #[doc = " observe and step are required."]
     pub physics_only: i32,
     #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,

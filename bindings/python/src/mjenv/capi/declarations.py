@@ -426,6 +426,31 @@ class Library(CDLL):
         self.mjenv_rollout.restype = c_int32
         self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
         self.mjenv_observe.restype = c_int32
+        self.mjenv_begin.argtypes = (
+            c_void_p,
+            POINTER(c_uint8),
+            POINTER(c_double),
+            c_int64,
+            POINTER(c_double),
+            c_int64,
+            POINTER(mjenv_batch),
+        )
+        self.mjenv_begin.restype = c_int32
+        self.mjenv_act.argtypes = (c_void_p, POINTER(c_uint8), c_void_p, c_int64, c_int32, c_void_p)
+        self.mjenv_act.restype = c_int32
+        self.mjenv_advance.argtypes = (
+            c_void_p,
+            POINTER(c_uint8),
+            c_void_p,
+            c_int64,
+            c_int32,
+            POINTER(c_double),
+            c_int64,
+            POINTER(mjenv_batch),
+        )
+        self.mjenv_advance.restype = c_int32
+        self.mjenv_finish.argtypes = (c_void_p, POINTER(c_uint8), POINTER(mjenv_batch), POINTER(mjenv_batch))
+        self.mjenv_finish.restype = c_int32
         self.mjenv_compute_reward.argtypes = (
             c_void_p,
             POINTER(c_double),
