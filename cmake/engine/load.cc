@@ -6,6 +6,7 @@
 #include <memory>
 #include <unordered_set>
 
+#include "engine/engine_forward.h"
 #include "engine/engine_io.h"
 #include "engine/engine_util_errmem.h"
 #include "engine/untrusted/limits.hpp"
@@ -17,6 +18,8 @@
 // In guards.c.
 extern "C" void mjenv_limit_hulls(double limit);
 extern "C" int mjenv_hulls_exceeded();
+// In overlaps.c.
+extern "C" double mjenv_contact_work(const mjModel* model, mjData* data, double enough);
 
 namespace mjenv::core {
 namespace {
@@ -26,8 +29,9 @@ struct Loading {
   mjCModel* parsed = nullptr;  // by mjParseXML, which loses it if an exception of another kind than its own is thrown
   bool is_constructed = false;
   std::unordered_set<void*> blocks;  // of mju_malloc
+  const Limits& limits;
 
-  Loading() { current = this; }
+  explicit Loading(const Limits& given) : limits(given) { current = this; }
   ~Loading() {
     current = nullptr;
     for (void* block : blocks) mju_free(block);
@@ -66,12 +70,12 @@ const bool kLoadLimitsHulls = true;
 const bool kLengthRangesEnd = true;  // see guards.c
 const bool kCompilesOnThreads = false;
 
-mjModel* load(const std::string& path, const Files& files, std::int64_t hull_limit, std::string& reason) {
-  mjenv_limit_hulls(static_cast<double>(hull_limit));
+mjModel* load(const std::string& path, const Files& files, const Limits& limits, std::string& reason) {
+  mjenv_limit_hulls(static_cast<double>(limits.of(kHullWork)));
   const std::unique_ptr<VirtualFiles> virtual_files(new VirtualFiles);
   virtual_files->files = &files;
   handler_of_caller = _mjPRIVATE__get_tls_error_fn();
-  Loading loading;
+  Loading loading(limits);
   char parse_error[1000] = "";
   const std::unique_ptr<mjCModel> parsed(parse(path.c_str(), *virtual_files, loading, parse_error));
   if (!parsed) {
@@ -93,6 +97,14 @@ mjModel* load(const std::string& path, const Files& files, std::int64_t hull_lim
 }  // namespace mjenv::core
 
 using mjenv::core::Loading;
+
+// MuJoCo's compiler, which ends with a step of the model, calls this in place of mj_step.
+extern "C" void mjenv_test_step(const mjModel* model, mjData* data) {
+  const auto most = static_cast<double>(Loading::current->limits.of(mjenv::core::kContactMicroseconds));
+  if (mjenv_contact_work(model, data, most) > most)
+    throw mjCError(nullptr, "so many geoms overlap that a step takes too much work%s", mjenv::core::kUnlessTrusted);
+  mj_step(model, data);
+}
 
 // MuJoCo's loader, engine_io.c and qhull call these in place of mju_malloc and mju_free.
 extern "C" void* mjenv_malloc(std::size_t size) {

@@ -24,7 +24,7 @@ list(REMOVE_ITEM engine ${sources}/qhull/src/libqhull_r/usermem_r.c ${sources}/q
                         ${sources}/mujoco/src/xml/xml_api.cc)
 list(APPEND engine
   ${CMAKE_CURRENT_LIST_DIR}/collision.c ${CMAKE_CURRENT_LIST_DIR}/forces.c ${CMAKE_CURRENT_LIST_DIR}/guards.c
-  ${CMAKE_CURRENT_LIST_DIR}/load.cc ${CMAKE_CURRENT_LIST_DIR}/rays.c
+  ${CMAKE_CURRENT_LIST_DIR}/load.cc ${CMAKE_CURRENT_LIST_DIR}/overlaps.c ${CMAKE_CURRENT_LIST_DIR}/rays.c
   ${sources}/libccd/src/ccd.c ${sources}/libccd/src/mpr.c ${sources}/libccd/src/polytope.c ${sources}/libccd/src/support.c
   ${sources}/libccd/src/vec3.c
   ${sources}/lodepng/lodepng.cpp
@@ -80,7 +80,7 @@ set_property(SOURCE ${loader} APPEND PROPERTY COMPILE_DEFINITIONS mj_findFileVFS
 set_property(SOURCE ${loader} ${sources}/mujoco/src/engine/engine_io.c APPEND PROPERTY
              COMPILE_DEFINITIONS mju_malloc=mjenv_malloc mju_free=mjenv_free)
 set_property(SOURCE ${sources}/mujoco/src/user/user_model.cc APPEND PROPERTY COMPILE_DEFINITIONS
-             mj_defaultOption=mjenv_default_option _mjPRIVATE__set_tls_error_fn=mjenv_set_error_handler)
+             mj_defaultOption=mjenv_default_option mj_step=mjenv_test_step _mjPRIVATE__set_tls_error_fn=mjenv_set_error_handler)
 set_property(SOURCE ${sources}/mujoco/src/xml/xml.cc APPEND PROPERTY
              COMPILE_DEFINITIONS mjuu_getfiledir=mjenv_getfiledir)
 set_property(SOURCE ${CMAKE_CURRENT_LIST_DIR}/load.cc APPEND PROPERTY INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/core)

@@ -8,6 +8,7 @@
 #include "engine/errors.hpp"
 #include "engine/load.hpp"
 #include "engine/mujoco.hpp"
+#include "engine/untrusted/limits.hpp"
 #include "error.hpp"
 #include "system/platform.hpp"
 
@@ -25,14 +26,14 @@ std::string with_version(std::string reason) {
 
 }  // namespace
 
-mjModel* compile(const std::string& folder, const std::string& text, Files files, std::int64_t hull_limit) {
+mjModel* compile(const std::string& folder, const std::string& text, Files files, const Limits& limits) {
   const platform::ClassicLocale locale;
   const ErrorTrap trap;
   if (text.empty()) fail(MJENV_E_MODEL, "it is empty");
   const std::string path = folder + "<model>";
   files[path] = std::make_shared<const std::string>(text);
   std::string reason;
-  if (mjModel* model = load(path, files, hull_limit, reason)) {
+  if (mjModel* model = load(path, files, limits, reason)) {
     std::unique_ptr<mjModel, void (*)(mjModel*)> owned(model, mj_deleteModel);
     check_supported(*owned);
     return owned.release();
@@ -59,7 +60,7 @@ std::optional<std::int64_t> hull_vertices(const std::string& mesh_file, const Fi
   document.Print(&printer);
   try {
     const std::unique_ptr<mjModel, void (*)(mjModel*)> model(
-        compile("", printer.CStr(), {{mesh_file, files.at(mesh_file)}}, 0), mj_deleteModel);
+        compile("", printer.CStr(), {{mesh_file, files.at(mesh_file)}}, Limits(true)), mj_deleteModel);
     return model->mesh_graph[model->mesh_graphadr[0]];
   } catch (const Error&) {
     return std::nullopt;

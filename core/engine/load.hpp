@@ -12,6 +12,8 @@ struct mjModel_;
 
 namespace mjenv::core {
 
+class Limits;
+
 // The files that MuJoCo reads, by their paths. Null: MuJoCo finds no file at that path.
 using Files = std::map<std::string, std::shared_ptr<const std::string>>;
 
@@ -34,7 +36,7 @@ extern const bool kLengthRangesEnd;
 extern const bool kCompilesOnThreads;
 
 // Parses and compiles the model at this path, which is one of the files. If MuJoCo refuses the model, returns null and
-// sets `reason`. kHullWork explains the unit of hull_limit.
-mjModel_* load(const std::string& path, const Files& files, std::int64_t hull_limit, std::string& reason);
+// sets `reason`. Only a MuJoCo that is compiled in obeys the limits on work.
+mjModel_* load(const std::string& path, const Files& files, const Limits& limits, std::string& reason);
 
 }  // namespace mjenv::core

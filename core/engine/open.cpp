@@ -161,7 +161,7 @@ std::shared_ptr<const Model> Model::open(const Source& source) {
       const Mjcf given =
           built_in ? Mjcf{without_threads(source.text), {}} : checked(source.path, source.text, limits.trusted());
       refers_to_files = !given.files.empty();
-      compiled.reset(compile(folder_of(source.path), given.text, given.files, limits.of(kHullWork)));
+      compiled.reset(compile(folder_of(source.path), given.text, given.files, limits));
       if (given.must_state_ranges) check_length_ranges(*compiled);
       if (!(compiled->opt.timestep >= mjMINVAL))  // MuJoCo's smallest divisor; NaN, too
         fail(MJENV_E_MODEL, "the timestep is " + number(compiled->opt.timestep) + " s, less than " + number(mjMINVAL));

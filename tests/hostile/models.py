@@ -464,6 +464,10 @@ def counts() -> Iterator[Case]:
         expect="refused",
         words=("solver",),
     )
+    for number, expect in ((20, "works"), (2000, "refused")):
+        geoms = '<geom type="ellipsoid" size="1 .9 .8"/>' * number
+        xml = f"<mujoco><worldbody>{f'<body><freejoint/>{geoms}</body>' * 2}</worldbody></mujoco>"
+        yield Case(f"overlaps-{number}", xml, expect=expect)
     yield Case("long-name", model(f'<geom name="{"n" * 100}" size="1"/>'), expect="works")
     yield Case("longer-name", model(f'<geom name="{"n" * 101}" size="1"/>'), expect="refused", words=("name", "100"))
     yield Case("long-unknown", f"<mujoco><{'u' * 1_000_000}/></mujoco>", expect="refused")

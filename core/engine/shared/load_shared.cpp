@@ -76,7 +76,7 @@ const bool kLoadLimitsHulls = false;
 const bool kLengthRangesEnd = false;
 const bool kCompilesOnThreads = true;
 
-mjModel* load(const std::string& path, const Files& files, std::int64_t, std::string& reason) {
+mjModel* load(const std::string& path, const Files& files, const Limits&, std::string& reason) {
   check_free_memory();
   const std::lock_guard lock(one_at_a_time);
   const OtherRandom random;
