@@ -292,7 +292,7 @@ def test_snapshots_of_other_options(tmp_path: Path, capsys: pytest.CaptureFixtur
     with mjenv.make("Hopper-v5", ctrl_cost_weight=0.5, frame_skip=2) as env:
         env.reset(seed=1)
         file = tmp_path / "image"
-        file.write_bytes(env._rows.snapshot(0))
+        file.write_bytes(env.handle.snapshot(0))
     assert "name its id and options" in refusal(capsys, "snapshot", "show", file)
     assert "another id, model" in refusal(capsys, "snapshot", "show", file, "--id", "Hopper-v5")
     chosen = "--id", "Hopper-v5", "--option", "ctrl_cost_weight=0.5", "--option", "frame_skip=2"

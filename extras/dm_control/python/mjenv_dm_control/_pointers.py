@@ -30,7 +30,7 @@ class Pointers:
     def __init__(self, env: MujocoEnv) -> None:
         self.exist = False  # whether model or data has been read
         self.buffer: dict[str, int] = {}  # vis.global_.offwidth and offheight, if the program has written them
-        self._env, self._rows = env, env._rows
+        self._env, self.rows = env, env.handle
         self._package: Any = None  # mujoco, loaded when an object is first asked for
         self._model: Any = None
         self._data: Any = None
@@ -65,7 +65,7 @@ class Pointers:
         if is_moved:
             self._move(values.pop("qpos"), values.pop("qvel"))
         for name, new in values.items():
-            self._rows.write(self._env._row, name, new)
+            self.rows.write(0, name, new)
 
     def _move(self, qpos: NDArray[Any], qvel: NDArray[Any]) -> None:
         """Sets positions and velocities, and computes what follows from them, as mj_forward does in data."""
@@ -87,12 +87,12 @@ class Pointers:
 
     def _value(self, name: str) -> NDArray[Any]:
         """The row's input."""
-        return self._rows.value(Role.DATA, name, self._env._row)
+        return self.rows.value(Role.DATA, name, 0)
 
     def _refresh(self) -> None:
         if not self.exist:
-            self._package = _package(self._rows.engine)
-            self._model = self._package.MjModel.from_xml_string(model_xml(self._rows.id, self._rows.engine.name))
+            self._package = _package(self.rows.engine)
+            self._model = self._package.MjModel.from_xml_string(model_xml(self.rows.id, self.rows.engine.name))
             self._data = self._package.MjData(self._model)
             self.exist = True
         self.commit()
@@ -104,7 +104,7 @@ class Pointers:
         self._has_model = self._has_state = True
 
     def _read_data(self) -> None:
-        fields = [field for field in self._rows.fields(Role.DATA) if not field.name.startswith(_COUNTED)]
+        fields = [field for field in self.rows.fields(Role.DATA) if not field.name.startswith(_COUNTED)]
         inputs = [field.name for field in fields if field.name in INPUTS]
         for name in inputs:
             _set(self._data, name, self._value(name))
@@ -115,12 +115,12 @@ class Pointers:
         self._inputs = {name: np.array(getattr(self._data, name)) for name in inputs}
 
     def _read_model(self) -> None:
-        for field in self._rows.fields(Role.MODEL):
+        for field in self.rows.fields(Role.MODEL):
             struct, _, name = field.name.rpartition(".")
             if struct in ("opt", "stat"):
-                _set(getattr(self._model, struct), name, self._rows.read(self._env._row, field))
+                _set(getattr(self._model, struct), name, self.rows.read(0, field))
             elif not struct and not name.startswith(_SHARED) and isinstance(getattr(self._model, name), np.ndarray):
-                _set(self._model, name, self._rows.read(self._env._row, field))
+                _set(self._model, name, self.rows.read(0, field))
         for name, pixels in self.buffer.items():
             setattr(self._model.vis.global_, name, pixels)
 

@@ -90,7 +90,7 @@ class DmControlEnv(gymnasium.Env[Observation, NDArray[Any]]):
         """The picture: uint8[height, width, 3]; depths in metres; or those of all cameras in one ("multi_camera")."""
         if self.render_mode == "human":
             if self._window is None:
-                self._window = Pictures(self._env.mjenv._rows, "human")
+                self._window = Pictures(self._env.mjenv.handle, "human")
             self._window.draw()
             return None
         if self.render_mode == "multi_camera":

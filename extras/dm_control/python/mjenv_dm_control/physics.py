@@ -68,8 +68,8 @@ class PhysicsView(Arrays):
 
     _pointers: Pointers
 
-    def __init__(self, view: Arrays, pointers: Pointers) -> None:
-        super().__init__(view._rows, view._row, view._role, view._changed, view._prefix)
+    def __init__(self, pointers: Pointers) -> None:
+        super().__init__(pointers.rows, 0, Role.MODEL, partial(pointers.release, model=True), "vis.global.")
         object.__setattr__(self, "_pointers", pointers)
 
     def __getattr__(self, name: str) -> Any:
@@ -78,7 +78,7 @@ class PhysicsView(Arrays):
     def __setattr__(self, name: str, value: Any) -> None:
         if name in ("offwidth", "offheight"):
             self._pointers.buffer[name] = operator.index(value)
-            self._changed()
+            self._pointers.release(model=True)
         else:
             super().__setattr__(name, value)
 
@@ -91,11 +91,11 @@ class PhysicsModel(Model):
     _pointers: Pointers
     objects: Names
 
-    def __init__(self, env: MujocoEnv, pointers: Pointers) -> None:
-        super().__init__(env._rows, env._row, partial(pointers.release, model=True))
+    def __init__(self, pointers: Pointers) -> None:
+        super().__init__(pointers.rows, 0, partial(pointers.release, model=True))
         object.__setattr__(self, "objects", Names(self))
         object.__setattr__(self, "_pointers", pointers)
-        object.__setattr__(self.vis, "global_", PhysicsView(self.vis.global_, pointers))
+        object.__setattr__(self.vis, "global_", PhysicsView(pointers))
 
     @property
     def ptr(self) -> Any:
@@ -133,7 +133,7 @@ class PhysicsModel(Model):
 
     def _kind_of(self, number: int) -> str:
         kinds = [*_OBJECTS]
-        if self._rows.engine.name != "2.2.2":
+        if self._pointers.rows.engine.name != "2.2.2":
             kinds.insert(kinds.index("mesh"), "flex")
         return kinds[number] if 0 <= number < len(kinds) else ""
 
@@ -145,8 +145,8 @@ class PhysicsData(Data):
 
     _pointers: Pointers
 
-    def __init__(self, env: MujocoEnv, pointers: Pointers) -> None:
-        super().__init__(env._rows, env._row, pointers.release)
+    def __init__(self, pointers: Pointers) -> None:
+        super().__init__(pointers.rows, 0, pointers.release)
         object.__setattr__(self, "_pointers", pointers)
 
     def __getattr__(self, name: str) -> Any:
@@ -184,8 +184,8 @@ class Physics:
             self._hinge_names: list[str] = []
         self._raises = True
         self.pointers = Pointers(env)
-        self.model = PhysicsModel(env, self.pointers)
-        self.data = PhysicsData(env, self.pointers)
+        self.model = PhysicsModel(self.pointers)
+        self.data = PhysicsData(self.pointers)
         self.named = NamedStructs(
             Named(self.model, Role.MODEL, self.model.objects), Named(self.data, Role.DATA, self.model.objects)
         )
@@ -293,11 +293,11 @@ class Physics:
         self.pointers.commit()
         env = self._env
         batch = Batch(1, env.observation_space.shape, 0)
-        turn = [env._rows.enter()]
+        turn = [env.handle.enter()]
         try:
-            env._rows.observe(byref(batch.struct))
+            env.handle.observe(byref(batch.struct))
         finally:
-            env._rows.leave(turn.pop())
+            env.handle.leave(turn.pop())
         observation: NDArray[np.float64] = batch.obs[0]
         return observation
 
@@ -371,19 +371,19 @@ class Physics:
             raise InvalidValueError(f"camera_id is {camera}; the model has {self.model.ncam} cameras, and -1 is free")
         flags = tuple(sorted(_flag(key, value) for key, value in (render_flag_overrides or {}).items()))
         renderer = self._renderer((height, width, camera, _shown(scene_option), flags))
-        rows = self._env._rows
+        rows = self._env.handle
         turn = [rows.enter()]
         try:
             if segmentation:
                 objects = np.empty((height, width, 2), np.int32)
-                renderer.draw_segmentation(self._env._row, objects)
+                renderer.draw_segmentation(0, objects)
                 return objects
             if not depth:
                 rgb = np.empty((height, width, 3), np.uint8)
-                renderer.draw(self._env._row, rgb, None)
+                renderer.draw(0, rgb, None)
                 return rgb
             buffer = np.empty((height, width), np.float32)
-            renderer.draw(self._env._row, None, buffer)
+            renderer.draw(0, None, buffer)
         finally:
             rows.leave(turn.pop())
         extent, planes = self.model.stat.extent, self.model.vis.map
@@ -405,11 +405,11 @@ class Physics:
         view, stat = self.model.vis.global_, self.model.stat
         free = {"lookat": stat.center, "distance": 1.5 * stat.extent}
         free |= {"azimuth": view.azimuth, "elevation": view.elevation}
-        rows = self._env._rows
+        rows = self._env.handle
         pictures = Pictures(rows, "rgb_array", width, height, max_geom=_MAX_GEOM, default_camera_config=free)
         turn = [rows.enter()]
         try:
-            settings = pictures._settings(rows.pointer, camera)
+            settings = pictures.settings(rows.pointer, camera)
             if shown is None:
                 settings.visual[declarations.Visual.RANGEFINDER] = 0  # as dm_control's MjvOption
             else:

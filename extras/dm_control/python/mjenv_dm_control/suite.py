@@ -266,7 +266,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         # Actions need not be finite: MuJoCo warns of them.
         options |= {"max_episode_steps": -1, "visualize_reward": True, "arrays": "warnings", "strict": False}
         self.mjenv = make(id, **options)
-        timestep = self.mjenv._rows.timestep()
+        timestep = self.mjenv.handle.timestep()
         # If the task itself sets the length of a step, dm_control refuses n_sub_steps.
         if n_sub_steps is not None and (control_timestep is not None or self.mjenv.frame_skip > 1):
             raise ValueError("Both n_sub_steps and control_timestep were supplied.")
@@ -285,10 +285,10 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         self._domain = domain_name
         self._controls = np.empty(self.mjenv.action_space.shape)
         self._physics: Physics | None = None
-        self.task = Task(self.mjenv._rows, random)
+        _ = self.mjenv.np_random_seed  # it is seeded, so that resets go on with the stream, which the task sets
+        self.task = Task(self.mjenv.handle, random)
         self._observe: Callable[[NDArray[np.float64]], Observation] = _flat if flat_observation else self.task.terms.of
         self._no_warnings = bytes(self.mjenv.arrays["warnings"].nbytes)
-        self.mjenv._seed = 0  # the task's stream is seeded: resets go on with it
         self._steps = 0
         self._ended, self._is_begun = True, False
 
@@ -320,7 +320,7 @@ class Environment(dm_env.Environment):  # type: ignore[misc, unused-ignore]
         if self._physics is not None and self._physics.pointers.exist:
             self._physics.pointers.release()
         mjenv, task = self.mjenv, self.task
-        values, reward, terminated, _, _ = mjenv._step(controls)
+        values, reward, terminated, _, _ = mjenv.step(controls)
         # Comparing bytes takes less time than NumPy's functions.
         if mjenv.arrays["warnings"].tobytes() != self._no_warnings:
             self._report()

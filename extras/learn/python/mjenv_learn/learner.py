@@ -216,15 +216,15 @@ class PolicyHandle:
 
     def __init__(self, text: str) -> None:
         content = text.encode("utf-8", "surrogatepass")
-        self._read(library().mjenv_policy_parse, content, len(content))
+        self._hold(library().mjenv_policy_parse, content, len(content))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> PolicyHandle:
         policy = cls.__new__(cls)
-        policy._read(library().mjenv_policy_load, _path(path))
+        policy._hold(library().mjenv_policy_load, _path(path))
         return policy
 
-    def _read(self, function: Any, *arguments: Any) -> None:
+    def _hold(self, function: Any, *arguments: Any) -> None:
         self._library = library()
         handle = c_void_p()
         self._owned = Owned(self._library.mjenv_policy_destroy, handle)

@@ -225,10 +225,10 @@ class Training:
     def _first(self) -> Float64Array:
         """Begins new episodes, with the seeds that the library's learner uses. Returns their first observations."""
         self.envs.reset(seed=self.seed)
-        return np.array(self.envs._pool.outputs.obs)
+        return np.array(self.envs.outputs.obs)
 
     def _play(self) -> None:
-        outputs = self.envs._pool.outputs
+        outputs = self.envs.outputs
         try:
             for _ in range(self.settings.rollout_steps):
                 self.envs.step(self._learner.act())
@@ -414,7 +414,7 @@ def evaluate(
         **{"lanes": "max", **options},
     )
     try:
-        plays = _evaluate if type(envs._pool.rows) is Rows else _evaluate_here
+        plays = _evaluate if type(envs.handle) is Rows else _evaluate_here
         return Evaluation(*plays(envs, handle, precisions[precision], seed, episodes))
     finally:
         envs.close()
@@ -423,7 +423,7 @@ def evaluate(
 def _evaluate(
     envs: VectorEnv, handle: PolicyHandle, precision: Precision, seed: int, episodes: int
 ) -> tuple[Float64Array, NDArray[np.int64]]:
-    return handle.evaluate(envs._pool.rows, precision, seed, episodes)
+    return handle.evaluate(envs.handle, precision, seed, episodes)
 
 
 def _evaluate_here(
@@ -431,7 +431,7 @@ def _evaluate_here(
 ) -> tuple[Float64Array, NDArray[np.int64]]:
     """The same for tasks in NumPy, whose rows Python steps: groups of episodes, one episode in each row."""
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
-    actuators, obs = envs.single_action_space.shape[0], envs._pool.outputs.obs
+    actuators, obs = envs.single_action_space.shape[0], envs.outputs.obs
     image = envs.snapshot()  # an episode may leave things that resets keep
     for first in range(0, episodes, envs.num_envs):
         envs.restore(image)
@@ -472,7 +472,7 @@ def _with_groups(settings: Settings, rows: Rows) -> Settings:
 
 
 def _rows_of(envs: VectorEnv | Rows) -> Rows:
-    return envs if isinstance(envs, Rows) else envs._pool.rows
+    return envs if isinstance(envs, Rows) else envs.handle
 
 
 def _check_mode(envs: VectorEnv | Rows) -> None:
@@ -483,7 +483,7 @@ def _check_mode(envs: VectorEnv | Rows) -> None:
             f"the environments have the autoreset mode {envs.autoreset_mode.name}; training needs SAME_STEP",
             Status.E_VALUE,
         )
-    if envs._pool.outputs.obs.dtype != np.float64:
+    if envs.outputs.obs.dtype != np.float64:
         raise errors.OptionError("training needs observations of dtype float64", Status.E_VALUE)
 
 

@@ -220,7 +220,7 @@ class Session:
     @property
     def flat_obs(self) -> Array:
         """The observations (rows, n), also if they are dicts."""
-        return self.envs._pool.outputs.obs
+        return self.envs.outputs.obs
 
     # ---- what a user can do ----
 

@@ -32,7 +32,7 @@ from mjenv.rows.arguments import (
     row_numbers,
 )
 from mjenv.rows.arrays import Parameters, RowArrays
-from mjenv.rows.outputs import BoolArray
+from mjenv.rows.outputs import BoolArray, Outputs
 from mjenv.rows.pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv.rows.pool import Pool
 from mjenv.rows.row import Row, RowList
@@ -434,6 +434,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """An attribute of every row."""
         return self.call(name)
+
+    @property
+    def handle(self) -> Rows:
+        """The rows in the C interface, for programs that call its functions."""
+        return self._pool.rows
+
+    @property
+    def outputs(self) -> Outputs:
+        """The arrays into which the library writes the results of steps and resets."""
+        return self._pool.outputs
 
     @property
     def engine(self) -> str:

@@ -118,7 +118,7 @@ class Pictures:
         try:
             if row not in self._windows:
                 env = self._rows.pointer
-                self._windows[row] = _Window(self._rows.engine, env, self._settings(env, _FREE))
+                self._windows[row] = _Window(self._rows.engine, env, self.settings(env, _FREE))
             self._windows[row].draw(row)
         finally:
             self._rows.leave(turn.pop())
@@ -133,7 +133,7 @@ class Pictures:
         try:
             if place not in self._renderers:
                 env = self._rows.pointer
-                settings = self._settings(env, self._camera)
+                settings = self.settings(env, self._camera)
                 self._renderers[place] = Renderer(self._rows.engine, env, settings)
             rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
@@ -165,7 +165,8 @@ class Pictures:
         except UnknownNameError:
             return _FREE
 
-    def _settings(self, env: int, camera: int) -> Any:
+    def settings(self, env: int, camera: int) -> Any:
+        """The mjenv_render_settings of an environment's pointer and a camera."""
         settings = _struct(declarations.mjenv_render_settings)
         self._rows.check(self._rows.engine.mjenv_render_defaults(env, byref(settings)))
         if camera < _FREE:

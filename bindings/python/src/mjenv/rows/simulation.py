@@ -29,6 +29,11 @@ class Simulation:
         """Called after the state was changed other than by a step or a reset."""
 
     @property
+    def handle(self) -> Rows:
+        """The rows in the C interface, for programs that call its functions."""
+        return self._rows
+
+    @property
     def data(self) -> Data:
         """The row's mjData. Each access to an array returns a new copy.
 
