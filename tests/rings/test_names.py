@@ -8,8 +8,6 @@ import pytest
 
 CHECK = [sys.executable, str(Path(__file__).with_name("names.py"))]
 OWN = "class A:\n    def __init__(self):\n        self._rows = 3\n\n    def rows(self):\n        return self._rows\n"
-    "class Thing:\n    def __init__(self):\n        self._rows = 3\n\n    def rows(self):\n        return self._rows\n"
-)
 
 
 def found(extras: Path) -> str:
