@@ -22,13 +22,11 @@
 #include <array>
 #include <map>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "engine/lanes/frame/stages.hpp"
 #include "engine/lanes/frame/stepper.hpp"
-#include "engine/lanes/mujoco2/lanes.hpp"
-#include "engine/lanes/mujoco2/stages.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
 #include "measure.hpp"
@@ -386,8 +384,10 @@ void print_stages(const Case& c, const std::vector<int>& widths) {
     };
     for (const mjenv::core::lanes::Stage& stage : mjenv::core::lanes::stages()) {
       double time = stages["solver"] * (stage.name == std::string("solver"));  // of both of its functions
-      std::istringstream functions(stage.functions);
-      for (std::string name; functions >> name; stages.erase(name)) time += stages[name];
+      for (const mjenv::core::lanes::Function& function : stage.functions) {
+        time += stages[function.name];
+        stages.erase(function.name);
+      }
       print(stage.name, how(stage, *model), time);
       rest -= time;
     }

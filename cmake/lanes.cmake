@@ -2,9 +2,10 @@
 # aarch64. Sets MJENV_LANES to the names of the files that are compiled for one instruction set each; it is empty if there
 # is no lane code. Lanes add as MuJoCo does where mjenv compiles it. A built libmujoco may add in another order, or give some
 # zeros another sign, so rows are then stepped one by one.
-file(GLOB lane_sources CONFIGURE_DEPENDS core/engine/lanes/mujoco2/*.cpp)
-set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes/mujoco2)
-set(none ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes/frame/none.cpp)
+set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes)
+set(frame ${folder}/frame)
+set(none ${frame}/none.cpp)
+file(GLOB lane_sources CONFIGURE_DEPENDS ${frame}/*.cpp ${folder}/mujoco2/*.cpp)
 set(of_x86 sse2 avx2 avx512)
 set(of_aarch64 neon)
 set(MJENV_LANES "")
@@ -18,8 +19,8 @@ if(MJENV_ENGINE_MAJOR EQUAL 2 AND NOT MJENV_LOADER AND NOT MJENV_ARCH MATCHES "x
   endif()
 endif()
 if(MJENV_LANES)
-  list(TRANSFORM others REPLACE "(.+)" "${folder}/\\1.cpp")
-  list(REMOVE_ITEM lane_sources ${others})
+  list(TRANSFORM others REPLACE "(.+)" "${frame}/\\1.cpp")
+  list(REMOVE_ITEM lane_sources ${others} ${none})
   list(APPEND core_sources ${lane_sources})
 else()
   list(APPEND core_sources ${none})
@@ -38,22 +39,23 @@ endif()
 # A profile knows nothing of these files, because the steps that it counts are without lanes, so clang would make them
 # small instead of fast.
 if(MJENV_PGO)
-  foreach(name IN LISTS MJENV_LANES ITEMS stepper solver constraint_maker)
+  list(TRANSFORM MJENV_LANES PREPEND frame/ OUTPUT_VARIABLE names)
+  foreach(name IN LISTS names ITEMS frame/lane_stepper mujoco2/stepper mujoco2/solver mujoco2/constraint_maker)
     set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-profile-generate
                                                                               -fno-profile-instr-use)
   endforeach()
 endif()
 # Each of these files is compiled for one instruction set, so link-time optimisation must leave them alone.
 foreach(name IN LISTS MJENV_LANES)
-  set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto)
+  set_property(SOURCE ${frame}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto)
 endforeach()
-set_property(SOURCE ${folder}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx2)
-set_property(SOURCE ${folder}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx512f -mavx512dq
+set_property(SOURCE ${frame}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx2)
+set_property(SOURCE ${frame}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx512f -mavx512dq
                                                                          -mprefer-vector-width=512)
 if(MINGW)
   # Windows aligns stacks to 16 bytes, but gcc for Windows assumes that wider vectors on the stack are aligned to their
   # width. So the assembler turns aligned moves into unaligned ones.
   foreach(name avx2 avx512)
-    set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -Wa,-muse-unaligned-vector-move)
+    set_property(SOURCE ${frame}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -Wa,-muse-unaligned-vector-move)
   endforeach()
 endif()

@@ -20,7 +20,7 @@ extern "C" {
 }
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 #include "engine/lanes/mujoco2/model_tables.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"

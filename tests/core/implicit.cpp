@@ -25,10 +25,10 @@ void mju_solveLUSparse(mjtNum* res, const mjtNum* LU, const mjtNum* vec, int n, 
 }
 
 #define MJENV_LANES_WIDTH 2
+#include "engine/lanes/frame/stages.hpp"
 #include "engine/lanes/frame/stepper.hpp"
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 #include "engine/lanes/mujoco2/model_tables.hpp"
-#include "engine/lanes/mujoco2/stages.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
 #include "noise.hpp"
@@ -116,9 +116,8 @@ void test_steps(void** /*state*/) {
   for (const auto& c : cases) {
     const auto model = Model::parse(c.name, c.text);
     const auto& stages = lanes::stages();
-    const auto stage = std::find_if(stages.begin(), stages.end(), [](const lanes::Stage& one) {
-      return std::string(one.functions).find("implicit") != std::string::npos;
-    });
+    const auto stage = std::find_if(stages.begin(), stages.end(),
+                                    [](const lanes::Stage& one) { return one.name == std::string("integration"); });
     assert_string_equal(lanes::how(*stage, *model).c_str(), "lanes");
     const std::string found = compare_in_lanes(model, kRows);
     if (!found.empty()) failures += std::string(c.name) + ": " + found + "\n";

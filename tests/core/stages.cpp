@@ -15,9 +15,8 @@ extern "C" {
 #include <cmocka.h>
 }
 
+#include "engine/lanes/frame/stages.hpp"
 #include "engine/lanes/frame/stepper.hpp"
-#include "engine/lanes/mujoco2/lanes.hpp"
-#include "engine/lanes/mujoco2/stages.hpp"
 #include "engine/model.hpp"
 #include "run.hpp"
 
@@ -61,14 +60,12 @@ void test_document(void** /*state*/) {
   assert_same(table_under("| obstacle | reason |"), obstacles);
 }
 
-// Each function of lanes belongs to one stage, except those that find bad numbers or copy.
+// Each function of lanes belongs to one stage.
 void test_functions(void** /*state*/) {
-  std::map<std::string, int> stages_of{{"bad", 1}, {"gather", 1}, {"scatter", 1}};
+  std::map<std::string, int> stages_of;
   std::size_t count = 0;
-  for (const lanes::Stage& stage : lanes::stages()) {
-    std::istringstream functions(stage.functions);
-    for (std::string name; functions >> name;) ++stages_of[name];
-  }
+  for (const lanes::Stage& stage : lanes::stages())
+    for (const lanes::Function& function : stage.functions) ++stages_of[function.name];
 #define MJENV_CHECK(result, name, parameters) count += stages_of[#name] == 1;
   MJENV_LANES_FUNCTIONS(MJENV_CHECK)
 #undef MJENV_CHECK
@@ -92,7 +89,8 @@ void test_models(void** /*state*/) {
   };
   auto found = stages_of(with("", "", ""));
   assert_int_equal(found.size(), lanes::stages().size());
-  for (const char* stage : {"kinematics", "passive", "contacts", "constraints", "solver", "accelerations", "forces"})
+  for (const char* stage :
+       {"kinematics", "passive", "contacts", "constraints", "solver", "accelerations", "integration", "forces"})
     assert_string_equal(found[stage].c_str(), "lanes");
   for (const char* stage : {"tendons", "sensors", "energies"}) assert_string_equal(found[stage].c_str(), "absent");
 
@@ -145,8 +143,8 @@ void test_models(void** /*state*/) {
       {with("", "", "<sensor><user objtype='site' objname='t' datatype='real' needstage='acc' dim='1'/></sensor>"),
        "sensors", "lanes"},
       {with("<option><flag energy='enable'/></option>", "", ""), "energies", "row by row: only where they are read"},
-      {with("<option integrator='implicit'/>", "", tendon), "accelerations", "lanes"},
-      {with("<option integrator='implicit' jacobian='sparse'/>", "", tendon), "accelerations", "lanes"},
+      {with("<option integrator='implicit'/>", "", tendon), "integration", "lanes"},
+      {with("<option integrator='implicit' jacobian='sparse'/>", "", tendon), "integration", "lanes"},
       {with("<option jacobian='sparse'/>", "", tendon), "tendons", "row by row: sparse Jacobians of tendons"},
       {with("<option jacobian='sparse'/>", "", tendon), "passive", "row by row: sparse Jacobians of tendons"},
       {with("<option><flag fwdinv='enable'/></option>", "", ""), "kinematics",

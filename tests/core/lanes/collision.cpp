@@ -6,7 +6,7 @@
 #include <cmath>
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 #include "engine/lanes/mujoco2/model_tables.hpp"
 
 namespace mjenv::core::lanes_tests {

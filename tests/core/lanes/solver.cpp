@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 
 namespace mjenv::core::lanes_tests {
 namespace {

@@ -22,7 +22,7 @@ int mju_cholUpdateSparse(mjtNum* mat, mjtNum* x, int n, int flg_plus, int* rownn
 }
 
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 
 namespace mjenv::core::lanes_tests {
 namespace {

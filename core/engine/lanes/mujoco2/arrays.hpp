@@ -3,7 +3,21 @@
 // mjModel rows may have of their own.
 #pragma once
 
+// NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
+struct mjModel_;
+
 namespace mjenv::core::lanes {
+
+// The counts of arrays that lanes have only for some models: of geoms, if fluids act on some of them as on ellipsoids; of
+// bodies, if there are sensors; of cameras, if sensors see from them; and 1 for the integrator implicit, 0 for others.
+int count_of_fluid_geoms(const mjModel_& m);
+int count_of_subtrees(const mjModel_& m);
+int count_of_cameras(const mjModel_& m);
+int is_implicit(const mjModel_& m);
+
+// Whether lanes need an array of moments. If MuJoCo's functions compute the moments: whether the integrator implicit
+// reads them. Otherwise: whether an actuator acts on something other than a slide or a hinge.
+bool has_moments(const mjModel_& m);
 
 // Those who read and write the mjData of rows: MuJoCo's functions, row by row, and whoever sees the rows between steps.
 enum Party : unsigned {
@@ -17,7 +31,7 @@ enum Party : unsigned {
   kCollision = 1 << 6,    // mj_collision
   kConstraints = 1 << 7,  // mj_makeConstraint, and mj_fwdConstraint in rows without constraints
   kBodyConstraints = 1 << 8,  // mj_makeConstraint, if there are contacts or equalities
-  kTendons = 1 << 9,          // mj_makeConstraint, and mj_tendon, which writes
+  kTendons = 1 << 9,          // mj_makeConstraint
   kSolver = 1 << 10,          // mj_fwdConstraint
   kActuation = 1 << 11,       // mj_tendon, mj_transmission, mj_fwdActuation
   kMoments = 1 << 12,         // mj_transmission
@@ -59,7 +73,7 @@ constexpr int kParties = 20;
   ARRAY(cdof, 6 * m.nv, kNobody, kWhole | kActuation | kBodyConstraints | kSensing)                     \
   ARRAY(cinert, 10 * m.nbody, kNobody, kShown)                                                          \
   ARRAY(ten_length, m.ntendon, kActuation, kShown | kConstraints)                                       \
-  ARRAY(ten_J, m.ntendon* m.nv, kTendons, kTendons)                                                     \
+  ARRAY(ten_J, m.ntendon* m.nv, kActuation, kTendons)                                                   \
   ARRAY(actuator_length, m.nu, kActuation, kShown)                                                      \
   ARRAY(actuator_moment, has_moments(m) ? m.nu* m.nv : 0, kActuation, kMoments)                         \
   ARRAY(crb, 10 * m.nbody, kNobody, kWhole)                                                             \

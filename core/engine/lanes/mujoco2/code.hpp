@@ -1,4 +1,4 @@
-// Defines the table (Code) of one instruction set's functions.
+// All functions of lanes for MuJoCo 2.2.2.
 #pragma once
 
 #include "engine/lanes/mujoco2/actuation.hpp"
@@ -13,18 +13,3 @@
 #include "engine/lanes/mujoco2/solver_noslip.hpp"
 #include "engine/lanes/mujoco2/solver_pgs.hpp"
 #include "engine/lanes/mujoco2/solver_primal.hpp"
-
-namespace mjenv::core::lanes {
-namespace {
-
-constexpr Code make_code() {
-  Code code{};
-  code.width = kWidth;
-#define MJENV_SET(result, name, parameters) code.name = name;
-  MJENV_LANES_FUNCTIONS(MJENV_SET)
-#undef MJENV_SET
-  return code;
-}
-
-}  // namespace
-}  // namespace mjenv::core::lanes

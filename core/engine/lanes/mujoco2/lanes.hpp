@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "engine/lanes/frame/lanes_base.hpp"
 #include "engine/lanes/frame/width.hpp"
 #include "engine/lanes/mujoco2/arrays.hpp"
 
@@ -134,9 +135,7 @@ struct ConstraintNumbers {
 
 // The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
 // lane l is at [i * width + l]. One block of memory holds the arrays pair_..., another one all others.
-struct Lanes {
-  const mjModel* model;
-
+struct Lanes : LanesBase {
 #define MJENV_ARRAY(name, ...) double* name;
   MJENV_LANES_DATA(MJENV_ARRAY)
   MJENV_LANES_RESULTS(MJENV_ARRAY)
@@ -147,7 +146,7 @@ struct Lanes {
 #undef MJENV_ARRAY
   // PairNumbers of each pair, filled only if has_own_pairs.
   double *pair_limit, *pair_margin, *pair_includemargin, *pair_reach;
-  bool has_own_frames, has_own_pairs;
+  bool has_own_pairs;
   bool has_own_sizes;  // sizes or margins of geoms differ from those with which `boxes` and box_pairs were computed
   bool has_fluid;      // a model has a fluid
   bool has_wind;       // a model has wind
@@ -178,10 +177,7 @@ struct Lanes {
   const GeomBox* boxes;         // for each geom, if there are box_pairs
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
 
-  bool has_forces;           // some number of qfrc_applied or xfrc_applied is not 0
   unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
-  unsigned left_to_mujoco;  // lanes, as bits, in which a number or a case occurred that only MuJoCo's own code computes
-  unsigned unlike;  // lanes, as bits, whose rows have own numbers of mjModel with which only MuJoCo's own code computes
 };
 
 // What a limit or friction constrains.
@@ -380,25 +376,8 @@ struct Constraints {
   /* mj_sensorPos, mj_sensorVel and mj_sensorAcc, except for the sensors that sense_singly computes. Only sensors */ \
   /* of forces, torques, touch and limits read the contacts and constraints, which a solver must have solved. */     \
   FUNCTION(void, sensors, (Lanes&, const Contacts&, const Constraints&))                                             \
-  FUNCTION(void, rnePostConstraint, (Lanes&, const Contacts&, const Constraints&))                                   \
-  /* The lanes, as bits, in which one of the numbers is bad in MuJoCo's sense (mju_isBad). */                        \
-  FUNCTION(unsigned, bad, (const double* numbers, int count))                                                        \
-  /* Copy `count` numbers of each lane. */                                                                           \
-  FUNCTION(void, gather, (double* to, const double* const* from, int count))                                         \
-  FUNCTION(void, scatter, (double* const* to, const double* from, int count))
-
-// An instruction set: how many lanes it has, and pointers to its functions.
-struct Code {
-  int width;
-#define MJENV_POINTER(result, name, parameters) result(*name) parameters;
-  MJENV_LANES_FUNCTIONS(MJENV_POINTER)
-#undef MJENV_POINTER
-};
-
-extern const Code sse2, avx2, avx512, neon;
-
-// The instruction sets that this CPU has, in ascending order of their lanes. Defined in a file that is compiled for
-// every CPU.
-std::vector<const Code*> codes();
+  FUNCTION(void, rnePostConstraint, (Lanes&, const Contacts&, const Constraints&))
 
 }  // namespace mjenv::core::lanes
+
+#include "engine/lanes/frame/code.hpp"

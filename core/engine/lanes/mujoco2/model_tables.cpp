@@ -308,7 +308,7 @@ int count_of_cameras(const mjModel& m) { return sees_from_cameras(m) ? m.ncam : 
 int is_implicit(const mjModel& m) { return m.opt.integrator == mjINT_IMPLICIT ? 1 : 0; }
 
 bool has_moments(const mjModel& m) {
-  if (SingleStages(m).actuation) return m.opt.integrator == mjINT_IMPLICIT;
+  if (!actuation_obstacle(m).empty()) return m.opt.integrator == mjINT_IMPLICIT;
   for (int i = 0; i < m.nu; ++i)
     if (!acts_on_dof(m, i)) return true;
   return false;
@@ -350,14 +350,9 @@ std::string actuation_obstacle(const mjModel& m) {
 
 std::string passive_obstacle(const mjModel& m) { return has_sparse_tendons(m) ? "sparse Jacobians of tendons" : ""; }
 
-SingleStages::SingleStages(const mjModel& m) {
-  actuation = !actuation_obstacle(m).empty();
-  passive = !passive_obstacle(m).empty();
-}
-
 ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*model.get())) {
   const mjModel& m = *model.get();
-  const SingleStages single(m);
+  const bool actuates = actuation_obstacle(m).empty();
   const bool finds_contacts = constrains(m, mjDSBL_CONTACT) && m.nconmax > 0;
   if (finds_contacts && !model.pairs()) searched = searched_pairs(m);
   knows_pairs = !finds_contacts || model.pairs() || searched;
@@ -376,8 +371,8 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   }
   tendon_dof_adr.push_back(static_cast<int>(tendon_dofs.size()));
   equalities = possible_equalities(m, is_still_tendon, columns);
-  for (int i = 0; i < m.nu && !single.actuation; ++i) actuators.push_back(actuator_of(m, i, *this, columns));
-  for (int i = 0; i < m.ntendon && !single.actuation; ++i) {
+  for (int i = 0; i < m.nu && actuates; ++i) actuators.push_back(actuator_of(m, i, *this, columns));
+  for (int i = 0; i < m.ntendon && actuates; ++i) {
     segment_adr.push_back(static_cast<int>(segments.size()));
     if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments, columns);
   }

@@ -12,13 +12,6 @@
 
 namespace mjenv::core::lanes {
 
-// Which stages MuJoCo's functions compute row by row, because the model has a feature for which there is no lane code.
-struct SingleStages {
-  explicit SingleStages(const mjModel_& m);
-  bool actuation;  // tendons, actuators, their lengths, velocities and forces
-  bool passive;    // passive forces; only if `actuation`, too
-};
-
 // The feature of the model because of which MuJoCo computes tendons and actuators, or passive forces, row by row; "" if
 // there is none.
 std::string actuation_obstacle(const mjModel_& m);
@@ -54,24 +47,6 @@ struct ModelTables {
 // Whether an actuator is an adhesion. Its moment depends on contacts and their constraints, so MuJoCo's functions find
 // them row by row before they compute actuators.
 bool has_adhesion(const mjModel_& m);
-
-// The counts of arrays that lanes have only for some models: of geoms, if fluids act on some of them as on ellipsoids; of
-// bodies, if there are sensors; of cameras, if sensors see from them; and 1 for the integrator implicit, 0 for others.
-int count_of_fluid_geoms(const mjModel_& m);
-int count_of_subtrees(const mjModel_& m);
-int count_of_cameras(const mjModel_& m);
-int is_implicit(const mjModel_& m);
-
-// Whether lanes need an array of moments. If MuJoCo's functions compute the moments: whether the integrator implicit
-// reads them. Otherwise: whether an actuator acts on something other than a slide or a hinge.
-bool has_moments(const mjModel_& m);
-
-// A number of mjOption, or the first of several.
-inline const double* first(const double& number) { return &number; }
-template <std::size_t count>
-const double* first(const double (&numbers)[count]) {
-  return numbers;
-}
 
 // Computes the numbers of a pair of geoms in this model. The type of the first must not be above that of the second.
 PairNumbers pair_numbers(const mjModel& m, int geom1, int geom2);

@@ -1,15 +1,14 @@
 // Which stages of a step, and which models, the lane code computes.
-#include "engine/lanes/mujoco2/stages.hpp"
+#include "engine/lanes/frame/stages.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
-#include "engine/lanes/frame/stepper.hpp"
-#include "engine/lanes/mujoco2/arrays.hpp"
+#include "engine/lanes/frame/lane_arrays.hpp"
 #include "engine/lanes/mujoco2/model_tables.hpp"
 #include "engine/lanes/mujoco2/sensing.hpp"
 #include "engine/lanes/mujoco2/solver.hpp"
+#include "engine/lanes/mujoco2/unlisted.hpp"
 #include "engine/mujoco.hpp"
 
 namespace mjenv::core::lanes {
@@ -18,30 +17,6 @@ namespace {
 std::string text_if(bool condition, const char* text) { return condition ? text : ""; }
 
 // ---- Obstacles ----
-
-// Whether all numbers are finite and at most mjMAXVAL, MuJoCo's limit for the numbers of a state. With such numbers,
-// computations do not overflow; if they did, the checks of the lanes' results would find it.
-bool is_moderate(const mjtNum* numbers, int count) {
-  for (int i = 0; i < count; ++i)
-    if (!(std::fabs(numbers[i]) <= mjMAXVAL)) return false;
-  return true;
-}
-
-// Searches arrays whose numbers lanes multiply even where MuJoCo skips a product with 0. Others, such as jnt_range, may
-// hold infinite numbers, because lanes compute with them as MuJoCo does. Returns the name of an array with a number
-// that is not moderate; "" if there is none.
-std::string excessive_array(const mjModel& m) {
-#define MJENV_ARRAY(name, count, limit) \
-  if (limit == kModerate && !is_moderate(m.name, count)) return #name;
-  MJENV_LANES_OWN(MJENV_ARRAY)
-  MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)
-#undef MJENV_ARRAY
-#define MJENV_ARRAY(name, count, limit) \
-  if (limit == kModerate && !is_moderate(first(m.opt.name), count)) return "opt." #name;
-  MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
-#undef MJENV_ARRAY
-  return "";
-}
 
 std::string excess(const Model& model) {
   const std::string array = excessive_array(*model.get());
@@ -74,6 +49,27 @@ bool has_actuation(const Model& model) { return model.get()->nu > 0 || model.get
 std::string actuation(const Model& model) { return actuation_obstacle(*model.get()); }
 std::string passive(const Model& model) { return passive_obstacle(*model.get()); }
 std::string solver(const Model& model) { return Solver::unsupported_feature(*model.get()); }
+
+// MuJoCo's functions for tendons and actuators. The moments of adhesion depend on contacts and constraints, so these come
+// first.
+void compute_actuation(Work& work, const mjModel& m, mjData& d) {
+  mj_tendon(&m, &d);
+  if (has_adhesion(m)) {
+    for (int geom = 0; geom < m.ngeom; ++geom) update_frame(m, d, geom);
+    mjenv_collision(&work.stepped(), &d);
+    mj_makeConstraint(&m, &d);
+  }
+  mj_transmission(&m, &d);
+  if (mj_isSparse(&m))
+    mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, d.ten_J_rownnz, d.ten_J_rowadr, d.ten_J_colind,
+                        nullptr);
+  else
+    mju_mulMatVec(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.nv);
+  mju_mulMatVec(d.actuator_velocity, d.actuator_moment, d.qvel, m.nu, m.nv);
+  mj_fwdActuation(&m, &d);
+}
+
+void compute_passive(Work& /*work*/, const mjModel& m, mjData& d) { mj_passive(&m, &d); }
 
 bool has_contacts(const Model& model) {
   const ModelTables tables(model);
@@ -143,67 +139,101 @@ const std::vector<Obstacle>& obstacles() {
   return list;
 }
 
+#define MJENV_FUNCTION(name) \
+  { #name }
+#define MJENV_COMPUTE(name) \
+  { #name, &Code::name }
+#define MJENV_SHOW(name) \
+  { #name, &Code::name, true }
+
 const std::vector<Stage>& stages() {
   static const std::vector<Stage> list{
-      {"kinematics, centres of mass, inertia", "all joints, mocap bodies", "",
-       "adopt kinematics comPos crb factorM comVel rne", always, never, never},
+      {"kinematics, centres of mass, inertia",
+       "all joints, mocap bodies",
+       "",
+       {MJENV_FUNCTION(adopt), MJENV_SHOW(kinematics), MJENV_SHOW(comPos), MJENV_COMPUTE(crb), MJENV_COMPUTE(factorM),
+        MJENV_SHOW(comVel), MJENV_SHOW(rne)},
+       always,
+       never,
+       never},
       {"tendons, actuators",
        "tendons along joints, sites and pulleys and around geoms; actuators of joints, tendons and sites, with all "
        "gains, biases and states",
        "all, if Jacobians of tendons are sparse, an actuator is an adhesion or a slider-crank or has a reference site, "
        "or the model disables actuation",
-       "tendon transmission fwdVelocity fwdActuation advanceActivations", has_actuation, actuation, never},
-      {"passive forces", "springs and dampers; the fluid models of boxes and ellipsoids",
-       "all, if Jacobians of tendons are sparse", "passive", always, passive, never},
+       {MJENV_SHOW(tendon), MJENV_SHOW(transmission), MJENV_SHOW(fwdVelocity), MJENV_COMPUTE(fwdActuation),
+        MJENV_FUNCTION(advanceActivations)},
+       has_actuation,
+       actuation,
+       never,
+       compute_actuation,
+       kActuation},
+      {"passive forces",
+       "springs and dampers; the fluid models of boxes and ellipsoids",
+       "all, if Jacobians of tendons are sparse",
+       {MJENV_SHOW(passive)},
+       always,
+       passive,
+       never,
+       compute_passive,
+       kPassive},
+      {"accelerations without constraints",
+       "all, with forces in `qfrc_applied` and `xfrc_applied`",
+       "",
+       {MJENV_COMPUTE(fwdAcceleration)},
+       always,
+       never,
+       never},
       {"contacts",
        "planes with spheres, capsules, ellipsoids, cylinders and boxes; spheres with spheres, capsules and boxes; "
        "capsules with capsules; up to 6 dimensions",
        "other shapes, where bounding spheres and boxes are near each other; all in models with adhesion, or if lanes "
        "cannot list the pairs of geoms",
-       "reject collision", has_contacts, contacts, other_shapes},
+       {MJENV_FUNCTION(reject), MJENV_FUNCTION(collision)},
+       has_contacts,
+       contacts,
+       other_shapes},
       {"constraints",
        "all equality constraints, friction and limits of joints, balls and tendons, contacts with pyramidal or "
        "elliptic cones",
        "all in models with adhesion, if lanes cannot list the pairs of geoms, or if the solver is computed row by row; "
        "those of a step's last evaluation if the task or the option `arrays` reads arrays that lanes do not write",
-       "instantiateLimit makeConstraint", has_constraints, constraints, never},
-      {"solver", "Newton, CG, PGS and noslip; up to 64 constraints of a row",
+       {MJENV_FUNCTION(instantiateLimit), MJENV_FUNCTION(makeConstraint)},
+       has_constraints,
+       constraints,
+       never},
+      {"solver",
+       "Newton, CG, PGS and noslip; up to 64 constraints of a row",
        "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "
        "cones, noslip or sparse Jacobians, also the constraints that are made row by row",
-       "solNewton solCG solPGS solNoSlip", has_constraints, solver, never},
-      {"accelerations, integration",
-       "accelerations, with forces in `qfrc_applied` and `xfrc_applied`; the integrators Euler, RK4 and implicit", "",
-       "fwdAcceleration Euler implicit RungeKutta", always, never, never},
-      {"sensors", "all but those of the next column",
+       {MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solCG), MJENV_FUNCTION(solPGS), MJENV_FUNCTION(solNoSlip)},
+       has_constraints,
+       solver,
+       never},
+      {"integration",
+       "Euler, RK4 and implicit",
+       "",
+       {MJENV_FUNCTION(Euler), MJENV_FUNCTION(implicit), MJENV_FUNCTION(RungeKutta)},
+       always,
+       never,
+       never},
+      {"sensors",
+       "all but those of the next column",
        "rangefinders, frames of cameras; all sensors of a row whose constraints are made row by row, if a sensor reads "
        "constraints",
-       "sensors", has_sensors, never, other_sensors},
-      {"forces between bodies (`cacc`, `cfrc_int`, `cfrc_ext`), where a task or the option `arrays` names them", "all",
-       "those of rows whose constraints are made row by row", "rnePostConstraint", always, never, never},
-      {"energies", "", "all, where they are read", "", has_energies, energies, never}};
+       {MJENV_FUNCTION(sensors)},
+       has_sensors,
+       never,
+       other_sensors},
+      {"forces between bodies (`cacc`, `cfrc_int`, `cfrc_ext`), where a task or the option `arrays` names them",
+       "all",
+       "those of rows whose constraints are made row by row",
+       {MJENV_FUNCTION(rnePostConstraint)},
+       always,
+       never,
+       never},
+      {"energies", "", "all, where they are read", {}, has_energies, energies, never}};
   return list;
-}
-
-std::string how(const Stage& stage, const Model& model) {
-  if (!stage.is_there(model)) return "absent";
-  if (const std::string why = stage.obstacle(model); !why.empty()) return "row by row: " + why;
-  const std::string what = stage.partly(model);
-  return what.empty() ? "lanes" : "lanes; row by row: " + what;
-}
-
-std::string stage_lines(const Model& model) {
-  if (!absence().empty()) return "";
-  const std::string all = obstacle(model);
-  std::string lines;
-  for (const Stage& stage : stages())
-    lines += std::string(stage.name) + ": " + (all.empty() ? how(stage, model) : "row by row: " + all) + "\n";
-  return lines;
-}
-
-std::string obstacle(const Model& model) {
-  for (const Obstacle& one : obstacles())
-    if (std::string found = one.find(model); !found.empty()) return found;
-  return "";
 }
 
 }  // namespace mjenv::core::lanes

@@ -1,5 +1,5 @@
 // The instruction set of aarch64.
-#include "engine/lanes/mujoco2/lanes.hpp"
+#include "engine/lanes/frame/version.hpp"
 
 namespace mjenv::core::lanes {
 

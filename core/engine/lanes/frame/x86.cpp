@@ -1,5 +1,5 @@
 // Tells which instruction sets this CPU has. So this file is compiled for every x86-64 CPU, without further flags.
-#include "engine/lanes/mujoco2/lanes.hpp"
+#include "engine/lanes/frame/version.hpp"
 
 namespace mjenv::core::lanes {
 

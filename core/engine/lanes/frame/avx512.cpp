@@ -1,6 +1,6 @@
 // The lane code for AVX-512: eight lanes.
 #define MJENV_LANES_WIDTH 8
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 
 namespace mjenv::core::lanes {
 

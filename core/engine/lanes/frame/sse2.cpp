@@ -1,6 +1,6 @@
 // The lane code for SSE2, which every x86-64 CPU has: two lanes.
 #define MJENV_LANES_WIDTH 2
-#include "engine/lanes/mujoco2/code.hpp"
+#include "engine/lanes/frame/version_code.hpp"
 
 namespace mjenv::core::lanes {
 
