@@ -15,6 +15,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -231,12 +232,15 @@ def julia_function(function: header.Function, address: str, *first: str) -> Iter
     """first: a parameter of the Julia function that the C function does not have."""
     names = [parameter.name for parameter in function.parameters]
     types = [julia_type(parameter.type) for parameter in function.parameters]
-    yield f"{function.name}({', '.join((*first, *names))}) = ccall("
-    yield f"    {address},"
-    yield f"    {julia_type(function.result)},"
-    yield f"    ({', '.join(types)}{',' if len(types) == 1 else ''}),"
-    yield from (f"    {name}," for name in names)
-    yield ")"
+    yield f"{function.name}({', '.join((*first, *names))}) ="
+    tuple_of_types = f"({', '.join(types)}{',' if len(types) == 1 else ''})"
+    yield f"    ccall({', '.join((address, julia_type(function.result), tuple_of_types, *names))})"
+
+
+def julia_names(name: str, functions: Sequence[header.Function]) -> Iterator[str]:
+    """A constant with the names of functions."""
+    names = textwrap.fill(", ".join(f":{function.name}" for function in functions), 116)
+    yield from (f"const {name} = (", textwrap.indent(names, "    "), ")")
 
 
 def julia_module(_: header.Header) -> str:
@@ -257,17 +261,17 @@ def julia_module(_: header.Header) -> str:
             "# address(of, index) is the function at this index in FUNCTIONS, in the library of an engine or a handle.",
         ]
     )
-    lines.extend(["const FUNCTIONS = (", *(f"    :{function.name}," for function in api.functions), ")"])
+    lines.extend(julia_names("FUNCTIONS", api.functions))
     for index, function in enumerate(api.functions, start=1):
         handle = julia_handle(api, function)
         first = () if handle else ("engine",)
-        lines.extend(["", *julia_function(function, f"address({handle or 'engine'}, {index})", *first)])
+        lines.extend(julia_function(function, f"address({handle or 'engine'}, {index})", *first))
     lines.extend(["", "# The library's functions for callbacks; api is a Ptr{mjenv_task_api}."])
     (task_api,) = (struct for struct in api.structs if struct.name == "mjenv_task_api")
     for field in task_api.fields:
         if callback := field.type.callback:
             function = replace(callback, name=f"task_{callback.name}")
-            lines.extend(["", *julia_function(function, f"unsafe_load(api).{callback.name}", "api")])
+            lines.extend(julia_function(function, f"unsafe_load(api).{callback.name}", "api"))
     return "\n".join(lines) + "\n"
 
 
@@ -285,9 +289,9 @@ def julia_guest_module(path: Path, api: header.Header) -> str:
     for struct in own.structs:
         lines.extend(["", *julia_struct(both, struct)])
     lines.extend(["", f"# {name}_address(index) is the function at this index in {list_name}."])
-    lines.extend([f"const {list_name} = (", *(f"    :{function.name}," for function in own.functions), ")"])
+    lines.extend(julia_names(list_name, own.functions))
     for index, function in enumerate(own.functions, start=1):
-        lines.extend(["", *julia_function(function, f"{name}_address({index})")])
+        lines.extend(julia_function(function, f"{name}_address({index})"))
     return "\n".join(lines) + "\n"
 
 
@@ -297,10 +301,19 @@ BINDGEN_OPTIONS = (
     *("--rust-target", "1.47", "--size_t-is-usize", "--default-enum-style", "consts", "--no-prepend-enum-name"),
     # Sizes and offsets are those of the header; tests/abi has them, and repr(C) keeps them.
     *("--no-layout-tests", "--with-derive-default", "--blocklist-type", "__.*"),
+    # The header has the comments.
+    "--no-doc-comments",
     # An empty configuration, so that a user's own settings of rustfmt do not change the file.
     *("--rustfmt-configuration-file", "/dev/null"),
 )
 RUST_ALLOWED = ("--allowlist-function", "mjenv_.*", "--allowlist-type", "mjenv_.*", "--allowlist-var", "MJENV_.*")
+
+
+def in_one_line(found: re.Match[str]) -> str:
+    text = " ".join(found[0].split())
+    for loose, dense in (("( ", "("), ("< ", "<"), (", )", ")"), (",)", ")"), (", >", ">"), (" >", ">")):
+        text = text.replace(loose, dense)
+    return f"    {text}"
 
 
 def bindgen(path: Path, *options: str) -> str:
@@ -310,12 +323,20 @@ def bindgen(path: Path, *options: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder, "bindings.rs")
         arguments = [str(path.relative_to(ROOT)), "--output", str(output), *BINDGEN_OPTIONS, *options]
-        clang = ["-std=c99", "-fparse-all-comments", "-Icapi/include"]
+        clang = ["-std=c99", "-Icapi/include"]
         subprocess.run([bindgen, *arguments, "--", *clang], check=True, cwd=ROOT)
         text = output.read_text(encoding="utf-8")
     # The values of an enum get the type that the header gives the enum.
     text = re.sub(r": (mjenv_[a-z]+)_value = ", r": \1 = ", text)
-    return re.sub(r"(?m)^pub type mjenv_[a-z]+_value = .*\n", "", text)
+    text = re.sub(r"(?m)^pub type mjenv_[a-z]+_value = .*\n", "", text)
+    # A line for each function, pointer to a function, opaque struct, and default of a struct.
+    text = re.sub(
+        r"(?m)^    pub (?:fn [^;]*;|\w+:\n.*,|\w+: ::std::option::Option<\n(?:.*\n)*?    >,)", in_one_line, text
+    )
+    text = re.sub(r';\n\}\nextern "C" \{\n', ";\n", text).replace("#[repr(C)]\n#[derive", "#[repr(C)] #[derive")
+    text = re.sub(r" \{\n    _unused: \[u8; 0\],\n\}", " { _unused: [u8; 0] }", text)
+    default = r"impl Default for \1 { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }"
+    return re.sub(r"impl Default for (\w+) \{\n(?:    .*\n)*\}", default, text)
 
 
 def rust_module(_: header.Header) -> str:

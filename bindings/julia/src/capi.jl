@@ -547,1037 +547,237 @@ end
 
 # address(of, index) is the function at this index in FUNCTIONS, in the library of an engine or a handle.
 const FUNCTIONS = (
-    :mjenv_abi_version,
-    :mjenv_version,
-    :mjenv_status_name,
-    :mjenv_last_error,
-    :mjenv_error_of,
-    :mjenv_id_count,
-    :mjenv_id_at,
-    :mjenv_spec_of,
-    :mjenv_options_create,
-    :mjenv_options_copy,
-    :mjenv_options_destroy,
-    :mjenv_options_count,
-    :mjenv_options_at,
-    :mjenv_options_set_integer,
-    :mjenv_options_set_reals,
-    :mjenv_options_set_string,
-    :mjenv_options_get_integer,
-    :mjenv_options_get_reals,
-    :mjenv_options_get_string,
-    :mjenv_create,
-    :mjenv_destroy,
-    :mjenv_info_of,
-    :mjenv_lane_stages_of,
-    :mjenv_options_of,
-    :mjenv_space_of,
-    :mjenv_field_count,
-    :mjenv_field_at,
-    :mjenv_seed,
-    :mjenv_seed_row,
-    :mjenv_get_stream,
-    :mjenv_set_stream,
-    :mjenv_seed_actions,
-    :mjenv_sample_actions,
-    :mjenv_reset,
-    :mjenv_step,
-    :mjenv_send,
-    :mjenv_recv,
-    :mjenv_rollout,
-    :mjenv_observe,
-    :mjenv_begin,
-    :mjenv_act,
-    :mjenv_advance,
-    :mjenv_finish,
-    :mjenv_compute_reward,
-    :mjenv_read,
-    :mjenv_object_count,
-    :mjenv_object_index,
-    :mjenv_object_name,
-    :mjenv_set_state,
-    :mjenv_write,
-    :mjenv_write_row,
-    :mjenv_set_constants,
-    :mjenv_set_constants_row,
-    :mjenv_simulate,
-    :mjenv_copy_row,
-    :mjenv_snapshot,
-    :mjenv_restore,
-    :mjenv_randomize,
-    :mjenv_perturb,
-    :mjenv_render_defaults,
-    :mjenv_renderer_create,
-    :mjenv_renderer_destroy,
-    :mjenv_renderer_gl,
-    :mjenv_render,
-    :mjenv_render_segmentation,
-    :mjenv_window_create,
-    :mjenv_window_destroy,
-    :mjenv_window_is_open,
-    :mjenv_window_draw,
-    :mjenv_register_task,
-    :mjenv_load_tasks,
-    :mjenv_task_functions,
-)
-
-mjenv_abi_version(engine) = ccall(
-    address(engine, 1),
-    UInt32,
-    (),
-)
-
-mjenv_version(engine) = ccall(
-    address(engine, 2),
-    Cstring,
-    (),
-)
-
-mjenv_status_name(engine, status) = ccall(
-    address(engine, 3),
-    Cstring,
-    (mjenv_status,),
-    status,
-)
-
-mjenv_last_error(engine) = ccall(
-    address(engine, 4),
-    Cstring,
-    (),
-)
-
-mjenv_error_of(engine, handle, text, capacity, size) = ccall(
-    address(engine, 5),
-    mjenv_status,
-    (Ptr{Cvoid}, Ptr{Cchar}, Int64, Ptr{Int64}),
-    handle,
-    text,
-    capacity,
-    size,
-)
-
-mjenv_id_count(engine) = ccall(
-    address(engine, 6),
-    Int64,
-    (),
-)
-
-mjenv_id_at(engine, index) = ccall(
-    address(engine, 7),
-    Cstring,
-    (Int64,),
-    index,
-)
-
-mjenv_spec_of(engine, id, spec) = ccall(
-    address(engine, 8),
-    mjenv_status,
-    (Cstring, Ptr{mjenv_spec}),
-    id,
-    spec,
-)
-
-mjenv_options_create(engine, id, options) = ccall(
-    address(engine, 9),
-    mjenv_status,
-    (Cstring, Ptr{Ptr{mjenv_options}}),
-    id,
-    options,
-)
-
-mjenv_options_copy(options, copy) = ccall(
-    address(options, 10),
-    mjenv_status,
-    (Ptr{mjenv_options}, Ptr{Ptr{mjenv_options}}),
-    options,
-    copy,
-)
-
-mjenv_options_destroy(options) = ccall(
-    address(options, 11),
-    Cvoid,
-    (Ptr{mjenv_options},),
-    options,
-)
-
-mjenv_options_count(options) = ccall(
-    address(options, 12),
-    Int64,
-    (Ptr{mjenv_options},),
-    options,
-)
-
-mjenv_options_at(options, index, option) = ccall(
-    address(options, 13),
-    mjenv_status,
-    (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}),
-    options,
-    index,
-    option,
-)
-
-mjenv_options_set_integer(options, name, value) = ccall(
-    address(options, 14),
-    mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Int64),
-    options,
-    name,
-    value,
-)
-
-mjenv_options_set_reals(options, name, values, count) = ccall(
-    address(options, 15),
-    mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Int64),
-    options,
-    name,
-    values,
-    count,
-)
-
-mjenv_options_set_string(options, name, value) = ccall(
-    address(options, 16),
-    mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Cstring),
-    options,
-    name,
-    value,
-)
-
-mjenv_options_get_integer(options, name, value) = ccall(
-    address(options, 17),
-    mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Ptr{Int64}),
-    options,
-    name,
-    value,
-)
-
-mjenv_options_get_reals(options, name, values, capacity, count) = ccall(
-    address(options, 18),
-    mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
-    options,
-    name,
-    values,
-    capacity,
-    count,
-)
-
-mjenv_options_get_string(options, name, value) = ccall(
-    address(options, 19),
-    mjenv_status,
-    (Ptr{mjenv_options}, Cstring, Ptr{Cstring}),
-    options,
-    name,
-    value,
-)
-
-mjenv_create(options, rows, env) = ccall(
-    address(options, 20),
-    mjenv_status,
-    (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}),
-    options,
-    rows,
-    env,
-)
-
-mjenv_destroy(env) = ccall(
-    address(env, 21),
-    Cvoid,
-    (Ptr{mjenv_env},),
-    env,
-)
-
-mjenv_info_of(env, info) = ccall(
-    address(env, 22),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_info}),
-    env,
-    info,
-)
-
-mjenv_lane_stages_of(env) = ccall(
-    address(env, 23),
-    Cstring,
-    (Ptr{mjenv_env},),
-    env,
-)
-
-mjenv_options_of(env) = ccall(
-    address(env, 24),
-    Ptr{mjenv_options},
-    (Ptr{mjenv_env},),
-    env,
-)
-
-mjenv_space_of(env, role, space) = ccall(
-    address(env, 25),
-    mjenv_status,
-    (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}),
-    env,
-    role,
-    space,
-)
-
-mjenv_field_count(env, role) = ccall(
-    address(env, 26),
-    Int64,
-    (Ptr{mjenv_env}, mjenv_role),
-    env,
-    role,
-)
-
-mjenv_field_at(env, role, index, field) = ccall(
-    address(env, 27),
-    mjenv_status,
-    (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}),
-    env,
-    role,
-    index,
-    field,
-)
-
-mjenv_seed(env, mask, seeds, count) = ccall(
-    address(env, 28),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{UInt64}, Int64),
-    env,
-    mask,
-    seeds,
-    count,
-)
-
-mjenv_seed_row(env, row, words, count) = ccall(
-    address(env, 29),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_get_stream(env, row, words, count) = ccall(
-    address(env, 30),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_set_stream(env, row, words, count) = ccall(
-    address(env, 31),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64),
-    env,
-    row,
-    words,
-    count,
-)
-
-mjenv_seed_actions(env, seed) = ccall(
-    address(env, 32),
-    mjenv_status,
-    (Ptr{mjenv_env}, UInt64),
-    env,
-    seed,
-)
-
-mjenv_sample_actions(env, action, count) = ccall(
-    address(env, 33),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Float32}, Int64),
-    env,
-    action,
-    count,
-)
-
-mjenv_reset(env, mask, out) = ccall(
-    address(env, 34),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}),
-    env,
-    mask,
-    out,
-)
-
-mjenv_step(env, mask, action, count, dtype, out) = ccall(
-    address(env, 35),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}),
-    env,
-    mask,
-    action,
-    count,
-    dtype,
-    out,
-)
-
-mjenv_send(env, rows, row_count, action, count, dtype) = ccall(
-    address(env, 36),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype),
-    env,
-    rows,
-    row_count,
-    action,
-    count,
-    dtype,
-)
-
-mjenv_recv(env, least, timeout, rows, capacity, count, out) = ccall(
-    address(env, 37),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}),
-    env,
-    least,
-    timeout,
-    rows,
-    capacity,
-    count,
-    out,
-)
-
-mjenv_rollout(env, action, count, dtype, steps, out) = ccall(
-    address(env, 38),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}),
-    env,
-    action,
-    count,
-    dtype,
-    steps,
-    out,
-)
-
-mjenv_observe(env, out) = ccall(
-    address(env, 39),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_batch}),
-    env,
-    out,
-)
-
-mjenv_begin(env, mask, qpos, nq, qvel, nv, out) = ccall(
-    address(env, 40),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Float64}, Int64, Ptr{Float64}, Int64, Ptr{mjenv_batch}),
-    env,
-    mask,
-    qpos,
-    nq,
-    qvel,
-    nv,
-    out,
-)
-
-mjenv_act(env, mask, action, count, dtype, seen) = ccall(
-    address(env, 41),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Cvoid}),
-    env,
-    mask,
-    action,
-    count,
-    dtype,
-    seen,
-)
-
-mjenv_advance(env, mask, action, count, dtype, ctrl, ctrl_count, out) = ccall(
-    address(env, 42),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Float64}, Int64, Ptr{mjenv_batch}),
-    env,
-    mask,
-    action,
-    count,
-    dtype,
-    ctrl,
-    ctrl_count,
-    out,
-)
-
-mjenv_finish(env, mask, given, out) = ccall(
-    address(env, 43),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}, Ptr{mjenv_batch}),
-    env,
-    mask,
-    given,
-    out,
-)
-
-mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) = ccall(
-    address(env, 44),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
-    env,
-    achieved,
-    desired,
-    count,
-    rewards,
-    reward_count,
-)
-
-mjenv_read(env, row, array, values, capacity, count) = ccall(
-    address(env, 45),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}),
-    env,
-    row,
-    array,
-    values,
-    capacity,
-    count,
-)
-
-mjenv_object_count(env, type, count) = ccall(
-    address(env, 46),
-    mjenv_status,
-    (Ptr{mjenv_env}, Cstring, Ptr{Int64}),
-    env,
-    type,
-    count,
-)
-
-mjenv_object_index(env, type, name, index) = ccall(
-    address(env, 47),
-    mjenv_status,
-    (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}),
-    env,
-    type,
-    name,
-    index,
-)
-
-mjenv_object_name(env, type, index, name) = ccall(
-    address(env, 48),
-    mjenv_status,
-    (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}),
-    env,
-    type,
-    index,
-    name,
-)
-
-mjenv_set_state(env, row, qpos, nq, qvel, nv) = ccall(
-    address(env, 49),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64),
-    env,
-    row,
-    qpos,
-    nq,
-    qvel,
-    nv,
-)
-
-mjenv_write(env, mask, array, values, count) = ccall(
-    address(env, 50),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64),
-    env,
-    mask,
-    array,
-    values,
-    count,
-)
-
-mjenv_write_row(env, row, array, values, count) = ccall(
-    address(env, 51),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64),
-    env,
-    row,
-    array,
-    values,
-    count,
-)
-
-mjenv_set_constants(env, mask) = ccall(
-    address(env, 52),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}),
-    env,
-    mask,
-)
-
-mjenv_set_constants_row(env, row) = ccall(
-    address(env, 53),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64),
-    env,
-    row,
-)
-
-mjenv_simulate(env, row, ctrl, count, frames) = ccall(
-    address(env, 54),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64),
-    env,
-    row,
-    ctrl,
-    count,
-    frames,
-)
-
-mjenv_copy_row(env, mask, from) = ccall(
-    address(env, 55),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{UInt8}, Int64),
-    env,
-    mask,
-    from,
-)
-
-mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) = ccall(
-    address(env, 56),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}),
-    env,
-    row,
-    image,
-    capacity_bytes,
-    size_bytes,
-)
-
-mjenv_restore(env, row, image, size_bytes) = ccall(
-    address(env, 57),
-    mjenv_status,
-    (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64),
-    env,
-    row,
-    image,
-    size_bytes,
-)
-
-mjenv_randomize(env, items, count) = ccall(
-    address(env, 58),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64),
-    env,
-    items,
-    count,
-)
-
-mjenv_perturb(env, perturbation) = ccall(
-    address(env, 59),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_perturbation}),
-    env,
-    perturbation,
-)
-
-mjenv_render_defaults(env, settings) = ccall(
-    address(env, 60),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_render_settings}),
-    env,
-    settings,
-)
-
-mjenv_renderer_create(env, settings, renderer) = ccall(
-    address(env, 61),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}),
-    env,
-    settings,
-    renderer,
-)
-
-mjenv_renderer_destroy(renderer) = ccall(
-    address(renderer, 62),
-    Cvoid,
-    (Ptr{mjenv_renderer},),
-    renderer,
-)
-
-mjenv_renderer_gl(renderer) = ccall(
-    address(renderer, 63),
-    Cstring,
-    (Ptr{mjenv_renderer},),
-    renderer,
-)
-
-mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) = ccall(
-    address(renderer, 64),
-    mjenv_status,
-    (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64),
-    renderer,
-    row,
-    rgb,
-    rgb_count,
-    depth,
-    depth_count,
-)
-
-mjenv_render_segmentation(renderer, row, objects, count) = ccall(
-    address(renderer, 65),
-    mjenv_status,
-    (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64),
-    renderer,
-    row,
-    objects,
-    count,
-)
-
-mjenv_window_create(env, settings, window) = ccall(
-    address(env, 66),
-    mjenv_status,
-    (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}),
-    env,
-    settings,
-    window,
-)
-
-mjenv_window_destroy(window) = ccall(
-    address(window, 67),
-    Cvoid,
-    (Ptr{mjenv_window},),
-    window,
-)
-
-mjenv_window_is_open(window) = ccall(
-    address(window, 68),
-    Int32,
-    (Ptr{mjenv_window},),
-    window,
-)
-
-mjenv_window_draw(window, row) = ccall(
-    address(window, 69),
-    mjenv_status,
-    (Ptr{mjenv_window}, Int64),
-    window,
-    row,
-)
-
-mjenv_register_task(engine, task) = ccall(
-    address(engine, 70),
-    mjenv_status,
-    (Ptr{mjenv_task},),
-    task,
-)
-
-mjenv_load_tasks(engine, path) = ccall(
-    address(engine, 71),
-    mjenv_status,
-    (Cstring,),
-    path,
-)
-
-mjenv_task_functions(engine) = ccall(
-    address(engine, 72),
-    Ptr{mjenv_task_api},
-    (),
-)
+    :mjenv_abi_version, :mjenv_version, :mjenv_status_name, :mjenv_last_error, :mjenv_error_of, :mjenv_id_count,
+    :mjenv_id_at, :mjenv_spec_of, :mjenv_options_create, :mjenv_options_copy, :mjenv_options_destroy,
+    :mjenv_options_count, :mjenv_options_at, :mjenv_options_set_integer, :mjenv_options_set_reals,
+    :mjenv_options_set_string, :mjenv_options_get_integer, :mjenv_options_get_reals, :mjenv_options_get_string,
+    :mjenv_create, :mjenv_destroy, :mjenv_info_of, :mjenv_lane_stages_of, :mjenv_options_of, :mjenv_space_of,
+    :mjenv_field_count, :mjenv_field_at, :mjenv_seed, :mjenv_seed_row, :mjenv_get_stream, :mjenv_set_stream,
+    :mjenv_seed_actions, :mjenv_sample_actions, :mjenv_reset, :mjenv_step, :mjenv_send, :mjenv_recv, :mjenv_rollout,
+    :mjenv_observe, :mjenv_begin, :mjenv_act, :mjenv_advance, :mjenv_finish, :mjenv_compute_reward, :mjenv_read,
+    :mjenv_object_count, :mjenv_object_index, :mjenv_object_name, :mjenv_set_state, :mjenv_write, :mjenv_write_row,
+    :mjenv_set_constants, :mjenv_set_constants_row, :mjenv_simulate, :mjenv_copy_row, :mjenv_snapshot, :mjenv_restore,
+    :mjenv_randomize, :mjenv_perturb, :mjenv_render_defaults, :mjenv_renderer_create, :mjenv_renderer_destroy,
+    :mjenv_renderer_gl, :mjenv_render, :mjenv_render_segmentation, :mjenv_window_create, :mjenv_window_destroy,
+    :mjenv_window_is_open, :mjenv_window_draw, :mjenv_register_task, :mjenv_load_tasks, :mjenv_task_functions
+)
+mjenv_abi_version(engine) =
+    ccall(address(engine, 1), UInt32, ())
+mjenv_version(engine) =
+    ccall(address(engine, 2), Cstring, ())
+mjenv_status_name(engine, status) =
+    ccall(address(engine, 3), Cstring, (mjenv_status,), status)
+mjenv_last_error(engine) =
+    ccall(address(engine, 4), Cstring, ())
+mjenv_error_of(engine, handle, text, capacity, size) =
+    ccall(address(engine, 5), mjenv_status, (Ptr{Cvoid}, Ptr{Cchar}, Int64, Ptr{Int64}), handle, text, capacity, size)
+mjenv_id_count(engine) =
+    ccall(address(engine, 6), Int64, ())
+mjenv_id_at(engine, index) =
+    ccall(address(engine, 7), Cstring, (Int64,), index)
+mjenv_spec_of(engine, id, spec) =
+    ccall(address(engine, 8), mjenv_status, (Cstring, Ptr{mjenv_spec}), id, spec)
+mjenv_options_create(engine, id, options) =
+    ccall(address(engine, 9), mjenv_status, (Cstring, Ptr{Ptr{mjenv_options}}), id, options)
+mjenv_options_copy(options, copy) =
+    ccall(address(options, 10), mjenv_status, (Ptr{mjenv_options}, Ptr{Ptr{mjenv_options}}), options, copy)
+mjenv_options_destroy(options) =
+    ccall(address(options, 11), Cvoid, (Ptr{mjenv_options},), options)
+mjenv_options_count(options) =
+    ccall(address(options, 12), Int64, (Ptr{mjenv_options},), options)
+mjenv_options_at(options, index, option) =
+    ccall(address(options, 13), mjenv_status, (Ptr{mjenv_options}, Int64, Ptr{mjenv_option}), options, index, option)
+mjenv_options_set_integer(options, name, value) =
+    ccall(address(options, 14), mjenv_status, (Ptr{mjenv_options}, Cstring, Int64), options, name, value)
+mjenv_options_set_reals(options, name, values, count) =
+    ccall(address(options, 15), mjenv_status, (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Int64), options, name, values, count)
+mjenv_options_set_string(options, name, value) =
+    ccall(address(options, 16), mjenv_status, (Ptr{mjenv_options}, Cstring, Cstring), options, name, value)
+mjenv_options_get_integer(options, name, value) =
+    ccall(address(options, 17), mjenv_status, (Ptr{mjenv_options}, Cstring, Ptr{Int64}), options, name, value)
+mjenv_options_get_reals(options, name, values, capacity, count) =
+    ccall(address(options, 18), mjenv_status, (Ptr{mjenv_options}, Cstring, Ptr{Float64}, Int64, Ptr{Int64}), options, name, values, capacity, count)
+mjenv_options_get_string(options, name, value) =
+    ccall(address(options, 19), mjenv_status, (Ptr{mjenv_options}, Cstring, Ptr{Cstring}), options, name, value)
+mjenv_create(options, rows, env) =
+    ccall(address(options, 20), mjenv_status, (Ptr{mjenv_options}, Int64, Ptr{Ptr{mjenv_env}}), options, rows, env)
+mjenv_destroy(env) =
+    ccall(address(env, 21), Cvoid, (Ptr{mjenv_env},), env)
+mjenv_info_of(env, info) =
+    ccall(address(env, 22), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_info}), env, info)
+mjenv_lane_stages_of(env) =
+    ccall(address(env, 23), Cstring, (Ptr{mjenv_env},), env)
+mjenv_options_of(env) =
+    ccall(address(env, 24), Ptr{mjenv_options}, (Ptr{mjenv_env},), env)
+mjenv_space_of(env, role, space) =
+    ccall(address(env, 25), mjenv_status, (Ptr{mjenv_env}, mjenv_role, Ptr{mjenv_space}), env, role, space)
+mjenv_field_count(env, role) =
+    ccall(address(env, 26), Int64, (Ptr{mjenv_env}, mjenv_role), env, role)
+mjenv_field_at(env, role, index, field) =
+    ccall(address(env, 27), mjenv_status, (Ptr{mjenv_env}, mjenv_role, Int64, Ptr{mjenv_field}), env, role, index, field)
+mjenv_seed(env, mask, seeds, count) =
+    ccall(address(env, 28), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{UInt64}, Int64), env, mask, seeds, count)
+mjenv_seed_row(env, row, words, count) =
+    ccall(address(env, 29), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64), env, row, words, count)
+mjenv_get_stream(env, row, words, count) =
+    ccall(address(env, 30), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64), env, row, words, count)
+mjenv_set_stream(env, row, words, count) =
+    ccall(address(env, 31), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{UInt64}, Int64), env, row, words, count)
+mjenv_seed_actions(env, seed) =
+    ccall(address(env, 32), mjenv_status, (Ptr{mjenv_env}, UInt64), env, seed)
+mjenv_sample_actions(env, action, count) =
+    ccall(address(env, 33), mjenv_status, (Ptr{mjenv_env}, Ptr{Float32}, Int64), env, action, count)
+mjenv_reset(env, mask, out) =
+    ccall(address(env, 34), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}), env, mask, out)
+mjenv_step(env, mask, action, count, dtype, out) =
+    ccall(address(env, 35), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{mjenv_batch}), env, mask, action, count, dtype, out)
+mjenv_send(env, rows, row_count, action, count, dtype) =
+    ccall(address(env, 36), mjenv_status, (Ptr{mjenv_env}, Ptr{Int64}, Int64, Ptr{Cvoid}, Int64, mjenv_dtype), env, rows, row_count, action, count, dtype)
+mjenv_recv(env, least, timeout, rows, capacity, count, out) =
+    ccall(address(env, 37), mjenv_status, (Ptr{mjenv_env}, Int64, Float64, Ptr{Int64}, Int64, Ptr{Int64}, Ptr{mjenv_batch}), env, least, timeout, rows, capacity, count, out)
+mjenv_rollout(env, action, count, dtype, steps, out) =
+    ccall(address(env, 38), mjenv_status, (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}), env, action, count, dtype, steps, out)
+mjenv_observe(env, out) =
+    ccall(address(env, 39), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_batch}), env, out)
+mjenv_begin(env, mask, qpos, nq, qvel, nv, out) =
+    ccall(address(env, 40), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Float64}, Int64, Ptr{Float64}, Int64, Ptr{mjenv_batch}), env, mask, qpos, nq, qvel, nv, out)
+mjenv_act(env, mask, action, count, dtype, seen) =
+    ccall(address(env, 41), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Cvoid}), env, mask, action, count, dtype, seen)
+mjenv_advance(env, mask, action, count, dtype, ctrl, ctrl_count, out) =
+    ccall(address(env, 42), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Float64}, Int64, Ptr{mjenv_batch}), env, mask, action, count, dtype, ctrl, ctrl_count, out)
+mjenv_finish(env, mask, given, out) =
+    ccall(address(env, 43), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}, Ptr{mjenv_batch}), env, mask, given, out)
+mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) =
+    ccall(address(env, 44), mjenv_status, (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64), env, achieved, desired, count, rewards, reward_count)
+mjenv_read(env, row, array, values, capacity, count) =
+    ccall(address(env, 45), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}), env, row, array, values, capacity, count)
+mjenv_object_count(env, type, count) =
+    ccall(address(env, 46), mjenv_status, (Ptr{mjenv_env}, Cstring, Ptr{Int64}), env, type, count)
+mjenv_object_index(env, type, name, index) =
+    ccall(address(env, 47), mjenv_status, (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}), env, type, name, index)
+mjenv_object_name(env, type, index, name) =
+    ccall(address(env, 48), mjenv_status, (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}), env, type, index, name)
+mjenv_set_state(env, row, qpos, nq, qvel, nv) =
+    ccall(address(env, 49), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64), env, row, qpos, nq, qvel, nv)
+mjenv_write(env, mask, array, values, count) =
+    ccall(address(env, 50), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64), env, mask, array, values, count)
+mjenv_write_row(env, row, array, values, count) =
+    ccall(address(env, 51), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64), env, row, array, values, count)
+mjenv_set_constants(env, mask) =
+    ccall(address(env, 52), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}), env, mask)
+mjenv_set_constants_row(env, row) =
+    ccall(address(env, 53), mjenv_status, (Ptr{mjenv_env}, Int64), env, row)
+mjenv_simulate(env, row, ctrl, count, frames) =
+    ccall(address(env, 54), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64), env, row, ctrl, count, frames)
+mjenv_copy_row(env, mask, from) =
+    ccall(address(env, 55), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Int64), env, mask, from)
+mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) =
+    ccall(address(env, 56), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}), env, row, image, capacity_bytes, size_bytes)
+mjenv_restore(env, row, image, size_bytes) =
+    ccall(address(env, 57), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64), env, row, image, size_bytes)
+mjenv_randomize(env, items, count) =
+    ccall(address(env, 58), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64), env, items, count)
+mjenv_perturb(env, perturbation) =
+    ccall(address(env, 59), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_perturbation}), env, perturbation)
+mjenv_render_defaults(env, settings) =
+    ccall(address(env, 60), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}), env, settings)
+mjenv_renderer_create(env, settings, renderer) =
+    ccall(address(env, 61), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}), env, settings, renderer)
+mjenv_renderer_destroy(renderer) =
+    ccall(address(renderer, 62), Cvoid, (Ptr{mjenv_renderer},), renderer)
+mjenv_renderer_gl(renderer) =
+    ccall(address(renderer, 63), Cstring, (Ptr{mjenv_renderer},), renderer)
+mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) =
+    ccall(address(renderer, 64), mjenv_status, (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64), renderer, row, rgb, rgb_count, depth, depth_count)
+mjenv_render_segmentation(renderer, row, objects, count) =
+    ccall(address(renderer, 65), mjenv_status, (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64), renderer, row, objects, count)
+mjenv_window_create(env, settings, window) =
+    ccall(address(env, 66), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}), env, settings, window)
+mjenv_window_destroy(window) =
+    ccall(address(window, 67), Cvoid, (Ptr{mjenv_window},), window)
+mjenv_window_is_open(window) =
+    ccall(address(window, 68), Int32, (Ptr{mjenv_window},), window)
+mjenv_window_draw(window, row) =
+    ccall(address(window, 69), mjenv_status, (Ptr{mjenv_window}, Int64), window, row)
+mjenv_register_task(engine, task) =
+    ccall(address(engine, 70), mjenv_status, (Ptr{mjenv_task},), task)
+mjenv_load_tasks(engine, path) =
+    ccall(address(engine, 71), mjenv_status, (Cstring,), path)
+mjenv_task_functions(engine) =
+    ccall(address(engine, 72), Ptr{mjenv_task_api}, ())
 
 # The library's functions for callbacks; api is a Ptr{mjenv_task_api}.
-
-task_fail_with(api, message) = ccall(
-    unsafe_load(api).fail_with,
-    Int32,
-    (Cstring,),
-    message,
-)
-
-task_integer(api, builder, option) = ccall(
-    unsafe_load(api).integer,
-    Int64,
-    (Ptr{mjenv_builder}, Cstring),
-    builder,
-    option,
-)
-
-task_reals(api, builder, option, values, count) = ccall(
-    unsafe_load(api).reals,
-    Cvoid,
-    (Ptr{mjenv_builder}, Cstring, Ptr{Float64}, Int64),
-    builder,
-    option,
-    values,
-    count,
-)
-
-task_is_integer(api, builder, option) = ccall(
-    unsafe_load(api).is_integer,
-    Int32,
-    (Ptr{mjenv_builder}, Cstring),
-    builder,
-    option,
-)
-
-task_text(api, builder, option) = ccall(
-    unsafe_load(api).text,
-    Cstring,
-    (Ptr{mjenv_builder}, Cstring),
-    builder,
-    option,
-)
-
-task_index(api, builder, type, name) = ccall(
-    unsafe_load(api).index,
-    Int32,
-    (Ptr{mjenv_builder}, Cstring, Cstring),
-    builder,
-    type,
-    name,
-)
-
-task_option_index(api, builder, option, type) = ccall(
-    unsafe_load(api).option_index,
-    Int32,
-    (Ptr{mjenv_builder}, Cstring, Cstring),
-    builder,
-    option,
-    type,
-)
-
-task_norm_is_fused(api, builder) = ccall(
-    unsafe_load(api).norm_is_fused,
-    Int32,
-    (Ptr{mjenv_builder},),
-    builder,
-)
-
-task_need(api, builder, array) = ccall(
-    unsafe_load(api).need,
-    Cvoid,
-    (Ptr{mjenv_builder}, Cstring),
-    builder,
-    array,
-)
-
-task_array(api, builder, name, field) = ccall(
-    unsafe_load(api).array,
-    Int32,
-    (Ptr{mjenv_builder}, Cstring, Ptr{mjenv_field}),
-    builder,
-    name,
-    field,
-)
-
-task_field(api, builder, field) = ccall(
-    unsafe_load(api).field,
-    Cvoid,
-    (Ptr{mjenv_builder}, Ptr{mjenv_task_field}),
-    builder,
-    field,
-)
-
-task_carry(api, builder, count) = ccall(
-    unsafe_load(api).carry,
-    Cvoid,
-    (Ptr{mjenv_builder}, Int64),
-    builder,
-    count,
-)
-
-task_carry_bounds(api, builder, first, count, low, high) = ccall(
-    unsafe_load(api).carry_bounds,
-    Cvoid,
-    (Ptr{mjenv_builder}, Int64, Int64, Float64, Float64),
-    builder,
-    first,
-    count,
-    low,
-    high,
-)
-
-task_random(api, random) = ccall(
-    unsafe_load(api).random,
-    Float64,
-    (Ptr{mjenv_random},),
-    random,
-)
-
-task_uniform(api, random, low, high) = ccall(
-    unsafe_load(api).uniform,
-    Float64,
-    (Ptr{mjenv_random}, Float64, Float64),
-    random,
-    low,
-    high,
-)
-
-task_normal(api, random) = ccall(
-    unsafe_load(api).normal,
-    Float64,
-    (Ptr{mjenv_random},),
-    random,
-)
-
-task_integers(api, random, low, high) = ccall(
-    unsafe_load(api).integers,
-    Int64,
-    (Ptr{mjenv_random}, Int64, Int64),
-    random,
-    low,
-    high,
-)
-
-task_choice(api, random, count, p) = ccall(
-    unsafe_load(api).choice,
-    Int64,
-    (Ptr{mjenv_random}, Int64, Ptr{Float64}),
-    random,
-    count,
-    p,
-)
-
-task_sample(api, random, count, size, chosen) = ccall(
-    unsafe_load(api).sample,
-    Cvoid,
-    (Ptr{mjenv_random}, Int64, Int64, Ptr{Int64}),
-    random,
-    count,
-    size,
-    chosen,
-)
-
-task_permutation(api, random, count, order) = ccall(
-    unsafe_load(api).permutation,
-    Cvoid,
-    (Ptr{mjenv_random}, Int64, Ptr{Int64}),
-    random,
-    count,
-    order,
-)
-
-task_parameter(api, builder, option) = ccall(
-    unsafe_load(api).parameter,
-    Int64,
-    (Ptr{mjenv_builder}, Cstring),
-    builder,
-    option,
-)
-
-task_keep(api, builder, first, count) = ccall(
-    unsafe_load(api).keep,
-    Cvoid,
-    (Ptr{mjenv_builder}, Int64, Int64),
-    builder,
-    first,
-    count,
-)
-
-task_current(api, builder) = ccall(
-    unsafe_load(api).current,
-    Cvoid,
-    (Ptr{mjenv_builder},),
-    builder,
-)
-
-task_own(api, builder, name) = ccall(
-    unsafe_load(api).own,
-    Int32,
-    (Ptr{mjenv_builder}, Cstring),
-    builder,
-    name,
-)
-
-task_random_state(api, builder) = ccall(
-    unsafe_load(api).random_state,
-    Cvoid,
-    (Ptr{mjenv_builder},),
-    builder,
-)
-
-task_forward(api, start) = ccall(
-    unsafe_load(api).forward,
-    Int32,
-    (Ptr{mjenv_start},),
-    start,
-)
-
-task_advance(api, start, count) = ccall(
-    unsafe_load(api).advance,
-    Int32,
-    (Ptr{mjenv_start}, Int64),
-    start,
-    count,
-)
-
-task_restart(api, start) = ccall(
-    unsafe_load(api).restart,
-    Int32,
-    (Ptr{mjenv_start},),
-    start,
-)
-
-task_contact_count(api, start) = ccall(
-    unsafe_load(api).contact_count,
-    Int64,
-    (Ptr{mjenv_start},),
-    start,
-)
-
-task_state_rand(api, random) = ccall(
-    unsafe_load(api).state_rand,
-    Float64,
-    (Ptr{mjenv_random},),
-    random,
-)
-
-task_state_uniform(api, random, low, high) = ccall(
-    unsafe_load(api).state_uniform,
-    Float64,
-    (Ptr{mjenv_random}, Float64, Float64),
-    random,
-    low,
-    high,
-)
-
-task_state_randn(api, random) = ccall(
-    unsafe_load(api).state_randn,
-    Float64,
-    (Ptr{mjenv_random},),
-    random,
-)
-
-task_state_randint(api, random, low, high) = ccall(
-    unsafe_load(api).state_randint,
-    Int64,
-    (Ptr{mjenv_random}, Int64, Int64),
-    random,
-    low,
-    high,
-)
-
-task_state_choice(api, random, count, p) = ccall(
-    unsafe_load(api).state_choice,
-    Int64,
-    (Ptr{mjenv_random}, Int64, Ptr{Float64}),
-    random,
-    count,
-    p,
-)
-
-task_state_is_new(api, random) = ccall(
-    unsafe_load(api).state_is_new,
-    Int32,
-    (Ptr{mjenv_random},),
-    random,
-)
-
-task_action(api, builder, count, low, high) = ccall(
-    unsafe_load(api).action,
-    Cvoid,
-    (Ptr{mjenv_builder}, Int64, Ptr{Float64}, Ptr{Float64}),
-    builder,
-    count,
-    low,
-    high,
-)
-
-task_state_permutation(api, random, count, order) = ccall(
-    unsafe_load(api).state_permutation,
-    Cvoid,
-    (Ptr{mjenv_random}, Int64, Ptr{Int64}),
-    random,
-    count,
-    order,
-)
+task_fail_with(api, message) =
+    ccall(unsafe_load(api).fail_with, Int32, (Cstring,), message)
+task_integer(api, builder, option) =
+    ccall(unsafe_load(api).integer, Int64, (Ptr{mjenv_builder}, Cstring), builder, option)
+task_reals(api, builder, option, values, count) =
+    ccall(unsafe_load(api).reals, Cvoid, (Ptr{mjenv_builder}, Cstring, Ptr{Float64}, Int64), builder, option, values, count)
+task_is_integer(api, builder, option) =
+    ccall(unsafe_load(api).is_integer, Int32, (Ptr{mjenv_builder}, Cstring), builder, option)
+task_text(api, builder, option) =
+    ccall(unsafe_load(api).text, Cstring, (Ptr{mjenv_builder}, Cstring), builder, option)
+task_index(api, builder, type, name) =
+    ccall(unsafe_load(api).index, Int32, (Ptr{mjenv_builder}, Cstring, Cstring), builder, type, name)
+task_option_index(api, builder, option, type) =
+    ccall(unsafe_load(api).option_index, Int32, (Ptr{mjenv_builder}, Cstring, Cstring), builder, option, type)
+task_norm_is_fused(api, builder) =
+    ccall(unsafe_load(api).norm_is_fused, Int32, (Ptr{mjenv_builder},), builder)
+task_need(api, builder, array) =
+    ccall(unsafe_load(api).need, Cvoid, (Ptr{mjenv_builder}, Cstring), builder, array)
+task_array(api, builder, name, field) =
+    ccall(unsafe_load(api).array, Int32, (Ptr{mjenv_builder}, Cstring, Ptr{mjenv_field}), builder, name, field)
+task_field(api, builder, field) =
+    ccall(unsafe_load(api).field, Cvoid, (Ptr{mjenv_builder}, Ptr{mjenv_task_field}), builder, field)
+task_carry(api, builder, count) =
+    ccall(unsafe_load(api).carry, Cvoid, (Ptr{mjenv_builder}, Int64), builder, count)
+task_carry_bounds(api, builder, first, count, low, high) =
+    ccall(unsafe_load(api).carry_bounds, Cvoid, (Ptr{mjenv_builder}, Int64, Int64, Float64, Float64), builder, first, count, low, high)
+task_random(api, random) =
+    ccall(unsafe_load(api).random, Float64, (Ptr{mjenv_random},), random)
+task_uniform(api, random, low, high) =
+    ccall(unsafe_load(api).uniform, Float64, (Ptr{mjenv_random}, Float64, Float64), random, low, high)
+task_normal(api, random) =
+    ccall(unsafe_load(api).normal, Float64, (Ptr{mjenv_random},), random)
+task_integers(api, random, low, high) =
+    ccall(unsafe_load(api).integers, Int64, (Ptr{mjenv_random}, Int64, Int64), random, low, high)
+task_choice(api, random, count, p) =
+    ccall(unsafe_load(api).choice, Int64, (Ptr{mjenv_random}, Int64, Ptr{Float64}), random, count, p)
+task_sample(api, random, count, size, chosen) =
+    ccall(unsafe_load(api).sample, Cvoid, (Ptr{mjenv_random}, Int64, Int64, Ptr{Int64}), random, count, size, chosen)
+task_permutation(api, random, count, order) =
+    ccall(unsafe_load(api).permutation, Cvoid, (Ptr{mjenv_random}, Int64, Ptr{Int64}), random, count, order)
+task_parameter(api, builder, option) =
+    ccall(unsafe_load(api).parameter, Int64, (Ptr{mjenv_builder}, Cstring), builder, option)
+task_keep(api, builder, first, count) =
+    ccall(unsafe_load(api).keep, Cvoid, (Ptr{mjenv_builder}, Int64, Int64), builder, first, count)
+task_current(api, builder) =
+    ccall(unsafe_load(api).current, Cvoid, (Ptr{mjenv_builder},), builder)
+task_own(api, builder, name) =
+    ccall(unsafe_load(api).own, Int32, (Ptr{mjenv_builder}, Cstring), builder, name)
+task_random_state(api, builder) =
+    ccall(unsafe_load(api).random_state, Cvoid, (Ptr{mjenv_builder},), builder)
+task_forward(api, start) =
+    ccall(unsafe_load(api).forward, Int32, (Ptr{mjenv_start},), start)
+task_advance(api, start, count) =
+    ccall(unsafe_load(api).advance, Int32, (Ptr{mjenv_start}, Int64), start, count)
+task_restart(api, start) =
+    ccall(unsafe_load(api).restart, Int32, (Ptr{mjenv_start},), start)
+task_contact_count(api, start) =
+    ccall(unsafe_load(api).contact_count, Int64, (Ptr{mjenv_start},), start)
+task_state_rand(api, random) =
+    ccall(unsafe_load(api).state_rand, Float64, (Ptr{mjenv_random},), random)
+task_state_uniform(api, random, low, high) =
+    ccall(unsafe_load(api).state_uniform, Float64, (Ptr{mjenv_random}, Float64, Float64), random, low, high)
+task_state_randn(api, random) =
+    ccall(unsafe_load(api).state_randn, Float64, (Ptr{mjenv_random},), random)
+task_state_randint(api, random, low, high) =
+    ccall(unsafe_load(api).state_randint, Int64, (Ptr{mjenv_random}, Int64, Int64), random, low, high)
+task_state_choice(api, random, count, p) =
+    ccall(unsafe_load(api).state_choice, Int64, (Ptr{mjenv_random}, Int64, Ptr{Float64}), random, count, p)
+task_state_is_new(api, random) =
+    ccall(unsafe_load(api).state_is_new, Int32, (Ptr{mjenv_random},), random)
+task_action(api, builder, count, low, high) =
+    ccall(unsafe_load(api).action, Cvoid, (Ptr{mjenv_builder}, Int64, Ptr{Float64}, Ptr{Float64}), builder, count, low, high)
+task_state_permutation(api, random, count, order) =
+    ccall(unsafe_load(api).state_permutation, Cvoid, (Ptr{mjenv_random}, Int64, Ptr{Int64}), random, count, order)

@@ -4,464 +4,214 @@ pub const MJENV_ABI_VERSION: u32 = 1;
 pub const MJENV_ALL_ROWS: i32 = -1;
 pub const MJENV_CAMERA_FREE: i32 = -1;
 pub const MJENV_BODY_UNSET: i32 = -2;
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_options {
-    _unused: [u8; 0],
-}
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_env {
-    _unused: [u8; 0],
-}
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_renderer {
-    _unused: [u8; 0],
-}
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_window {
-    _unused: [u8; 0],
-}
-#[doc = " What a function returns."]
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_options { _unused: [u8; 0] }
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_env { _unused: [u8; 0] }
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_renderer { _unused: [u8; 0] }
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_window { _unused: [u8; 0] }
 pub type mjenv_status = i32;
 pub const MJENV_OK: mjenv_status = 0;
-#[doc = " only in mjenv_batch.status: the row's state diverged"]
 pub const MJENV_DIVERGED: mjenv_status = 1;
-#[doc = " a required pointer is NULL, a handle was destroyed, an enum's value is unknown, a"]
-#[doc = "struct_size is wrong, or the options belong to an environment"]
 pub const MJENV_E_ARGUMENT: mjenv_status = -1;
-#[doc = " no such id, option, array or object; the text lists the valid names"]
 pub const MJENV_E_NAME: mjenv_status = -2;
-#[doc = " the option holds another kind of value"]
 pub const MJENV_E_TYPE: mjenv_status = -3;
-#[doc = " a value is out of its bounds, or not a finite number where one is needed"]
 pub const MJENV_E_VALUE: mjenv_status = -4;
-#[doc = " an array is too short, or has another length than needed"]
 pub const MJENV_E_SIZE: mjenv_status = -5;
-#[doc = " the row was never reset; from mjenv_get_stream: it was neither reset nor seeded"]
 pub const MJENV_E_NOT_RESET: mjenv_status = -6;
-#[doc = " the row's episode has ended; reset the row first"]
 pub const MJENV_E_EPISODE_ENDED: mjenv_status = -7;
-#[doc = " rows are under way; receive them with mjenv_recv first"]
 pub const MJENV_E_PENDING: mjenv_status = -8;
-#[doc = " mjenv_recv was called while no rows are under way"]
 pub const MJENV_E_NOT_PENDING: mjenv_status = -9;
-#[doc = " another thread is inside a call with the same handle"]
 pub const MJENV_E_BUSY: mjenv_status = -10;
-#[doc = " this process is a forked child, and the environment's threads are in its parent"]
 pub const MJENV_E_FORKED: mjenv_status = -11;
-#[doc = " the model file does not exist or cannot be read (4.0: or MuJoCo's library is missing,"]
-#[doc = "broken or of another version)"]
 pub const MJENV_E_FILE: mjenv_status = -12;
-#[doc = " the model is malformed or refused, or lacks something that is needed"]
 pub const MJENV_E_MODEL: mjenv_status = -13;
-#[doc = " MuJoCo reported an error"]
 pub const MJENV_E_PHYSICS: mjenv_status = -14;
-#[doc = " the image is damaged, or is from another kind of environment"]
 pub const MJENV_E_SNAPSHOT: mjenv_status = -15;
-#[doc = " OpenGL is missing or failed; the text names what to install"]
 pub const MJENV_E_RENDER: mjenv_status = -16;
-#[doc = " there is not enough memory"]
 pub const MJENV_E_MEMORY: mjenv_status = -17;
-#[doc = " the library has a bug; please report it"]
 pub const MJENV_E_INTERNAL: mjenv_status = -18;
-#[doc = " a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h)"]
 pub const MJENV_E_TASK: mjenv_status = -19;
-#[doc = " The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that"]
-#[doc = " Gymnasium returns; the library returns fields as doubles, which represent their values exactly, but observations as"]
-#[doc = " floats if obs_dtype is FLOAT32."]
 pub type mjenv_dtype = i32;
 pub const MJENV_DTYPE_FLOAT64: mjenv_dtype = 1;
 pub const MJENV_DTYPE_FLOAT32: mjenv_dtype = 2;
 pub const MJENV_DTYPE_INT64: mjenv_dtype = 3;
 pub const MJENV_DTYPE_INT32: mjenv_dtype = 4;
-#[doc = " flags, pixels and characters"]
 pub const MJENV_DTYPE_UINT8: mjenv_dtype = 5;
-#[doc = " float32 when the action is float32, else float64"]
 pub const MJENV_DTYPE_ACTION: mjenv_dtype = 6;
-#[doc = " the language's own number: Python's float"]
 pub const MJENV_DTYPE_NATIVE_FLOAT: mjenv_dtype = 7;
-#[doc = " the language's own integer: Python's int"]
 pub const MJENV_DTYPE_NATIVE_INT: mjenv_dtype = 8;
-#[doc = " What a list of fields describes (mjenv_field_at)."]
 pub type mjenv_role = i32;
-#[doc = " the parts of an observation, in order"]
 pub const MJENV_ROLE_OBSERVATION: mjenv_role = 1;
-#[doc = " the numbers of an action: one for each actuator, or those of mjenv_build_action"]
 pub const MJENV_ROLE_ACTION: mjenv_role = 2;
-#[doc = " the info of a step"]
 pub const MJENV_ROLE_INFO: mjenv_role = 3;
-#[doc = " the info of a reset"]
 pub const MJENV_ROLE_RESET_INFO: mjenv_role = 4;
-#[doc = " the reward, as one field"]
 pub const MJENV_ROLE_REWARD: mjenv_role = 5;
-#[doc = " Gymnasium's observation_structure: names and counts; empty where Gymnasium has none"]
 pub const MJENV_ROLE_STRUCTURE: mjenv_role = 6;
-#[doc = " the arrays of a row's mjData that mjenv_read can read"]
 pub const MJENV_ROLE_DATA: mjenv_role = 7;
-#[doc = " the sizes, options and arrays of the mjModel that mjenv_read can read"]
 pub const MJENV_ROLE_MODEL: mjenv_role = 8;
-#[doc = " the mjData arrays that the option \"arrays\" names, for mjenv_batch.arrays"]
 pub const MJENV_ROLE_ARRAYS: mjenv_role = 9;
-#[doc = " the live parameters of a task, which mjenv_read and mjenv_write know by these names"]
 pub const MJENV_ROLE_PARAMETERS: mjenv_role = 10;
-#[doc = " the keys of an observation that is a Gymnasium Dict (the option \"observation\"): its groups,"]
-#[doc = "and its terms without a group. If there are no fields, the observation is a Box"]
 pub const MJENV_ROLE_GROUPS: mjenv_role = 11;
-#[doc = " What an option holds."]
 pub type mjenv_kind = i32;
-#[doc = " an integer, 0 or 1"]
 pub const MJENV_KIND_FLAG: mjenv_kind = 1;
-#[doc = " an integer"]
 pub const MJENV_KIND_INTEGER: mjenv_kind = 2;
-#[doc = " one or more doubles"]
 pub const MJENV_KIND_REALS: mjenv_kind = 3;
-#[doc = " UTF-8 text"]
 pub const MJENV_KIND_STRING: mjenv_kind = 4;
-#[doc = " a name as text, or an index as integer"]
 pub const MJENV_KIND_STRING_OR_INT: mjenv_kind = 5;
-#[doc = " Describes one constructor option. mjenv_options_at fills it."]
 #[repr(C)]
 pub struct mjenv_option {
     pub struct_size: u32,
     pub kind: mjenv_kind,
-    #[doc = " Gymnasium's name, where Gymnasium has the option"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " the meaning, in one line"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " closed bounds of each number; infinite if there are none; unused for STRING"]
     pub low: f64,
-    #[doc = " closed bounds of each number; infinite if there are none; unused for STRING"]
     pub high: f64,
-    #[doc = " how many numbers REALS hold (2 for a range); 1 for the other kinds"]
     pub count: i64,
-    #[doc = " the valid texts, separated by blanks; NULL if there is no such list"]
     pub choices: *const ::std::os::raw::c_char,
 }
-impl Default for mjenv_option {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " Describes one named part of an observation, an action or an info, or one readable array. mjenv_field_at fills it."]
+impl Default for mjenv_option { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_field {
     pub struct_size: u32,
-    #[doc = " how many dimensions; 0 for a scalar"]
     pub ndim: i32,
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " the meaning, with its unit; \"\" if there is none"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " the first ndim elements are used"]
     pub shape: [i64; 4usize],
-    #[doc = " the sum of the counts of the role's earlier fields; 0 for MJENV_ROLE_DATA and MJENV_ROLE_MODEL"]
     pub offset: i64,
-    #[doc = " the number of elements: the product of the shape, 1 for a scalar"]
     pub count: i64,
     pub dtype: mjenv_dtype,
-    #[doc = " 0"]
     pub reserved: i32,
 }
-impl Default for mjenv_field {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " Describes the observation space or the action space of one row: a Gymnasium Box. mjenv_space_of fills it."]
+impl Default for mjenv_field { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_space {
     pub struct_size: u32,
-    #[doc = " as Gymnasium declares it: float64 for observations, float32 for actions"]
     pub dtype: mjenv_dtype,
-    #[doc = " the number of elements"]
     pub count: i64,
-    #[doc = " [count], owned by the environment"]
     pub low: *const f64,
-    #[doc = " [count], owned by the environment"]
     pub high: *const f64,
-    #[doc = " how many dimensions: 2 if the option \"history\" stacks whole observations of a Box, else 1"]
     pub ndim: i32,
-    #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " the first ndim elements are used; their product is count"]
     pub shape: [i64; 4usize],
 }
-impl Default for mjenv_space {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " Describes an environment. mjenv_info_of fills it."]
+impl Default for mjenv_space { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_info {
     pub struct_size: u32,
-    #[doc = " how many threads step rows"]
     pub threads: i32,
     pub rows: i64,
-    #[doc = " how many times one step calls mj_step"]
     pub frame_skip: i64,
-    #[doc = " how many rows each thread steps together; 0: one by one. The results are the same"]
     pub lanes: i64,
-    #[doc = " why lanes is 0; \"\" if it is not. The text belongs to the environment"]
     pub lanes_reason: *const ::std::os::raw::c_char,
 }
-impl Default for mjenv_info {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " Describes an id, without building its environment. mjenv_spec_of fills it. The texts are static."]
+impl Default for mjenv_info { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_spec {
     pub struct_size: u32,
-    #[doc = " the number in the id: 4 or 5 for built-in robots"]
     pub version: i32,
     pub id: *const ::std::os::raw::c_char,
-    #[doc = " the id without its version: \"Ant\""]
     pub robot: *const ::std::os::raw::c_char,
-    #[doc = " the default of the option of this name"]
     pub max_episode_steps: i64,
-    #[doc = " NaN where Gymnasium has none"]
     pub reward_threshold: f64,
-    #[doc = " m"]
     pub camera_distance: f64,
-    #[doc = " degrees"]
     pub camera_elevation: f64,
-    #[doc = " m"]
     pub camera_lookat: [f64; 3usize],
-    #[doc = " the index of a body, -1 for none, or MJENV_BODY_UNSET"]
     pub camera_trackbodyid: i32,
-    #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " the default model in MJCF; NULL for \"Model-v0\" and tasks that have it in a file"]
     pub model_xml: *const ::std::os::raw::c_char,
 }
-impl Default for mjenv_spec {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " The caller's arrays for outputs; those that are NULL are not written. Row r's outputs are element r of each array."]
-#[doc = " info, final_info, reset_info and arrays have a block for each field of their role: that of field f begins at"]
-#[doc = " f.offset * rows and is [rows][f.count]. In a rollout, [rows] is rows * steps."]
+impl Default for mjenv_spec { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_batch {
     pub struct_size: u32,
-    #[doc = " of obs and final_obs: float64 as in Gymnasium, or float32, rounded to nearest"]
     pub obs_dtype: mjenv_dtype,
-    #[doc = " those of the environment; for mjenv_rollout, rows * steps"]
     pub rows: i64,
-    #[doc = " of obs and final_obs: the observation space's count"]
     pub obs_count: i64,
-    #[doc = " of info and final_info: the sum of the counts of MJENV_ROLE_INFO's fields"]
     pub info_count: i64,
-    #[doc = " of reset_info: the sum of the counts of MJENV_ROLE_RESET_INFO's fields"]
     pub reset_info_count: i64,
-    #[doc = " of arrays: the sum of the counts of MJENV_ROLE_ARRAYS's fields"]
     pub arrays_count: i64,
-    #[doc = " [rows][obs_count] the observation; if the row was reset, the first one of the new episode"]
     pub obs: *mut ::std::os::raw::c_void,
-    #[doc = " [rows]"]
     pub reward: *mut f64,
-    #[doc = " [rows] 0 or 1"]
     pub terminated: *mut u8,
-    #[doc = " [rows] 0 or 1"]
     pub truncated: *mut u8,
-    #[doc = " [rows] MJENV_OK; why the row failed; or MJENV_DIVERGED: MuJoCo found bad numbers and reset the"]
-    #[doc = "row's simulation (4.0: unless the model disables that). The other outputs are then valid"]
     pub status: *mut i32,
-    #[doc = " MJENV_ROLE_INFO's fields"]
     pub info: *mut f64,
-    #[doc = " [rows] 1 if this call reset the row, else 0"]
     pub was_reset: *mut u8,
-    #[doc = " MJENV_ROLE_RESET_INFO's fields; written only for rows that were reset"]
     pub reset_info: *mut f64,
-    #[doc = " [rows][obs_count] its last observation"]
     pub final_obs: *mut ::std::os::raw::c_void,
-    #[doc = " MJENV_ROLE_INFO's fields of its last step; info must be given, too"]
     pub final_info: *mut f64,
-    #[doc = " MJENV_ROLE_ARRAYS's fields"]
     pub arrays: *mut f64,
 }
-impl Default for mjenv_batch {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " The distribution from which a value is drawn (mjenv_randomize), by methods of NumPy's Generator."]
+impl Default for mjenv_batch { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 pub type mjenv_distribution = i32;
-#[doc = " parameters low, high: uniform(low, high)"]
 pub const MJENV_DISTRIBUTION_UNIFORM: mjenv_distribution = 1;
-#[doc = " parameters low, high: exp(uniform(log(low), log(high))), 0 < low"]
 pub const MJENV_DISTRIBUTION_LOG_UNIFORM: mjenv_distribution = 2;
-#[doc = " parameters mean, std: normal(mean, std)"]
 pub const MJENV_DISTRIBUTION_NORMAL: mjenv_distribution = 3;
-#[doc = " parameters mean, std, low, high: normal(mean, std), drawn again until it"]
-#[doc = "lies in [low, high]. Refused if less than a thousandth of the draws"]
-#[doc = "would lie there"]
 pub const MJENV_DISTRIBUTION_TRUNCATED_NORMAL: mjenv_distribution = 4;
-#[doc = " parameters: n values: values[integers(n)]"]
 pub const MJENV_DISTRIBUTION_CHOICE: mjenv_distribution = 5;
-#[doc = " How a drawn value changes an element. The model's own value is the one that was loaded with the model."]
 pub type mjenv_effect = i32;
-#[doc = " the value that is drawn"]
 pub const MJENV_EFFECT_VALUE: mjenv_effect = 1;
-#[doc = " the model's own value, times the one that is drawn"]
 pub const MJENV_EFFECT_SCALE: mjenv_effect = 2;
-#[doc = " the model's own value, plus the one that is drawn"]
 pub const MJENV_EFFECT_OFFSET: mjenv_effect = 3;
-#[doc = " What a reset draws for one array of the mjModel (mjenv_randomize)."]
 #[repr(C)]
 pub struct mjenv_randomization {
     pub struct_size: u32,
     pub distribution: mjenv_distribution,
-    #[doc = " an array that mjenv_write can write: \"geom_friction\"; of integers only with CHOICE"]
     pub array: *const ::std::os::raw::c_char,
-    #[doc = " [element_count] the indices of its elements, in the order of the draws; NULL: all"]
     pub elements: *const i64,
-    #[doc = " 0 if elements is NULL"]
     pub element_count: i64,
-    #[doc = " [parameter_count] of the distribution"]
     pub parameters: *const f64,
     pub parameter_count: i64,
     pub effect: mjenv_effect,
-    #[doc = " 1: one draw for all elements; 0: one draw each"]
     pub shared: i32,
-    #[doc = " 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants"]
     pub constants: i32,
-    #[doc = " 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that"]
-    #[doc = "item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and"]
-    #[doc = "used again, with the factor -1, for biasprm. If it has n times as many elements, each n of them,"]
-    #[doc = "which must be in one row of the array, use one draw: a body's three of body_inertia use that of"]
-    #[doc = "body_mass. distribution, parameters and shared are not used"]
     pub repeats: i32,
-    #[doc = " each draw is multiplied by it; 0 means 1"]
     pub factor: f64,
 }
-impl Default for mjenv_randomization {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " A push, which acts on a body now and then (mjenv_perturb): a force or a kick. A force replaces the body's"]
-#[doc = " xfrc_applied while it lasts; afterwards xfrc_applied is 0. A kick is added to the six numbers in qvel of the body's"]
-#[doc = " free joint before the step."]
+impl Default for mjenv_randomization { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_push {
     pub struct_size: u32,
-    #[doc = " the index of a body; not 0, the world"]
     pub body: i32,
-    #[doc = " How many steps after a reset, or after the last step of a push, the next push begins:"]
-    #[doc = " integers(min_steps, max_steps + 1), where 1 <= min_steps <= max_steps."]
     pub min_steps: i64,
     pub max_steps: i64,
-    #[doc = " uniform(low, high): the force and torque (N, N m), or the change of qvel (m/s, rad/s)"]
     pub low: [f64; 6usize],
     pub high: [f64; 6usize],
-    #[doc = " 1: a kick; 0: a force"]
     pub is_kick: i32,
-    #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " How many steps a force lasts: integers(min_duration, max_duration + 1). Both 0: one step, as every kick."]
     pub min_duration: i64,
     pub max_duration: i64,
 }
-impl Default for mjenv_push {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " Noise, delays and pushes (mjenv_perturb). A struct of zeros has none."]
+impl Default for mjenv_push { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_perturbation {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " [action_noise_count] standard deviations of what is added to the action"]
     pub action_noise: *const f64,
-    #[doc = " 0: no noise; 1: the same for all numbers of an action; or one for each"]
     pub action_noise_count: i64,
-    #[doc = " [observation_noise_count] the same for the observation"]
     pub observation_noise: *const f64,
-    #[doc = " 0, 1, or the count of the task's observation, without time and history"]
     pub observation_noise_count: i64,
-    #[doc = " how many steps an action takes until it reaches the task"]
     pub action_delay: i64,
-    #[doc = " how many steps an observation takes until it reaches the caller"]
     pub observation_delay: i64,
-    #[doc = " [push_count], at most one of each kind for a body"]
     pub pushes: *const mjenv_push,
     pub push_count: i64,
-    #[doc = " [first_action_count] what reaches the task until the first delayed action does"]
     pub first_action: *const f64,
-    #[doc = " 0: zeros; 1: the same for all numbers of an action; or one for each"]
     pub first_action_count: i64,
-    #[doc = " 0: the delay is action_delay. Else it is drawn:"]
-    #[doc = "integers(action_delay, max_action_delay + 1)"]
     pub max_action_delay: i64,
-    #[doc = " the same for the observation"]
     pub max_observation_delay: i64,
-    #[doc = " 1: such delays are drawn anew for each step; 0: at each reset"]
     pub redraws_delays: i32,
-    #[doc = " 0"]
     pub reserved_end: i32,
 }
-impl Default for mjenv_perturbation {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " The library that provides OpenGL."]
+impl Default for mjenv_perturbation { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 pub type mjenv_gl = i32;
-#[doc = " what the variable MUJOCO_GL names; else wgl on Windows, elsewhere egl, glfw or osmesa"]
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
-#[doc = " without a display; MUJOCO_EGL_DEVICE_ID chooses a device. Debian: libegl1 libgl1-mesa-dri"]
 pub const MJENV_GL_EGL: mjenv_gl = 1;
-#[doc = " without a display or driver; a process that uses it can use no other. Debian: libosmesa6"]
 pub const MJENV_GL_OSMESA: mjenv_gl = 2;
-#[doc = " on a display, and the main thread. Debian: libglfw3"]
 pub const MJENV_GL_GLFW: mjenv_gl = 3;
-#[doc = " the display's driver, in an invisible window; on Windows only"]
 pub const MJENV_GL_WGL: mjenv_gl = 4;
-#[doc = " What is drawn: MuJoCo 2.2.2's mjtVisFlag, also in the build for 4.0; indices into mjenv_render_settings.visual."]
 pub type mjenv_visual = i32;
 pub const MJENV_VISUAL_CONVEXHULL: mjenv_visual = 0;
 pub const MJENV_VISUAL_TEXTURE: mjenv_visual = 1;
@@ -486,7 +236,6 @@ pub const MJENV_VISUAL_COM: mjenv_visual = 19;
 pub const MJENV_VISUAL_SELECT: mjenv_visual = 20;
 pub const MJENV_VISUAL_STATIC: mjenv_visual = 21;
 pub const MJENV_VISUAL_SKIN: mjenv_visual = 22;
-#[doc = " Which objects have labels: MuJoCo 2.2.2's mjtLabel, also in the build for 4.0."]
 pub type mjenv_label = i32;
 pub const MJENV_LABEL_NONE: mjenv_label = 0;
 pub const MJENV_LABEL_BODY: mjenv_label = 1;
@@ -502,7 +251,6 @@ pub const MJENV_LABEL_SKIN: mjenv_label = 10;
 pub const MJENV_LABEL_SELECTION: mjenv_label = 11;
 pub const MJENV_LABEL_SELPNT: mjenv_label = 12;
 pub const MJENV_LABEL_CONTACTFORCE: mjenv_label = 13;
-#[doc = " The objects whose coordinate frames are drawn: MuJoCo's mjtFrame."]
 pub type mjenv_frame = i32;
 pub const MJENV_FRAME_NONE: mjenv_frame = 0;
 pub const MJENV_FRAME_BODY: mjenv_frame = 1;
@@ -512,53 +260,33 @@ pub const MJENV_FRAME_CAMERA: mjenv_frame = 4;
 pub const MJENV_FRAME_LIGHT: mjenv_frame = 5;
 pub const MJENV_FRAME_CONTACT: mjenv_frame = 6;
 pub const MJENV_FRAME_WORLD: mjenv_frame = 7;
-#[doc = " How a renderer draws. MJENV_RENDER_SETTINGS_INIT has MuJoCo's defaults, mjenv_render_defaults sets Gymnasium's."]
 #[repr(C)]
 pub struct mjenv_render_settings {
     pub struct_size: u32,
     pub gl: mjenv_gl,
-    #[doc = " pixels; default 480"]
     pub width: i32,
-    #[doc = " pixels; default 480"]
     pub height: i32,
-    #[doc = " the index of a camera of the model; default: MJENV_CAMERA_FREE"]
     pub camera: i32,
-    #[doc = " how many geoms are drawn at most; default 1000"]
     pub max_geom: i32,
-    #[doc = " multisampling: samples per pixel, 0 to 64; default: the model's offsamples (4)"]
     pub samples: i32,
-    #[doc = " 0 or 1; default 1. Drawing is fastest with samples 0 and shadows 0"]
     pub shadows: i32,
-    #[doc = " 0 or 1; default 1"]
     pub reflections: i32,
-    #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " a camera of the model; camera must then be MJENV_CAMERA_FREE. NULL: camera is used"]
     pub camera_name: *const ::std::os::raw::c_char,
-    #[doc = " m; NaN: the median of the geoms' positions in the first state drawn; in a window: 0"]
     pub lookat: [f64; 3usize],
-    #[doc = " m; NaN: the model's extent; in a window: 2"]
     pub distance: f64,
-    #[doc = " degrees; NaN: 90"]
     pub azimuth: f64,
-    #[doc = " degrees; NaN: -45"]
     pub elevation: f64,
-    #[doc = " Gymnasium's visual_options: 0 or 1 for each mjenv_visual; default: MuJoCo's"]
     pub visual: [u8; 32usize],
-    #[doc = " mjvOption's arrays of these names: 1 for each of the groups 0 to 5 whose objects are drawn; default: 0 to 2."]
     pub geomgroup: [u8; 6usize],
     pub sitegroup: [u8; 6usize],
     pub jointgroup: [u8; 6usize],
     pub tendongroup: [u8; 6usize],
     pub actuatorgroup: [u8; 6usize],
     pub skingroup: [u8; 6usize],
-    #[doc = " 0"]
     pub reserved_bytes: [u8; 4usize],
-    #[doc = " default: MJENV_LABEL_NONE"]
     pub label: mjenv_label,
-    #[doc = " default: MJENV_FRAME_NONE"]
     pub frame: mjenv_frame,
-    #[doc = " MuJoCo's mjtRndFlag of these names, 0 or 1; default: skybox, haze and cull_face"]
     pub wireframe: i32,
     pub additive: i32,
     pub skybox: i32,
@@ -566,754 +294,129 @@ pub struct mjenv_render_settings {
     pub haze: i32,
     pub cull_face: i32,
 }
-impl Default for mjenv_render_settings {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
+impl Default for mjenv_render_settings { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 extern "C" {
-    #[doc = " Returns the MJENV_ABI_VERSION of the loaded library. A program that uses dlopen compares it with its own."]
     pub fn mjenv_abi_version() -> u32;
-}
-extern "C" {
-    #[doc = " Returns \"major.minor.patch (MuJoCo x.y.z)\". \", portable math\" and \", x86-64-v3\" stand before the \")\" if the library"]
-    #[doc = " was built with them."]
     pub fn mjenv_version() -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Returns the name of a status, such as \"MJENV_E_VALUE\"; \"unknown status\" for other numbers."]
     pub fn mjenv_status_name(status: mjenv_status) -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Returns why the last failed call on this thread failed; \"\" if none has failed. The text is valid until the next call"]
-    #[doc = " fails. Use mjenv_error_of if your calls move between threads (Go, Node)."]
     pub fn mjenv_last_error() -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Copies why the last failed call with this handle failed, on any thread, into text[capacity], with a NUL. size"]
-    #[doc = " receives how many bytes the whole text needs, also if text is NULL and capacity 0. If a function that creates a"]
-    #[doc = " handle fails, pass the options or env that it was given."]
-    pub fn mjenv_error_of(
-        handle: *const ::std::os::raw::c_void,
-        text: *mut ::std::os::raw::c_char,
-        capacity: i64,
-        size: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Returns the number of ids: built-in robots and registered tasks. \"Model-v0\", which steps a model of the option"]
-    #[doc = " xml_file or xml_string without a task, is not counted."]
+    pub fn mjenv_error_of(handle: *const ::std::os::raw::c_void, text: *mut ::std::os::raw::c_char, capacity: i64, size: *mut i64) -> mjenv_status;
     pub fn mjenv_id_count() -> i64;
-}
-extern "C" {
-    #[doc = " Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for other indices. Registering a task changes"]
-    #[doc = " the indices of ids."]
     pub fn mjenv_id_at(index: i64) -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Describes an id. Errors: NAME."]
     pub fn mjenv_spec_of(id: *const ::std::os::raw::c_char, spec: *mut mjenv_spec) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Creates the options of an id, with their default values. Errors: NAME."]
-    pub fn mjenv_options_create(
-        id: *const ::std::os::raw::c_char,
-        options: *mut *mut mjenv_options,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Creates a copy of options. The copy can be changed even if `options` belong to an environment."]
-    pub fn mjenv_options_copy(
-        options: *const mjenv_options,
-        copy: *mut *mut mjenv_options,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Destroys options. Does nothing for those of an environment (mjenv_options_of), which are destroyed with it."]
+    pub fn mjenv_options_create(id: *const ::std::os::raw::c_char, options: *mut *mut mjenv_options) -> mjenv_status;
+    pub fn mjenv_options_copy(options: *const mjenv_options, copy: *mut *mut mjenv_options) -> mjenv_status;
     pub fn mjenv_options_destroy(options: *mut mjenv_options);
-}
-extern "C" {
-    #[doc = " Returns the number of options; 0 if it fails."]
     pub fn mjenv_options_count(options: *const mjenv_options) -> i64;
-}
-extern "C" {
-    #[doc = " Describes the option at 0 <= index < mjenv_options_count(). Errors: VALUE (index)."]
-    pub fn mjenv_options_at(
-        options: *const mjenv_options,
-        index: i64,
-        option: *mut mjenv_option,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets a FLAG, an INTEGER, a STRING_OR_INT to an index, or a REALS option of one number. As in Gymnasium, infos that"]
-    #[doc = " are computed from a REALS option have another dtype if it was set to an integer. Errors: NAME, TYPE, VALUE."]
-    pub fn mjenv_options_set_integer(
-        options: *mut mjenv_options,
-        name: *const ::std::os::raw::c_char,
-        value: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets a REALS option to values[count]. Errors: NAME, TYPE, VALUE (out of bounds, or NaN), SIZE."]
-    pub fn mjenv_options_set_reals(
-        options: *mut mjenv_options,
-        name: *const ::std::os::raw::c_char,
-        values: *const f64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets a STRING, or a STRING_OR_INT to a name. Errors: NAME, TYPE, VALUE (not one of the choices)."]
-    pub fn mjenv_options_set_string(
-        options: *mut mjenv_options,
-        name: *const ::std::os::raw::c_char,
-        value: *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads a FLAG, an INTEGER, or a STRING_OR_INT that holds an index. Errors: NAME, TYPE."]
-    pub fn mjenv_options_get_integer(
-        options: *const mjenv_options,
-        name: *const ::std::os::raw::c_char,
-        value: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads a REALS option into values[capacity]. count receives how many numbers it has, also if values is NULL and"]
-    #[doc = " capacity 0. Errors: NAME, TYPE, SIZE (capacity)."]
-    pub fn mjenv_options_get_reals(
-        options: *const mjenv_options,
-        name: *const ::std::os::raw::c_char,
-        values: *mut f64,
-        capacity: i64,
-        count: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads a STRING, or a STRING_OR_INT that holds a name. The text lives until the option is set. Errors: NAME, TYPE."]
-    pub fn mjenv_options_get_string(
-        options: *const mjenv_options,
-        name: *const ::std::os::raw::c_char,
-        value: *mut *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Creates an environment of rows >= 1 with a copy of the options. Reads the model and starts the threads. Errors: NAME"]
-    #[doc = " (in the option \"arrays\" or \"history\"), VALUE (rows, or an option), FILE, MODEL, PHYSICS (in a trial step), TASK; if"]
-    #[doc = " the task's callback build passes a wrong argument to a function of task.h, NAME, TYPE or VALUE."]
-    pub fn mjenv_create(
-        options: *const mjenv_options,
-        rows: i64,
-        env: *mut *mut mjenv_env,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Destroys an environment and ends its threads. The results of rows under way are lost."]
+    pub fn mjenv_options_at(options: *const mjenv_options, index: i64, option: *mut mjenv_option) -> mjenv_status;
+    pub fn mjenv_options_set_integer(options: *mut mjenv_options, name: *const ::std::os::raw::c_char, value: i64) -> mjenv_status;
+    pub fn mjenv_options_set_reals(options: *mut mjenv_options, name: *const ::std::os::raw::c_char, values: *const f64, count: i64) -> mjenv_status;
+    pub fn mjenv_options_set_string(options: *mut mjenv_options, name: *const ::std::os::raw::c_char, value: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_options_get_integer(options: *const mjenv_options, name: *const ::std::os::raw::c_char, value: *mut i64) -> mjenv_status;
+    pub fn mjenv_options_get_reals(options: *const mjenv_options, name: *const ::std::os::raw::c_char, values: *mut f64, capacity: i64, count: *mut i64) -> mjenv_status;
+    pub fn mjenv_options_get_string(options: *const mjenv_options, name: *const ::std::os::raw::c_char, value: *mut *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_create(options: *const mjenv_options, rows: i64, env: *mut *mut mjenv_env) -> mjenv_status;
     pub fn mjenv_destroy(env: *mut mjenv_env);
-}
-extern "C" {
-    #[doc = " Describes an environment."]
     pub fn mjenv_info_of(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Returns how lanes compute each stage of a step of the environment's model, one line for each, even if the environment"]
-    #[doc = " has no lanes; NULL if it fails. A line is \"STAGE: lanes\", \"STAGE: row by row: WHY\", \"STAGE: lanes; row by row: WHAT\""]
-    #[doc = " or \"STAGE: absent\". There are no lines if the library has no lane code. docs/lanes.md explains the stages. The text"]
-    #[doc = " belongs to the environment."]
     pub fn mjenv_lane_stages_of(env: *mut mjenv_env) -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Returns the options that the environment was built with; NULL if it fails. They cannot be changed."]
     pub fn mjenv_options_of(env: *const mjenv_env) -> *const mjenv_options;
-}
-extern "C" {
-    #[doc = " Describes the observation space (MJENV_ROLE_OBSERVATION) or the action space (MJENV_ROLE_ACTION)."]
-    pub fn mjenv_space_of(
-        env: *const mjenv_env,
-        role: mjenv_role,
-        space: *mut mjenv_space,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Returns the number of fields of a role; 0 if it fails."]
+    pub fn mjenv_space_of(env: *const mjenv_env, role: mjenv_role, space: *mut mjenv_space) -> mjenv_status;
     pub fn mjenv_field_count(env: *const mjenv_env, role: mjenv_role) -> i64;
-}
-extern "C" {
-    #[doc = " Describes the field at 0 <= index < mjenv_field_count(). Errors: VALUE (index)."]
-    pub fn mjenv_field_at(
-        env: *const mjenv_env,
-        role: mjenv_role,
-        index: i64,
-        field: *mut mjenv_field,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets the random streams of rows to NumPy's default_rng(seed), as reset(seed=seed) does, but without resetting the"]
-    #[doc = " rows. A row that is reset before it was seeded is seeded from the system's entropy."]
-    #[doc = "   seeds     [rows][words]: row r's seed is the integer whose 64-bit words these are, the least significant first"]
-    #[doc = "   count     rows * words; rows for usual seeds, which have one word"]
-    #[doc = " Errors: SIZE (count)."]
-    pub fn mjenv_seed(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        seeds: *const u64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Does the same for one row, whose seed has count >= 1 words. Errors: VALUE (row), SIZE (count)."]
-    pub fn mjenv_seed_row(
-        env: *mut mjenv_env,
-        row: i64,
-        words: *const u64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,"]
-    #[doc = " and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from"]
-    #[doc = " RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset)."]
-    pub fn mjenv_get_stream(
-        env: *mut mjenv_env,
-        row: i64,
-        words: *mut u64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such"]
-    #[doc = " as an even inc), SIZE."]
-    pub fn mjenv_set_stream(
-        env: *mut mjenv_env,
-        row: i64,
-        words: *const u64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does."]
+    pub fn mjenv_field_at(env: *const mjenv_env, role: mjenv_role, index: i64, field: *mut mjenv_field) -> mjenv_status;
+    pub fn mjenv_seed(env: *mut mjenv_env, mask: *const u8, seeds: *const u64, count: i64) -> mjenv_status;
+    pub fn mjenv_seed_row(env: *mut mjenv_env, row: i64, words: *const u64, count: i64) -> mjenv_status;
+    pub fn mjenv_get_stream(env: *mut mjenv_env, row: i64, words: *mut u64, count: i64) -> mjenv_status;
+    pub fn mjenv_set_stream(env: *mut mjenv_env, row: i64, words: *const u64, count: i64) -> mjenv_status;
     pub fn mjenv_seed_actions(env: *mut mjenv_env, seed: u64) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Draws action[rows][n] as action_space.sample() does, for n numbers of an action. Errors: SIZE (count), MODEL"]
-    #[doc = " (infinite bounds)."]
     pub fn mjenv_sample_actions(env: *mut mjenv_env, action: *mut f32, count: i64) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Begins new episodes, which draw their initial states from the rows' random streams."]
-    #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " Errors: SIZE, PHYSICS, TASK, VALUE and MODEL (mjenv_randomize)."]
-    pub fn mjenv_reset(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Steps rows. With the option \"autoreset_mode\" disabled, the default, a row whose episode has ended must be reset"]
-    #[doc = " first; in the other modes, steps reset it. Actions must be finite. Otherwise the call fails and steps no row, unless"]
-    #[doc = " the option \"strict\" is 0."]
-    #[doc = "   action    [rows][n] of dtype, for n numbers of an action; count = rows * n. As in NumPy, results depend on the dtype"]
-    #[doc = "   out       receives the outputs; may be NULL"]
-    #[doc = " If rows fail in the step, the others are stepped all the same, and the reward and flags of a failed row are 0."]
-    #[doc = " Errors: SIZE, VALUE (an action is not finite), NOT_RESET, EPISODE_ENDED, PHYSICS, TASK; those of resets."]
-    pub fn mjenv_step(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        action: *const ::std::os::raw::c_void,
-        count: i64,
-        dtype: mjenv_dtype,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Starts a step of some rows and returns without waiting. The rows are \"under way\" until mjenv_recv has reported them."]
-    #[doc = " Meanwhile other rows can be sent, but functions that read or change rows return PENDING. If the environment has one"]
-    #[doc = " thread, mjenv_recv steps the rows."]
-    #[doc = "   rows      [row_count] the rows to step, each at most once; NULL: all rows"]
-    #[doc = "   action    [row_count][n] of dtype, copied: element i is for rows[i]; count = row_count * n"]
-    #[doc = " Errors: SIZE, VALUE, NOT_RESET, EPISODE_ENDED, PENDING (a row is under way already, or listed twice)."]
-    pub fn mjenv_send(
-        env: *mut mjenv_env,
-        rows: *const i64,
-        row_count: i64,
-        action: *const ::std::os::raw::c_void,
-        count: i64,
-        dtype: mjenv_dtype,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Waits for rows that were sent, and reports the rows that have been stepped, each once, in the order in which they"]
-    #[doc = " finish."]
-    #[doc = "   least     how many rows to wait for; 0: none"]
-    #[doc = "   timeout   how many seconds to wait at most; negative: no limit"]
-    #[doc = "   rows      [capacity] receives the rows; capacity >= least and >= 1. If more are done, a later call reports them"]
-    #[doc = "   count     receives how many rows are reported"]
-    #[doc = "   out       as for mjenv_step: the outputs of row r are element r. May be NULL"]
-    #[doc = " Errors: SIZE (capacity, or fewer than `least` rows are under way), VALUE (timeout is NaN), NOT_PENDING; and if rows"]
-    #[doc = " failed, what mjenv_step returns, with everything written."]
-    pub fn mjenv_recv(
-        env: *mut mjenv_env,
-        least: i64,
-        timeout: f64,
-        rows: *mut i64,
-        capacity: i64,
-        count: *mut i64,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Plays a list of actions in each row, from its present state. Rows are never reset: a row whose episode ends keeps its"]
-    #[doc = " state; for its remaining steps, observation and flags are repeated, and rewards and infos are 0. If a row fails, its"]
-    #[doc = " status at that step has the reason, and nothing is written for its later steps."]
-    #[doc = "   action    [rows][steps][n] of dtype; count = rows * steps * n"]
-    #[doc = "   out       of rows * steps rows: step t of row r is element r * steps + t. May be NULL"]
-    #[doc = " Errors: as mjenv_step, and VALUE (steps < 1)."]
-    pub fn mjenv_rollout(
-        env: *mut mjenv_env,
-        action: *const ::std::os::raw::c_void,
-        count: i64,
-        dtype: mjenv_dtype,
-        steps: i64,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Writes out->obs and out->arrays of all rows for their present states, without a step; for instance after"]
-    #[doc = " mjenv_restore. Errors: SIZE, PHYSICS, TASK."]
+    pub fn mjenv_reset(env: *mut mjenv_env, mask: *const u8, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_step(env: *mut mjenv_env, mask: *const u8, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_send(env: *mut mjenv_env, rows: *const i64, row_count: i64, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype) -> mjenv_status;
+    pub fn mjenv_recv(env: *mut mjenv_env, least: i64, timeout: f64, rows: *mut i64, capacity: i64, count: *mut i64, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_rollout(env: *mut mjenv_env, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, steps: i64, out: *const mjenv_batch) -> mjenv_status;
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Begins new episodes, as mjenv_reset. Randomisation, noise and delays draw from the rows' streams after the caller."]
-    #[doc = "   qpos      [rows][nq], of the rows of the mask; NULL: what the callback reset sets, or if there is none, the model's"]
-    #[doc = "   qvel      [rows][nv] the same for velocities. nq, nv: how many numbers these arrays have"]
-    #[doc = "   out       receives arrays, status, and 1 in was_reset; may be NULL"]
-    #[doc = " Errors: SIZE, PHYSICS, VALUE (not finite, unless \"strict\" is 0; or mjenv_randomize), MODEL, TASK."]
-    pub fn mjenv_begin(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        qpos: *const f64,
-        nq: i64,
-        qvel: *const f64,
-        nv: i64,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Computes the actions that the task sees in the next step: transformed, delayed and with noise. Changes nothing: the"]
-    #[doc = " next mjenv_advance of the same action draws the same noise."]
-    #[doc = "   action    as for mjenv_step"]
-    #[doc = "   seen      [rows][n] of dtype"]
-    #[doc = " Errors: as mjenv_advance."]
-    pub fn mjenv_act(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        action: *const ::std::os::raw::c_void,
-        count: i64,
-        dtype: mjenv_dtype,
-        seen: *mut ::std::os::raw::c_void,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Simulates a step. If \"autoreset_mode\" is not disabled, rows whose episode has ended before are not stepped: was_reset"]
-    #[doc = " is then 1, and the caller begins and finishes them."]
-    #[doc = "   action    as for mjenv_step"]
-    #[doc = "   ctrl      [rows][nu] what the caller makes of the actions that the task sees; ctrl_count = rows * nu. NULL: ctrl is"]
-    #[doc = "             the action, which a task with mjenv_build_action must not use"]
-    #[doc = "   out       receives arrays, status, was_reset, and 0 in reward, terminated and truncated; may be NULL"]
-    #[doc = " Errors: as mjenv_step, and PENDING (a row is open)."]
-    pub fn mjenv_advance(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        action: *const ::std::os::raw::c_void,
-        count: i64,
-        dtype: mjenv_dtype,
-        ctrl: *const f64,
-        ctrl_count: i64,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Ends the step or reset of rows."]
-    #[doc = "   given     what the caller has computed, which is only read: obs (obs_count: that of the task's own observation,"]
-    #[doc = "             without time and history), reset_info of rows that were begun, and reward, terminated and info of rows that"]
-    #[doc = "             were advanced. Those that are NULL are 0. Its arrays can be those of out. NULL: gives up: the step counts,"]
-    #[doc = "             but has no outputs; a row that was begun must be begun again"]
-    #[doc = "   out       receives all but arrays; may be NULL. If \"autoreset_mode\" is same_step and a step has ended the episode,"]
-    #[doc = "             was_reset is 1: the caller begins and finishes the row, which then keeps reward and flags in out. Of rows"]
-    #[doc = "             that are not open, it receives obs alone, as from mjenv_observe"]
-    #[doc = " Errors: SIZE, TASK (a reward or an observation is NaN, unless \"strict\" is 0). If it fails, it changes nothing."]
-    pub fn mjenv_finish(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        given: *const mjenv_batch,
-        out: *const mjenv_batch,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Computes the rewards of pairs of goals by the task's compute_reward, for hindsight experience replay."]
-    #[doc = "   achieved, desired  [reward_count][length of achieved_goal]; count: how many numbers each of the two arrays has"]
-    #[doc = "   rewards            [reward_count]"]
-    #[doc = " Errors: TASK (the task has no compute_reward, or it failed), SIZE (count is not reward_count times the length)."]
-    pub fn mjenv_compute_reward(
-        env: *mut mjenv_env,
-        achieved: *const f64,
-        desired: *const f64,
-        count: i64,
-        rewards: *mut f64,
-        reward_count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads an array of a row's mjData, or of its mjModel, by its MuJoCo name: \"xpos\", \"body_mass\", \"nq\","]
-    #[doc = " \"opt.timestep\"."]
-    #[doc = "   values    [capacity] receives the elements as doubles"]
-    #[doc = "   count     receives their number, also with values NULL and capacity 0"]
-    #[doc = " Errors: NAME, VALUE (row), SIZE (capacity), PHYSICS."]
-    pub fn mjenv_read(
-        env: *mut mjenv_env,
-        row: i64,
-        array: *const ::std::os::raw::c_char,
-        values: *mut f64,
-        capacity: i64,
-        count: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Counts objects of a type by its name in MJCF: \"body\", \"joint\", \"mesh\", \"key\" and so on. Errors: NAME (lists all)."]
-    pub fn mjenv_object_count(
-        env: *const mjenv_env,
-        type_: *const ::std::os::raw::c_char,
-        count: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Finds the index of the object with this type and name. Errors: NAME."]
-    pub fn mjenv_object_index(
-        env: *const mjenv_env,
-        type_: *const ::std::os::raw::c_char,
-        name: *const ::std::os::raw::c_char,
-        index: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Finds the name of the object at an index; \"\" if it has none. Errors: NAME (type), VALUE (index)."]
-    pub fn mjenv_object_name(
-        env: *const mjenv_env,
-        type_: *const ::std::os::raw::c_char,
-        index: i64,
-        name: *mut *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. Afterwards the row can be"]
-    #[doc = " stepped, even if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK."]
-    pub fn mjenv_set_state(
-        env: *mut mjenv_env,
-        row: i64,
-        qpos: *const f64,
-        nq: i64,
-        qvel: *const f64,
-        nv: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Writes an array in rows, with the effect of the same assignment to Gymnasium's env.unwrapped.model or .data; or a"]
-    #[doc = " live parameter of the task (\"parameters.speed\"), which stays after resets; or the parameters from which resets draw"]
-    #[doc = " item 0 of mjenv_randomize (\"draws[0]\")."]
-    #[doc = "   array     its MuJoCo name; docs/c.md lists which can be written, and which values are refused"]
-    #[doc = "   values    [count]; count = elements of the array: all rows get these values; rows * elements: each row gets its own"]
-    #[doc = " Errors: NAME, VALUE (then nothing is written), SIZE."]
-    pub fn mjenv_write(
-        env: *mut mjenv_env,
-        mask: *const u8,
-        array: *const ::std::os::raw::c_char,
-        values: *const f64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Does the same in one row. Errors: as mjenv_write, and VALUE (row)."]
-    pub fn mjenv_write_row(
-        env: *mut mjenv_env,
-        row: i64,
-        array: *const ::std::os::raw::c_char,
-        values: *const f64,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Calls mj_setConst for rows, which computes anew the numbers of the model that follow from masses, sizes and qpos0. It"]
-    #[doc = " leaves the row in the position qpos_spring, so reset the row or set its state afterwards. Errors: PHYSICS, MODEL"]
-    #[doc = " (mj_setConst would change an array that all rows share)."]
+    pub fn mjenv_begin(env: *mut mjenv_env, mask: *const u8, qpos: *const f64, nq: i64, qvel: *const f64, nv: i64, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_act(env: *mut mjenv_env, mask: *const u8, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, seen: *mut ::std::os::raw::c_void) -> mjenv_status;
+    pub fn mjenv_advance(env: *mut mjenv_env, mask: *const u8, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, ctrl: *const f64, ctrl_count: i64, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_finish(env: *mut mjenv_env, mask: *const u8, given: *const mjenv_batch, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_compute_reward(env: *mut mjenv_env, achieved: *const f64, desired: *const f64, count: i64, rewards: *mut f64, reward_count: i64) -> mjenv_status;
+    pub fn mjenv_read(env: *mut mjenv_env, row: i64, array: *const ::std::os::raw::c_char, values: *mut f64, capacity: i64, count: *mut i64) -> mjenv_status;
+    pub fn mjenv_object_count(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, count: *mut i64) -> mjenv_status;
+    pub fn mjenv_object_index(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, name: *const ::std::os::raw::c_char, index: *mut i64) -> mjenv_status;
+    pub fn mjenv_object_name(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, index: i64, name: *mut *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_set_state(env: *mut mjenv_env, row: i64, qpos: *const f64, nq: i64, qvel: *const f64, nv: i64) -> mjenv_status;
+    pub fn mjenv_write(env: *mut mjenv_env, mask: *const u8, array: *const ::std::os::raw::c_char, values: *const f64, count: i64) -> mjenv_status;
+    pub fn mjenv_write_row(env: *mut mjenv_env, row: i64, array: *const ::std::os::raw::c_char, values: *const f64, count: i64) -> mjenv_status;
     pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Does the same for one row. Errors: as mjenv_set_constants, and VALUE (row)."]
     pub fn mjenv_set_constants_row(env: *mut mjenv_env, row: i64) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets ctrl[count] of a row and calls mj_step `frames` times, as Gymnasium's do_simulation does. This"]
-    #[doc = " computes no reward and counts no step. Errors: VALUE (row, or frames < 1), SIZE, PHYSICS, TASK."]
-    pub fn mjenv_simulate(
-        env: *mut mjenv_env,
-        row: i64,
-        ctrl: *const f64,
-        count: i64,
-        frames: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Copies the row `from` to the rows of the mask: state, random stream, step count, own arrays and inputs. Errors: VALUE"]
-    #[doc = " (from)."]
+    pub fn mjenv_simulate(env: *mut mjenv_env, row: i64, ctrl: *const f64, count: i64, frames: i64) -> mjenv_status;
     pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Saves a row, or MJENV_ALL_ROWS, as an image: bytes that contain what mjenv_copy_row copies."]
-    #[doc = "   size_bytes  receives the size, also with image NULL and capacity_bytes 0"]
-    #[doc = " Errors: VALUE (row), SIZE (capacity_bytes)."]
-    pub fn mjenv_snapshot(
-        env: *mut mjenv_env,
-        row: i64,
-        image: *mut ::std::os::raw::c_void,
-        capacity_bytes: i64,
-        size_bytes: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets a row, or MJENV_ALL_ROWS, to what an image contains. From there, the simulation continues bit for bit. An image"]
-    #[doc = " of one row fits any row of an environment with the same task, model, options and draws (docs/rows.md). Errors: VALUE"]
-    #[doc = " (row), SNAPSHOT."]
-    pub fn mjenv_restore(
-        env: *mut mjenv_env,
-        row: i64,
-        image: *const ::std::os::raw::c_void,
-        size_bytes: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Sets what resets draw for arrays of the mjModel: items[count], in this order, instead of earlier items; count 0:"]
-    #[doc = " nothing. The values take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a"]
-    #[doc = " value that can be drawn), SIZE."]
-    pub fn mjenv_randomize(
-        env: *mut mjenv_env,
-        items: *const mjenv_randomization,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Ends the present noise, delays and pushes at once, and sets others, which act on each row from its next reset on."]
-    #[doc = " NULL: none. Errors: VALUE, SIZE (a count)."]
-    pub fn mjenv_perturb(
-        env: *mut mjenv_env,
-        perturbation: *const mjenv_perturbation,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Fills settings with the environment's defaults, which draw as Gymnasium does."]
-    pub fn mjenv_render_defaults(
-        env: *const mjenv_env,
-        settings: *mut mjenv_render_settings,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Creates a renderer with an OpenGL context of its own. settings NULL: the environment's defaults. It may be"]
-    #[doc = " destroyed before or after the environment. Errors: NAME (camera_name), VALUE, RENDER (no OpenGL, or a model too"]
-    #[doc = " large)."]
-    pub fn mjenv_renderer_create(
-        env: *mut mjenv_env,
-        settings: *const mjenv_render_settings,
-        renderer: *mut *mut mjenv_renderer,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Destroys a renderer and its OpenGL context."]
+    pub fn mjenv_snapshot(env: *mut mjenv_env, row: i64, image: *mut ::std::os::raw::c_void, capacity_bytes: i64, size_bytes: *mut i64) -> mjenv_status;
+    pub fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const ::std::os::raw::c_void, size_bytes: i64) -> mjenv_status;
+    pub fn mjenv_randomize(env: *mut mjenv_env, items: *const mjenv_randomization, count: i64) -> mjenv_status;
+    pub fn mjenv_perturb(env: *mut mjenv_env, perturbation: *const mjenv_perturbation) -> mjenv_status;
+    pub fn mjenv_render_defaults(env: *const mjenv_env, settings: *mut mjenv_render_settings) -> mjenv_status;
+    pub fn mjenv_renderer_create(env: *mut mjenv_env, settings: *const mjenv_render_settings, renderer: *mut *mut mjenv_renderer) -> mjenv_status;
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
-}
-extern "C" {
-    #[doc = " Returns \"library, vendor, renderer, version\" of the renderer's OpenGL; NULL if it fails."]
     pub fn mjenv_renderer_gl(renderer: *const mjenv_renderer) -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Draws a row, and writes the outputs that are not NULL. The first line of a picture is the top one."]
-    #[doc = "   rgb       [height][width][3]; rgb_count >= height * width * 3"]
-    #[doc = "   depth     [height][width] the depth buffer, 0 (near) to 1 (far); depth_count >= height * width"]
-    #[doc = " Errors: ARGUMENT (also: the environment was destroyed), BUSY (also: it is in use), VALUE (row), SIZE, NOT_RESET,"]
-    #[doc = " PHYSICS, RENDER."]
-    pub fn mjenv_render(
-        renderer: *mut mjenv_renderer,
-        row: i64,
-        rgb: *mut u8,
-        rgb_count: i64,
-        depth: *mut f32,
-        depth_count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Draws which object each pixel shows."]
-    #[doc = "   objects   [height][width][2] the object's index in the model and its type, MuJoCo's mjtObj; -1, -1 for nothing;"]
-    #[doc = "             count >= height * width * 2"]
-    #[doc = " Errors: as mjenv_render."]
-    pub fn mjenv_render_segmentation(
-        renderer: *mut mjenv_renderer,
-        row: i64,
-        objects: *mut i32,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Opens a window with a free camera, on the main thread. camera, camera_name and gl of settings have no effect."]
-    #[doc = " Errors: VALUE, RENDER."]
-    pub fn mjenv_window_create(
-        env: *mut mjenv_env,
-        settings: *const mjenv_render_settings,
-        window: *mut *mut mjenv_window,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Closes a window and destroys it, on the main thread."]
+    pub fn mjenv_render(renderer: *mut mjenv_renderer, row: i64, rgb: *mut u8, rgb_count: i64, depth: *mut f32, depth_count: i64) -> mjenv_status;
+    pub fn mjenv_render_segmentation(renderer: *mut mjenv_renderer, row: i64, objects: *mut i32, count: i64) -> mjenv_status;
+    pub fn mjenv_window_create(env: *mut mjenv_env, settings: *const mjenv_render_settings, window: *mut *mut mjenv_window) -> mjenv_status;
     pub fn mjenv_window_destroy(window: *mut mjenv_window);
-}
-extern "C" {
-    #[doc = " Returns 1 until the user closes the window; 0 if it fails."]
     pub fn mjenv_window_is_open(window: *const mjenv_window) -> i32;
-}
-extern "C" {
-    #[doc = " Draws a row at the pace of Gymnasium's window, and handles the user's keys and mouse. It does not return while the"]
-    #[doc = " user pauses, and does nothing when the window is closed. Errors: as mjenv_render."]
     pub fn mjenv_window_draw(window: *mut mjenv_window, row: i64) -> mjenv_status;
 }
-#[doc = " A constructor option of the task. Its name must differ from those of the options that every task has, which docs/c.md"]
-#[doc = " lists."]
 #[repr(C)]
 pub struct mjenv_task_option {
     pub struct_size: u32,
     pub kind: mjenv_kind,
-    #[doc = " without blanks and quotes; unique in the task"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " one line of documentation; NULL: none"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " the default of a FLAG, an INTEGER, REALS with count 0, and STRING_OR_INT with text NULL"]
     pub value: f64,
-    #[doc = " closed bounds of each number; both 0: the kind's own (FLAG: 0 and 1; INTEGER: -(2^53 - 1) and"]
-    #[doc = "2^53 - 1; STRING_OR_INT: 0 and 2^31 - 1; REALS: infinite)"]
     pub low: f64,
-    #[doc = " closed bounds of each number; both 0: the kind's own (FLAG: 0 and 1; INTEGER: -(2^53 - 1) and"]
-    #[doc = "2^53 - 1; STRING_OR_INT: 0 and 2^31 - 1; REALS: infinite)"]
     pub high: f64,
-    #[doc = " [count] the defaults of REALS that hold several numbers"]
     pub values: *const f64,
-    #[doc = " how many numbers REALS hold; 0: one number, whose default is value"]
     pub count: i64,
-    #[doc = " the default of a STRING (NULL: \"\") or of a STRING_OR_INT (NULL: value)"]
     pub text: *const ::std::os::raw::c_char,
-    #[doc = " the valid texts of a STRING, separated by blanks; NULL: any text"]
     pub choices: *const ::std::os::raw::c_char,
-    #[doc = " 1: a live parameter, only for REALS. Each row has numbers of its own, at first the option's."]
-    #[doc = "mjenv_write changes them; callbacks read mjenv_sim.parameters (mjenv_build_parameter)"]
     pub live: i32,
-    #[doc = " 0"]
     pub reserved: i32,
 }
-impl Default for mjenv_task_option {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " One named part of the observation, the info or the reset info; a role's parts are stored one after the other. With"]
-#[doc = " the role REWARD (at most one field, a scalar), it sets the reward's type and doc. With the role STRUCTURE, it is an"]
-#[doc = " entry of Gymnasium's observation_structure: ndim is 1, and shape[0] is the entry's value."]
+impl Default for mjenv_task_option { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_task_field {
     pub struct_size: u32,
-    #[doc = " OBSERVATION, INFO, RESET_INFO, REWARD or STRUCTURE"]
     pub role: mjenv_role,
-    #[doc = " without blanks and quotes; unique in its role"]
     pub name: *const ::std::os::raw::c_char,
-    #[doc = " one line with the unit; NULL: the library's own text if a built-in robot has a field of this"]
-    #[doc = "name, else none"]
     pub doc: *const ::std::os::raw::c_char,
-    #[doc = " the type in Python; 0: FLOAT64. An observation is always np.float64"]
     pub dtype: mjenv_dtype,
-    #[doc = " 0 (a scalar) to 4 dimensions; at most 1 in the observation, where 0 is a vector of length 1"]
     pub ndim: i32,
-    #[doc = " the first ndim are used; -1: build sets the length. A role has at most 16777216 elements"]
     pub shape: [i64; 4usize],
-    #[doc = " of a term of the observation: the group to which it belongs, such as \"policy\" or \"critic\". The"]
-    #[doc = "terms of a group stand one after the other. NULL: none"]
     pub group: *const ::std::os::raw::c_char,
 }
-impl Default for mjenv_task_field {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " Gymnasium's default_camera_config. Where a value is NaN or MJENV_BODY_UNSET, MuJoCo's default applies."]
+impl Default for mjenv_task_field { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_task_camera {
     pub struct_size: u32,
-    #[doc = " the index of a body, -1 for none, or MJENV_BODY_UNSET"]
     pub trackbodyid: i32,
-    #[doc = " m"]
     pub distance: f64,
-    #[doc = " m"]
     pub lookat: [f64; 3usize],
-    #[doc = " degrees"]
     pub elevation: f64,
 }
-impl Default for mjenv_task_camera {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " A contact between two geoms. This struct never grows."]
+impl Default for mjenv_task_camera { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_contact {
-    #[doc = " the indices of the geoms"]
     pub geom1: i32,
-    #[doc = " the indices of the geoms"]
     pub geom2: i32,
-    #[doc = " between the geoms, m; negative if they overlap"]
     pub distance: f64,
-    #[doc = " the point midway between the geoms, m"]
     pub position: [f64; 3usize],
-    #[doc = " the contact frame: one axis per row. The first is the normal, from geom1 to geom2"]
     pub frame: [f64; 9usize],
-    #[doc = " the force (N), then the torque (N m), in the contact frame: mj_contactForce"]
     pub force: [f64; 6usize],
 }
-impl Default for mjenv_contact {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " One row's simulation, which callbacks only read. The arrays have MuJoCo's names and meanings. The library uses one"]
-#[doc = " such struct for many rows, and all values can differ between rows (mjenv_write, mjenv_randomize). So read the members"]
-#[doc = " anew in each call. Arrays marked \"on demand\" may be NULL unless build asked for them with mjenv_build_need."]
+impl Default for mjenv_contact { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_sim {
     pub struct_size: u32,
-    #[doc = " of the caller's action in the callback step; undefined elsewhere"]
     pub action_dtype: mjenv_dtype,
     pub api: *const mjenv_task_api,
     pub nq: i32,
@@ -1326,580 +429,206 @@ pub struct mjenv_sim {
     pub nsite: i32,
     pub ntendon: i32,
     pub nsensordata: i32,
-    #[doc = " 0 unless build asked for \"contacts\""]
     pub contact_count: i32,
-    #[doc = " 0"]
     pub reserved: i32,
-    #[doc = " of one mj_step, s"]
     pub timestep: f64,
-    #[doc = " of one step of the environment (frame_skip timesteps), s"]
     pub dt: f64,
-    #[doc = " [1] since the reset, s"]
     pub time: *const f64,
-    #[doc = " [action_count] the row's action in before_step, before_substep and step, 0 in build, NaN in"]
-    #[doc = "the other callbacks"]
     pub action: *const f64,
-    #[doc = " [carry_count] the numbers that the row carries for the task"]
     pub carried: *const f64,
-    #[doc = " [nq]"]
     pub qpos: *const f64,
-    #[doc = " [nv]"]
     pub qvel: *const f64,
-    #[doc = " [na]"]
     pub act: *const f64,
-    #[doc = " [nu]"]
     pub ctrl: *const f64,
-    #[doc = " [nv]"]
     pub qacc: *const f64,
-    #[doc = " [nbody][3]"]
     pub xpos: *const f64,
-    #[doc = " [nbody][4]"]
     pub xquat: *const f64,
-    #[doc = " [nbody][9]"]
     pub xmat: *const f64,
-    #[doc = " [nbody][3]"]
     pub xipos: *const f64,
-    #[doc = " [nbody][9]"]
     pub ximat: *const f64,
-    #[doc = " [njnt][3]"]
     pub xanchor: *const f64,
-    #[doc = " [njnt][3]"]
     pub xaxis: *const f64,
-    #[doc = " [ngeom][3] on demand"]
     pub geom_xpos: *const f64,
-    #[doc = " [ngeom][9] on demand"]
     pub geom_xmat: *const f64,
-    #[doc = " [nsite][3]"]
     pub site_xpos: *const f64,
-    #[doc = " [nsite][9]"]
     pub site_xmat: *const f64,
-    #[doc = " [nbody][3]"]
     pub subtree_com: *const f64,
-    #[doc = " [nbody][10]"]
     pub cinert: *const f64,
-    #[doc = " [nbody][6]"]
     pub cvel: *const f64,
-    #[doc = " [nbody][6] on demand"]
     pub cfrc_ext: *const f64,
-    #[doc = " [nsensordata]"]
     pub sensordata: *const f64,
-    #[doc = " [nu]"]
     pub actuator_length: *const f64,
-    #[doc = " [nu]"]
     pub actuator_velocity: *const f64,
-    #[doc = " [nu]"]
     pub actuator_force: *const f64,
-    #[doc = " [nv]"]
     pub qfrc_actuator: *const f64,
-    #[doc = " [nv]"]
     pub qfrc_passive: *const f64,
-    #[doc = " [nv]"]
     pub qfrc_bias: *const f64,
-    #[doc = " [nv]"]
     pub qfrc_constraint: *const f64,
-    #[doc = " [ntendon]"]
     pub ten_length: *const f64,
-    #[doc = " [ntendon]"]
     pub ten_velocity: *const f64,
-    #[doc = " [contact_count] on demand"]
     pub contacts: *const mjenv_contact,
-    #[doc = " [nq] of the model when the environment was built"]
     pub qpos0: *const f64,
-    #[doc = " [nbody] the row's own, if it was written or drawn"]
     pub body_mass: *const f64,
-    #[doc = " arrays[i] is the array for which mjenv_build_array returned i"]
     pub arrays: *const *const ::std::os::raw::c_void,
-    #[doc = " the row's live parameters; see mjenv_build_parameter"]
     pub parameters: *const f64,
-    #[doc = " how many numbers an action has: nu, or what mjenv_build_action said"]
     pub action_count: i32,
-    #[doc = " 0"]
     pub reserved2: i32,
 }
-impl Default for mjenv_sim {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " The initial state of an episode. The comments say what the members hold before reset changes them."]
+impl Default for mjenv_sim { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_start {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: i32,
     pub api: *const mjenv_task_api,
-    #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " [nq] the model's initial positions"]
     pub qpos0: *const f64,
-    #[doc = " [nq] equal to qpos0"]
     pub qpos: *mut f64,
-    #[doc = " [nv] 0"]
     pub qvel: *mut f64,
-    #[doc = " [na] 0"]
     pub act: *mut f64,
-    #[doc = " [carry_count] 0, or what the row has kept (mjenv_build_keep)"]
     pub carried: *mut f64,
-    #[doc = " as in mjenv_sim, but only the arrays of mjModel are valid here"]
     pub arrays: *const *const ::std::os::raw::c_void,
     pub nq: i32,
     pub nv: i32,
     pub na: i32,
     pub carry_count: i32,
-    #[doc = " the row's live parameters"]
     pub parameters: *const f64,
-    #[doc = " the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward"]
-    #[doc = "and the like, and before reset writes anything"]
     pub sim: *const mjenv_sim,
-    #[doc = " of the simulation, s"]
     pub time: *mut f64,
-    #[doc = " own[i] is the row's own array of mjModel for which mjenv_build_own returned i: reset writes it."]
-    #[doc = "NULL for qfrc_applied and xfrc_applied, which are 0 after a reset"]
     pub own: *const *mut f64,
 }
-impl Default for mjenv_start {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " The result of a step. The comments say what the members hold before step changes them."]
+impl Default for mjenv_start { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_outcome {
     pub struct_size: u32,
-    #[doc = " 0. Any other number terminates the episode"]
     pub terminated: i32,
-    #[doc = " 0"]
     pub reward: f64,
-    #[doc = " the INFO fields, one after the other; all NaN"]
     pub info: *mut f64,
-    #[doc = " [carry_count] as before the step; the memory that mjenv_sim.carried points to"]
     pub carried: *mut f64,
-    #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " own[i] is the row's own array for which mjenv_build_own returned i. What step writes takes"]
-    #[doc = "effect in the next step; if the step fails, the row keeps its old values"]
     pub own: *const *mut f64,
-    #[doc = " [nv] as in mjenv_sim. What step writes, such as a kick, is the row's qvel: carry, observe and the"]
-    #[doc = "next step see it. What MuJoCo has computed still belongs to the old velocities"]
     pub qvel: *mut f64,
 }
-impl Default for mjenv_outcome {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " What drives the simulation in a step. The comments say what the members hold before before_step and before_substep"]
-#[doc = " change them."]
+impl Default for mjenv_outcome { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_control {
     pub struct_size: u32,
-    #[doc = " which mj_step of the step comes next, from 0 on"]
     pub substep: i32,
-    #[doc = " [nu] before_step: as the last step has left it, 0 after a reset. before_substep: as before_step or"]
-    #[doc = "the last call has left it; without before_step, the action"]
     pub ctrl: *mut f64,
-    #[doc = " [carry_count] the memory that mjenv_sim.carried points to"]
     pub carried: *mut f64,
-    #[doc = " the row's random stream"]
     pub random: *mut mjenv_random,
-    #[doc = " own[i] is the row's qfrc_applied or xfrc_applied for which mjenv_build_own returned i; NULL for"]
-    #[doc = "arrays of mjModel. The forces act until they are written again or the row is reset"]
     pub own: *const *mut f64,
 }
-impl Default for mjenv_control {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " A task. A step calls before_step, before_substep before each mj_step, then step, carry and observe, in this order;"]
-#[doc = " a reset calls reset, carry, observe and reset_info. observe and reset_info are not called if nobody wants their"]
-#[doc = " output."]
+impl Default for mjenv_control { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_task {
     pub struct_size: u32,
-    #[doc = " increase it when the task changes, so that snapshots of the old task are refused"]
     pub revision: i32,
-    #[doc = " \"Cartpole-v0\": letters, digits, \"_\", \".\" and \"-\", then \"-v\" and a number of at most 9"]
-    #[doc = "digits. It begins with a letter, a digit or \"_\" and has at most 100 bytes. A namespace may"]
-    #[doc = "stand before it: \"dm_control/cheetah-run-v0\""]
     pub id: *const ::std::os::raw::c_char,
-    #[doc = " the default of the option xml_file: a built-in model (\"hopper.xml\"), or a path that begins"]
-    #[doc = "with \"/\", \"~\" or \".\"; \".\" is the folder of the shared object that contains step (or"]
-    #[doc = "build, if step is NULL)"]
     pub model: *const ::std::os::raw::c_char,
-    #[doc = " the text of an MJCF model, instead of model; give exactly one of the two"]
     pub model_text: *const ::std::os::raw::c_char,
-    #[doc = " how many times a step calls mj_step; at least 1"]
     pub frame_skip: i32,
-    #[doc = " 0: the task has no reward_threshold"]
     pub has_reward_threshold: i32,
-    #[doc = " the return from which the task counts as solved"]
     pub reward_threshold: f64,
-    #[doc = " the number of steps after which an episode is truncated; 0: never"]
     pub time_limit: i64,
-    #[doc = " how many numbers a row carries for the task. Snapshots contain them, so"]
-    #[doc = "indices and sizes need bounds (mjenv_build_carry_bounds)"]
     pub carry_count: i64,
-    #[doc = " NULL: MuJoCo's default camera"]
     pub camera: *const mjenv_task_camera,
     pub options: *const mjenv_task_option,
     pub option_count: i64,
     pub fields: *const mjenv_task_field,
     pub field_count: i64,
-    #[doc = " passed to build; if build is NULL, passed to the other callbacks as self"]
     pub user: *mut ::std::os::raw::c_void,
-    #[doc = " Prepares an environment, which mjenv_create creates, and stores in *self what the other callbacks need. If it"]
-    #[doc = " fails, it must free what it has allocated, because destroy is then not called. NULL: there is nothing to"]
-    #[doc = " prepare."]
-    pub build: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            user: *mut ::std::os::raw::c_void,
-            self_: *mut *mut ::std::os::raw::c_void,
-        ) -> i32,
-    >,
-    #[doc = " Frees self when the environment is destroyed, or when mjenv_create fails after build. NULL: there is nothing to"]
-    #[doc = " free."]
+    pub build: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, user: *mut ::std::os::raw::c_void, self_: *mut *mut ::std::os::raw::c_void) -> i32>,
     pub destroy: ::std::option::Option<unsafe extern "C" fn(self_: *mut ::std::os::raw::c_void)>,
-    #[doc = " Draws the initial state of an episode. It fails if the state is not finite, unless the option \"strict\" is 0."]
-    pub reset: ::std::option::Option<
-        unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32,
-    >,
-    #[doc = " Writes the RESET_INFO fields into info. NULL: there are none."]
-    pub reset_info: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            sim: *const mjenv_sim,
-            info: *mut f64,
-        ) -> i32,
-    >,
-    #[doc = " Writes what the next step needs to know of the present state into carried[carry_count], to which sim->carried"]
-    #[doc = " points, too. Also called after functions that change a row's state or own values. NULL: there is nothing to"]
-    #[doc = " write."]
-    pub carry: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            sim: *const mjenv_sim,
-            carried: *mut f64,
-        ) -> i32,
-    >,
-    #[doc = " Writes the OBSERVATION fields, which depend on sim alone. It fails if one is NaN, unless \"strict\" is 0."]
-    pub observe: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            sim: *const mjenv_sim,
-            observation: *mut f64,
-        ) -> i32,
-    >,
-    #[doc = " Computes the reward, the info and whether the episode has terminated, once in each step, after frame_skip mj_steps."]
-    #[doc = " It fails if the reward is NaN, unless \"strict\" is 0."]
-    pub step: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            sim: *const mjenv_sim,
-            outcome: *mut mjenv_outcome,
-        ) -> i32,
-    >,
-    #[doc = " 1: the callbacks run only on the thread that calls the library; num_threads must be 0 or 1 (see mjenv_send)."]
+    pub reset: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, start: *mut mjenv_start) -> i32>,
+    pub reset_info: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, sim: *const mjenv_sim, info: *mut f64) -> i32>,
+    pub carry: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, sim: *const mjenv_sim, carried: *mut f64) -> i32>,
+    pub observe: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, sim: *const mjenv_sim, observation: *mut f64) -> i32>,
+    pub step: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, sim: *const mjenv_sim, outcome: *mut mjenv_outcome) -> i32>,
     pub caller_thread: i32,
-    #[doc = " 1: the program itself computes observations, rewards and infos (mjenv_begin, mjenv_advance, mjenv_finish). All"]
-    #[doc = " callbacks except build, destroy and reset must then be NULL. If reset is NULL, too, an episode begins in the model's"]
-    #[doc = " initial state. mjenv_reset and mjenv_step work, too: their observations and rewards are 0, and infos NaN. 0: reset,"]
-    #[doc = " observe and step are required."]
     pub physics_only: i32,
-    #[doc = " 1: the task has no options xml_file, xml_string and trust_xml"]
     pub fixed_model: i32,
-    #[doc = " 1: the task has no option frame_skip"]
     pub fixed_frame_skip: i32,
-    #[doc = " Turns the action into ctrl, once in each step, before its first mj_step. NULL: ctrl is the action. In before_step"]
-    #[doc = " and before_substep, these members of sim are not valid: those from qacc to contacts, contact_count, and the arrays"]
-    #[doc = " of mjData in `arrays`. They may belong to other rows or older states. Both callbacks fail if they write a ctrl that"]
-    #[doc = " is not finite, unless \"strict\" is 0. If lanes cannot finish the step of a row, the row is stepped again by MuJoCo,"]
-    #[doc = " and both are called again with the same numbers."]
-    pub before_step: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            sim: *const mjenv_sim,
-            control: *mut mjenv_control,
-        ) -> i32,
-    >,
-    #[doc = " Changes ctrl or forces before each mj_step. NULL: ctrl and forces stay the same during a step."]
-    pub before_substep: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            sim: *const mjenv_sim,
-            control: *mut mjenv_control,
-        ) -> i32,
-    >,
-    #[doc = " Computes the reward of one pair of goals, for hindsight experience replay (mjenv_compute_reward). The observation"]
-    #[doc = " needs the groups or terms achieved_goal and desired_goal. The reward depends on the goals alone. NULL: there is"]
-    #[doc = " none."]
-    #[doc = " achieved, desired  [size]"]
-    pub compute_reward: ::std::option::Option<
-        unsafe extern "C" fn(
-            self_: *const ::std::os::raw::c_void,
-            api: *const mjenv_task_api,
-            achieved: *const f64,
-            desired: *const f64,
-            size: i64,
-            reward: *mut f64,
-        ) -> i32,
-    >,
+    pub before_step: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, sim: *const mjenv_sim, control: *mut mjenv_control) -> i32>,
+    pub before_substep: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, sim: *const mjenv_sim, control: *mut mjenv_control) -> i32>,
+    pub compute_reward: ::std::option::Option<unsafe extern "C" fn(self_: *const ::std::os::raw::c_void, api: *const mjenv_task_api, achieved: *const f64, desired: *const f64, size: i64, reward: *mut f64) -> i32>,
 }
-impl Default for mjenv_task {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
+impl Default for mjenv_task { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 extern "C" {
-    #[doc = " Registers a task until the process ends. Any thread may call this at any time."]
-    #[doc = " task  is copied with all that it points to, except the code of the callbacks and what user points to"]
-    #[doc = " Errors: ARGUMENT (something required is missing, or two members exclude each other), VALUE (an id or name is"]
-    #[doc = " malformed or known already, a default is not among its choices, or a number is out of its bounds), TYPE (a task"]
-    #[doc = " cannot have this kind, type or role)."]
     pub fn mjenv_register_task(task: *const mjenv_task) -> mjenv_status;
 }
-#[doc = " The tasks of a plug-in."]
 #[repr(C)]
 pub struct mjenv_plugin {
     pub struct_size: u32,
-    #[doc = " MJENV_ABI_VERSION"]
     pub abi_version: u32,
     pub tasks: *const *const mjenv_task,
-    #[doc = " at least 1"]
     pub task_count: i64,
 }
-impl Default for mjenv_plugin {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
+impl Default for mjenv_plugin { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 extern "C" {
-    #[doc = " Loads a plug-in and registers its tasks: all of them, or none if one is refused. The plug-in is never unloaded;"]
-    #[doc = " loading it again does nothing. Any thread may call this at any time."]
-    #[doc = " path  a shared object that exports \"mjenv_tasks\" (MJENV_PLUGIN). NULL: the plug-ins that the environment variable"]
-    #[doc = "       MJENV_TASKS lists, separated by \":\" (on Windows by \";\"); the first function that looks up an id also loads them"]
-    #[doc = " Errors: TASK (the file is missing, is not a plug-in, or was built for another ABI version), and those of"]
-    #[doc = " mjenv_register_task. With NULL, all are TASK."]
     pub fn mjenv_load_tasks(path: *const ::std::os::raw::c_char) -> mjenv_status;
 }
-#[doc = " ---- Functions for callbacks ----"]
-#[doc = " The inline functions below call the library through these pointers, which the library passes to every callback except"]
-#[doc = " destroy."]
 #[repr(C)]
 pub struct mjenv_task_api {
     pub struct_size: u32,
-    #[doc = " of the library"]
     pub abi_version: u32,
-    pub fail_with:
-        ::std::option::Option<unsafe extern "C" fn(message: *const ::std::os::raw::c_char) -> i32>,
-    pub integer: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            option: *const ::std::os::raw::c_char,
-        ) -> i64,
-    >,
-    pub reals: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            option: *const ::std::os::raw::c_char,
-            values: *mut f64,
-            count: i64,
-        ),
-    >,
-    pub is_integer: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            option: *const ::std::os::raw::c_char,
-        ) -> i32,
-    >,
-    pub text: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            option: *const ::std::os::raw::c_char,
-        ) -> *const ::std::os::raw::c_char,
-    >,
-    pub index: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            type_: *const ::std::os::raw::c_char,
-            name: *const ::std::os::raw::c_char,
-        ) -> i32,
-    >,
-    pub option_index: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            option: *const ::std::os::raw::c_char,
-            type_: *const ::std::os::raw::c_char,
-        ) -> i32,
-    >,
-    pub norm_is_fused:
-        ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder) -> i32>,
-    pub need: ::std::option::Option<
-        unsafe extern "C" fn(builder: *mut mjenv_builder, array: *const ::std::os::raw::c_char),
-    >,
-    pub array: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            name: *const ::std::os::raw::c_char,
-            field: *mut mjenv_field,
-        ) -> i32,
-    >,
-    pub field: ::std::option::Option<
-        unsafe extern "C" fn(builder: *mut mjenv_builder, field: *const mjenv_task_field),
-    >,
+    pub fail_with: ::std::option::Option<unsafe extern "C" fn(message: *const ::std::os::raw::c_char) -> i32>,
+    pub integer: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, option: *const ::std::os::raw::c_char) -> i64>,
+    pub reals: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, option: *const ::std::os::raw::c_char, values: *mut f64, count: i64)>,
+    pub is_integer: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, option: *const ::std::os::raw::c_char) -> i32>,
+    pub text: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, option: *const ::std::os::raw::c_char) -> *const ::std::os::raw::c_char>,
+    pub index: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, type_: *const ::std::os::raw::c_char, name: *const ::std::os::raw::c_char) -> i32>,
+    pub option_index: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, option: *const ::std::os::raw::c_char, type_: *const ::std::os::raw::c_char) -> i32>,
+    pub norm_is_fused: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder) -> i32>,
+    pub need: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, array: *const ::std::os::raw::c_char)>,
+    pub array: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, name: *const ::std::os::raw::c_char, field: *mut mjenv_field) -> i32>,
+    pub field: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, field: *const mjenv_task_field)>,
     pub carry: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, count: i64)>,
-    pub carry_bounds: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            first: i64,
-            count: i64,
-            low: f64,
-            high: f64,
-        ),
-    >,
+    pub carry_bounds: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, first: i64, count: i64, low: f64, high: f64)>,
     pub random: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
-    pub uniform: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64,
-    >,
+    pub uniform: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64>,
     pub normal: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
-    pub integers: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, low: i64, high: i64) -> i64,
-    >,
-    pub choice: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64,
-    >,
-    pub sample: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, size: i64, chosen: *mut i64),
-    >,
-    pub permutation: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
-    >,
-    pub parameter: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            option: *const ::std::os::raw::c_char,
-        ) -> i64,
-    >,
-    pub keep: ::std::option::Option<
-        unsafe extern "C" fn(builder: *mut mjenv_builder, first: i64, count: i64),
-    >,
+    pub integers: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, low: i64, high: i64) -> i64>,
+    pub choice: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64>,
+    pub sample: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, count: i64, size: i64, chosen: *mut i64)>,
+    pub permutation: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64)>,
+    pub parameter: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, option: *const ::std::os::raw::c_char) -> i64>,
+    pub keep: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, first: i64, count: i64)>,
     pub current: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder)>,
-    pub own: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            name: *const ::std::os::raw::c_char,
-        ) -> i32,
-    >,
+    pub own: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, name: *const ::std::os::raw::c_char) -> i32>,
     pub random_state: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder)>,
     pub forward: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start) -> i32>,
-    pub advance:
-        ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start, count: i64) -> i32>,
+    pub advance: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start, count: i64) -> i32>,
     pub restart: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start) -> i32>,
     pub contact_count: ::std::option::Option<unsafe extern "C" fn(start: *mut mjenv_start) -> i64>,
     pub state_rand: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
-    pub state_uniform: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64,
-    >,
+    pub state_uniform: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, low: f64, high: f64) -> f64>,
     pub state_randn: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> f64>,
-    pub state_randint: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, low: i64, high: i64) -> i64,
-    >,
-    pub state_choice: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64,
-    >,
+    pub state_randint: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, low: i64, high: i64) -> i64>,
+    pub state_choice: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, count: i64, p: *const f64) -> i64>,
     pub state_is_new: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> i32>,
-    pub action: ::std::option::Option<
-        unsafe extern "C" fn(
-            builder: *mut mjenv_builder,
-            count: i64,
-            low: *const f64,
-            high: *const f64,
-        ),
-    >,
-    pub state_permutation: ::std::option::Option<
-        unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64),
-    >,
+    pub action: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, count: i64, low: *const f64, high: *const f64)>,
+    pub state_permutation: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64)>,
 }
-impl Default for mjenv_task_api {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
+impl Default for mjenv_task_api { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 extern "C" {
-    #[doc = " Returns the library's functions for callbacks, for languages that need them before a callback runs. The struct is"]
-    #[doc = " static."]
     pub fn mjenv_task_functions() -> *const mjenv_task_api;
 }
 #[repr(C)]
 pub struct mjenv_builder {
     pub struct_size: u32,
-    #[doc = " 1 after a function for build has failed; all such functions then do nothing"]
     pub failed: i32,
     pub api: *const mjenv_task_api,
-    #[doc = " the model's initial state after mj_forward; valid until build returns"]
     pub sim: *const mjenv_sim,
-    #[doc = " belongs to no row: for trial calls of the task's own functions"]
     pub random: *mut mjenv_random,
-    #[doc = " the environment's own copy of the task. build may replace its callbacks, such as before_step, or"]
-    #[doc = "set them to NULL: a task can have a callback under an option. Changes of other members have no"]
-    #[doc = "effect"]
     pub task: *mut mjenv_task,
 }
-impl Default for mjenv_builder {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
+impl Default for mjenv_builder { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
 pub struct mjenv_random {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: i32,
     pub api: *const mjenv_task_api,
 }
-impl Default for mjenv_random {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " The function \"mjenv_tasks\" that a plug-in exports. It returns the tasks, which the library copies; or it calls"]
-#[doc = " mjenv_task_fail and returns NULL. Several threads may call it at the same time."]
+impl Default for mjenv_random { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 pub type mjenv_tasks_function =
     ::std::option::Option<unsafe extern "C" fn(api: *const mjenv_task_api) -> *const mjenv_plugin>;

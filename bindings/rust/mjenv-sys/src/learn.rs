@@ -3,452 +3,105 @@
 use crate::*;
 
 pub const MJENV_LEARN_ABI_VERSION: u32 = 1;
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_learner {
-    _unused: [u8; 0],
-}
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
-pub struct mjenv_policy {
-    _unused: [u8; 0],
-}
-#[doc = " Pointers to the functions of libmjenv that this library calls. The members have the names of the functions."]
-#[repr(C)]
-#[derive(Debug, Default, Copy, Clone)]
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_learner { _unused: [u8; 0] }
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_policy { _unused: [u8; 0] }
+#[repr(C)] #[derive(Debug, Default, Copy, Clone)]
 pub struct mjenv_learn_calls {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: u32,
     pub last_error: ::std::option::Option<unsafe extern "C" fn() -> *const ::std::os::raw::c_char>,
-    pub info_of: ::std::option::Option<
-        unsafe extern "C" fn(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status,
-    >,
-    pub options_of:
-        ::std::option::Option<unsafe extern "C" fn(env: *const mjenv_env) -> *const mjenv_options>,
-    pub options_get_string: ::std::option::Option<
-        unsafe extern "C" fn(
-            options: *const mjenv_options,
-            name: *const ::std::os::raw::c_char,
-            value: *mut *const ::std::os::raw::c_char,
-        ) -> mjenv_status,
-    >,
-    pub space_of: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *const mjenv_env,
-            role: mjenv_role,
-            space: *mut mjenv_space,
-        ) -> mjenv_status,
-    >,
-    pub seed: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *mut mjenv_env,
-            mask: *const u8,
-            seeds: *const u64,
-            count: i64,
-        ) -> mjenv_status,
-    >,
-    pub reset: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *mut mjenv_env,
-            mask: *const u8,
-            out: *const mjenv_batch,
-        ) -> mjenv_status,
-    >,
-    pub step: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *mut mjenv_env,
-            mask: *const u8,
-            action: *const ::std::os::raw::c_void,
-            count: i64,
-            dtype: mjenv_dtype,
-            out: *const mjenv_batch,
-        ) -> mjenv_status,
-    >,
-    pub snapshot: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *mut mjenv_env,
-            row: i64,
-            image: *mut ::std::os::raw::c_void,
-            capacity_bytes: i64,
-            size_bytes: *mut i64,
-        ) -> mjenv_status,
-    >,
-    pub restore: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *mut mjenv_env,
-            row: i64,
-            image: *const ::std::os::raw::c_void,
-            size_bytes: i64,
-        ) -> mjenv_status,
-    >,
-    pub field_at: ::std::option::Option<
-        unsafe extern "C" fn(
-            env: *const mjenv_env,
-            role: mjenv_role,
-            index: i64,
-            field: *mut mjenv_field,
-        ) -> mjenv_status,
-    >,
+    pub info_of: ::std::option::Option<unsafe extern "C" fn(env: *mut mjenv_env, info: *mut mjenv_info) -> mjenv_status>,
+    pub options_of: ::std::option::Option<unsafe extern "C" fn(env: *const mjenv_env) -> *const mjenv_options>,
+    pub options_get_string: ::std::option::Option<unsafe extern "C" fn(options: *const mjenv_options, name: *const ::std::os::raw::c_char, value: *mut *const ::std::os::raw::c_char) -> mjenv_status>,
+    pub space_of: ::std::option::Option<unsafe extern "C" fn(env: *const mjenv_env, role: mjenv_role, space: *mut mjenv_space) -> mjenv_status>,
+    pub seed: ::std::option::Option<unsafe extern "C" fn(env: *mut mjenv_env, mask: *const u8, seeds: *const u64, count: i64) -> mjenv_status>,
+    pub reset: ::std::option::Option<unsafe extern "C" fn(env: *mut mjenv_env, mask: *const u8, out: *const mjenv_batch) -> mjenv_status>,
+    pub step: ::std::option::Option<unsafe extern "C" fn(env: *mut mjenv_env, mask: *const u8, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, out: *const mjenv_batch) -> mjenv_status>,
+    pub snapshot: ::std::option::Option<unsafe extern "C" fn(env: *mut mjenv_env, row: i64, image: *mut ::std::os::raw::c_void, capacity_bytes: i64, size_bytes: *mut i64) -> mjenv_status>,
+    pub restore: ::std::option::Option<unsafe extern "C" fn(env: *mut mjenv_env, row: i64, image: *const ::std::os::raw::c_void, size_bytes: i64) -> mjenv_status>,
+    pub field_at: ::std::option::Option<unsafe extern "C" fn(env: *const mjenv_env, role: mjenv_role, index: i64, field: *mut mjenv_field) -> mjenv_status>,
 }
-#[doc = " Which policy of a learner is meant."]
 pub type mjenv_learned = i32;
-#[doc = " that of the last update"]
 pub const MJENV_LEARNED_LAST: mjenv_learned = 1;
-#[doc = " that of the rollout at whose end the mean return of the last episodes was greatest"]
 pub const MJENV_LEARNED_BEST: mjenv_learned = 2;
-#[doc = " The precision in which a policy is evaluated."]
 pub type mjenv_precision = i32;
-#[doc = " the bits of mjenv.policy in Python and of examples/cpp/deploy.cpp"]
 pub const MJENV_PRECISION_FLOAT64: mjenv_precision = 1;
-#[doc = " as the learner computes; faster, and equal to float64 but for rounding"]
 pub const MJENV_PRECISION_FLOAT32: mjenv_precision = 2;
-#[doc = " A point of the learning curve: what one update did, and how the episodes before it went. A mean of no episodes is"]
-#[doc = " NaN."]
-#[repr(C)]
-#[derive(Debug, Default, Copy, Clone)]
+#[repr(C)] #[derive(Debug, Default, Copy, Clone)]
 pub struct mjenv_learn_report {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: u32,
-    #[doc = " so far"]
     pub updates: i64,
-    #[doc = " of all rows together, so far"]
     pub steps: i64,
-    #[doc = " that have ended so far"]
     pub episodes: i64,
-    #[doc = " of the last `window` episodes of the training, whose actions were drawn"]
     pub mean_return: f64,
-    #[doc = " of these, in steps"]
     pub mean_length: f64,
-    #[doc = " of the update"]
     pub learning_rate: f64,
-    #[doc = " this, value_loss, approx_kl, clip_fraction, grad_norm: means over the minibatches"]
     pub policy_loss: f64,
-    #[doc = " the mean squared error of the value"]
     pub value_loss: f64,
-    #[doc = " of the policy after the update, in nats"]
     pub entropy: f64,
-    #[doc = " how far the policy has moved: the mean of ratio - 1 - log(ratio)"]
     pub approx_kl: f64,
-    #[doc = " the share of steps whose ratio was clipped"]
     pub clip_fraction: f64,
-    #[doc = " before it is clipped"]
     pub grad_norm: f64,
-    #[doc = " 1 - var(returns - values) / var(returns), before the update"]
     pub explained_variance: f64,
-    #[doc = " the mean standard deviation of the actions, after the update"]
     pub std: f64,
-    #[doc = " that were done; fewer than the setting if target_kl ended the update"]
     pub epochs: i64,
 }
-#[doc = " What a policy does with an observation: (observation - mean) / scale is clipped to -clip .. clip, goes through the"]
-#[doc = " layers, and is clipped to low .. high. The arrays belong to the policy."]
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
+#[repr(C)] #[derive(Debug, Copy, Clone)]
 pub struct mjenv_policy_spec {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: u32,
     pub layer_count: i64,
     pub clip: f64,
-    #[doc = " [observations]"]
     pub mean: *const f64,
-    #[doc = " [observations]"]
     pub scale: *const f64,
-    #[doc = " [actuators]"]
     pub low: *const f64,
-    #[doc = " [actuators]"]
     pub high: *const f64,
 }
-impl Default for mjenv_policy_spec {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
-#[doc = " A layer of a policy: activation(bias + the sum of weights[input][output] * input). Its arrays belong to the policy."]
-#[repr(C)]
-#[derive(Debug, Copy, Clone)]
+impl Default for mjenv_policy_spec { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
+#[repr(C)] #[derive(Debug, Copy, Clone)]
 pub struct mjenv_policy_layer {
     pub struct_size: u32,
-    #[doc = " 0"]
     pub reserved: u32,
-    #[doc = " \"tanh\", \"relu\", \"elu\" or \"identity\""]
     pub activation: *const ::std::os::raw::c_char,
     pub inputs: i64,
     pub outputs: i64,
-    #[doc = " [inputs][outputs]"]
     pub weights: *const f64,
-    #[doc = " [outputs]"]
     pub bias: *const f64,
 }
-impl Default for mjenv_policy_layer {
-    fn default() -> Self {
-        let mut s = ::std::mem::MaybeUninit::<Self>::uninit();
-        unsafe {
-            ::std::ptr::write_bytes(s.as_mut_ptr(), 0, 1);
-            s.assume_init()
-        }
-    }
-}
+impl Default for mjenv_policy_layer { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 extern "C" {
-    #[doc = " Returns the MJENV_LEARN_ABI_VERSION of the loaded library."]
     pub fn mjenv_learn_abi_version() -> u32;
-}
-extern "C" {
-    #[doc = " Returns why the last failed call of this library on this thread failed; \"\" if none has failed."]
     pub fn mjenv_learn_last_error() -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Returns the instruction set that the setting instructions=auto means on this CPU: \"sse2\", \"avx2\", \"avx512\" or"]
-    #[doc = " \"neon\"."]
     pub fn mjenv_learn_instructions() -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Returns the number of settings."]
     pub fn mjenv_learn_setting_count() -> i64;
-}
-extern "C" {
-    #[doc = " Describes the setting at 0 <= index < mjenv_learn_setting_count(), as mjenv_options_at describes an option. If its"]
-    #[doc = " `count` is greater than 1, its value is a list of 0 to `count` numbers with commas between them. Errors: VALUE"]
-    #[doc = " (index)."]
     pub fn mjenv_learn_setting_at(index: i64, setting: *mut mjenv_option) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Writes all settings as such words into text[capacity], with a NUL, in the order of mjenv_learn_setting_at."]
-    #[doc = "   id        the id whose defaults are meant"]
-    #[doc = "   settings  replaces some of them; may be NULL"]
-    #[doc = "   size      receives how many bytes the whole text needs, also with text NULL and capacity 0"]
-    #[doc = " Errors: NAME, TYPE, VALUE, SIZE (capacity)."]
-    pub fn mjenv_learn_settings(
-        id: *const ::std::os::raw::c_char,
-        settings: *const ::std::os::raw::c_char,
-        text: *mut ::std::os::raw::c_char,
-        capacity: i64,
-        size: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Creates a learner, and seeds and resets the environment. Until the learner is destroyed, the environment must not be"]
-    #[doc = " destroyed or used by others. The option \"autoreset_mode\" must be same_step."]
-    #[doc = "   id        of the environment; policies and checkpoints keep it"]
-    #[doc = "   settings  words; may be NULL. `rows` is that of the environment."]
-    #[doc = " Errors: NAME, TYPE, VALUE (a setting, or infinite bounds), SIZE, those of mjenv_reset."]
-    pub fn mjenv_learner_create(
-        calls: *const mjenv_learn_calls,
-        env: *mut mjenv_env,
-        id: *const ::std::os::raw::c_char,
-        settings: *const ::std::os::raw::c_char,
-        learner: *mut *mut mjenv_learner,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Creates a learner whose rows the caller steps (mjenv_learner_act), for spaces with these bounds and counts."]
-    #[doc = "   obs       [rows][observation->count] the first observations"]
-    #[doc = " Errors: NAME, TYPE, VALUE, SIZE (obs_count)."]
-    pub fn mjenv_learner_create_apart(
-        observation: *const mjenv_space,
-        action: *const mjenv_space,
-        id: *const ::std::os::raw::c_char,
-        settings: *const ::std::os::raw::c_char,
-        obs: *const f64,
-        obs_count: i64,
-        learner: *mut *mut mjenv_learner,
-    ) -> mjenv_status;
-}
-extern "C" {
+    pub fn mjenv_learn_settings(id: *const ::std::os::raw::c_char, settings: *const ::std::os::raw::c_char, text: *mut ::std::os::raw::c_char, capacity: i64, size: *mut i64) -> mjenv_status;
+    pub fn mjenv_learner_create(calls: *const mjenv_learn_calls, env: *mut mjenv_env, id: *const ::std::os::raw::c_char, settings: *const ::std::os::raw::c_char, learner: *mut *mut mjenv_learner) -> mjenv_status;
+    pub fn mjenv_learner_create_apart(observation: *const mjenv_space, action: *const mjenv_space, id: *const ::std::os::raw::c_char, settings: *const ::std::os::raw::c_char, obs: *const f64, obs_count: i64, learner: *mut *mut mjenv_learner) -> mjenv_status;
     pub fn mjenv_learner_destroy(learner: *mut mjenv_learner);
-}
-extern "C" {
-    #[doc = " Trains until at least `steps` more steps of all rows together are done: whole rollouts, each with its update. If this"]
-    #[doc = " fails, the rollout under way is undone: the learner and its environment are as after the last update. Errors: VALUE"]
-    #[doc = " (a reward or observation is no number from -1e100 to 1e100: the row and step are named; an update made weights"]
-    #[doc = " infinite; or the caller steps the rows), FORKED, those of mjenv_step."]
     pub fn mjenv_learner_train(learner: *mut mjenv_learner, steps: i64) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Draws the next actions of all rows into action[count], for a caller that steps them. count = rows * actuators."]
-    #[doc = " Errors: SIZE, VALUE (the library steps the rows, the last actions lack an outcome, or the rollout was given up)."]
-    pub fn mjenv_learner_act(
-        learner: *mut mjenv_learner,
-        action: *mut f32,
-        count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Takes the outcome of the actions of mjenv_learner_act: obs, reward, terminated and truncated of out, and final_obs of"]
-    #[doc = " rows whose episode ended. After the last step of a rollout, updates the networks. Errors: SIZE, VALUE (no actions were"]
-    #[doc = " drawn, or a number is not from -1e100 to 1e100). If that is so, or new weights are not finite, the rollout is given up;"]
-    #[doc = " mjenv_learner_restart begins the next one."]
-    pub fn mjenv_learner_feed(learner: *mut mjenv_learner, out: *const mjenv_batch)
-        -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Gives up the rollout under way and continues from the observations obs[obs_count] of new episodes. Errors: SIZE,"]
-    #[doc = " VALUE (the library steps the rows, or a number is not from -1e100 to 1e100)."]
-    pub fn mjenv_learner_restart(
-        learner: *mut mjenv_learner,
-        obs: *const f64,
-        obs_count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Continues in another environment with the same spaces and number of rows, for instance one with other options. The"]
-    #[doc = " environment is seeded and reset. Errors: as mjenv_learner_create."]
+    pub fn mjenv_learner_act(learner: *mut mjenv_learner, action: *mut f32, count: i64) -> mjenv_status;
+    pub fn mjenv_learner_feed(learner: *mut mjenv_learner, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_learner_restart(learner: *mut mjenv_learner, obs: *const f64, obs_count: i64) -> mjenv_status;
     pub fn mjenv_learner_set_env(learner: *mut mjenv_learner, env: *mut mjenv_env) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Changes the settings that the words name, at once, even in the middle of a rollout whose rows the caller steps. These"]
-    #[doc = " cannot change: rows, rollout_steps, activation, hidden, actor_obs, critic_obs, normalize_obs, scale_actions, seed,"]
-    #[doc = " threads, instructions, window. Errors: NAME, TYPE, VALUE."]
-    pub fn mjenv_learner_set(
-        learner: *mut mjenv_learner,
-        settings: *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Describes the learner after its last update; before the first one, all its doubles are NaN."]
-    pub fn mjenv_learner_report(
-        learner: *const mjenv_learner,
-        report: *mut mjenv_learn_report,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Describes the learner after the update 1 <= update <= updates: the learning curve. Errors: VALUE."]
-    pub fn mjenv_learner_report_at(
-        learner: *const mjenv_learner,
-        update: i64,
-        report: *mut mjenv_learn_report,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Saves the state after the last update as a file: networks, optimizer, normalisation, random streams, curve, and the"]
-    #[doc = " image of all rows (mjenv_snapshot). An older file is replaced once the new one is complete."]
-    #[doc = "   note      a text of the caller's own in the file, such as the options of the environment; may be NULL"]
-    #[doc = " Errors: FILE."]
-    pub fn mjenv_learner_save(
-        learner: *const mjenv_learner,
-        path: *const ::std::os::raw::c_char,
-        note: *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads the note in a file of mjenv_learner_save into text[capacity], with a NUL. It may come from a stranger."]
-    #[doc = "   size      receives how many bytes the whole text needs, also with text NULL and capacity 0"]
-    #[doc = " Errors: FILE, SNAPSHOT (damaged), SIZE (capacity)."]
-    pub fn mjenv_checkpoint_note(
-        path: *const ::std::os::raw::c_char,
-        text: *mut ::std::os::raw::c_char,
-        capacity: i64,
-        size: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Continues from a file of mjenv_learner_save, bit for bit. The learner must have the same id, numbers of observations"]
-    #[doc = " and actions, and settings that cannot change, but for seed, threads and instructions; its other settings stay. The file may come from a stranger. Errors: FILE (also if it is no regular file), SNAPSHOT"]
-    #[doc = " (damaged, or of another learner)."]
-    pub fn mjenv_learner_load(
-        learner: *mut mjenv_learner,
-        path: *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Writes a policy as text (docs/training.md) into text[capacity], with a NUL."]
-    #[doc = "   size      receives how many bytes the whole text needs, also with text NULL and capacity 0"]
-    #[doc = " Errors: SIZE (capacity), VALUE (which)."]
-    pub fn mjenv_learner_policy(
-        learner: *const mjenv_learner,
-        which: mjenv_learned,
-        text: *mut ::std::os::raw::c_char,
-        capacity: i64,
-        size: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Writes a policy as text to a file. An older file is replaced once the new one is complete. Errors: FILE, VALUE."]
-    pub fn mjenv_learner_save_policy(
-        learner: *const mjenv_learner,
-        which: mjenv_learned,
-        path: *const ::std::os::raw::c_char,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads a policy from text[size]. Errors: VALUE (the line is named)."]
-    pub fn mjenv_policy_parse(
-        text: *const ::std::os::raw::c_char,
-        size: i64,
-        policy: *mut *mut mjenv_policy,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads a policy from a file. Errors: FILE (also if it is no regular file), VALUE."]
-    pub fn mjenv_policy_load(
-        path: *const ::std::os::raw::c_char,
-        policy: *mut *mut mjenv_policy,
-    ) -> mjenv_status;
-}
-extern "C" {
+    pub fn mjenv_learner_set(learner: *mut mjenv_learner, settings: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_learner_report(learner: *const mjenv_learner, report: *mut mjenv_learn_report) -> mjenv_status;
+    pub fn mjenv_learner_report_at(learner: *const mjenv_learner, update: i64, report: *mut mjenv_learn_report) -> mjenv_status;
+    pub fn mjenv_learner_save(learner: *const mjenv_learner, path: *const ::std::os::raw::c_char, note: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_checkpoint_note(path: *const ::std::os::raw::c_char, text: *mut ::std::os::raw::c_char, capacity: i64, size: *mut i64) -> mjenv_status;
+    pub fn mjenv_learner_load(learner: *mut mjenv_learner, path: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_learner_policy(learner: *const mjenv_learner, which: mjenv_learned, text: *mut ::std::os::raw::c_char, capacity: i64, size: *mut i64) -> mjenv_status;
+    pub fn mjenv_learner_save_policy(learner: *const mjenv_learner, which: mjenv_learned, path: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_policy_parse(text: *const ::std::os::raw::c_char, size: i64, policy: *mut *mut mjenv_policy) -> mjenv_status;
+    pub fn mjenv_policy_load(path: *const ::std::os::raw::c_char, policy: *mut *mut mjenv_policy) -> mjenv_status;
     pub fn mjenv_policy_destroy(policy: *mut mjenv_policy);
-}
-extern "C" {
-    #[doc = " Returns the id that a policy was trained for; NULL if it fails."]
     pub fn mjenv_policy_id(policy: *const mjenv_policy) -> *const ::std::os::raw::c_char;
-}
-extern "C" {
-    #[doc = " Reads how many numbers an observation of the policy has, and how many an action."]
-    pub fn mjenv_policy_sizes(
-        policy: *const mjenv_policy,
-        observations: *mut i64,
-        actuators: *mut i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Reads the numbers of a policy, and those of its layer 0 <= index < layer_count. Errors: VALUE (index)."]
-    pub fn mjenv_policy_spec_of(
-        policy: *const mjenv_policy,
-        spec: *mut mjenv_policy_spec,
-    ) -> mjenv_status;
-}
-extern "C" {
-    pub fn mjenv_policy_layer_at(
-        policy: *const mjenv_policy,
-        index: i64,
-        layer: *mut mjenv_policy_layer,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Computes the actions of rows."]
-    #[doc = "   obs       [rows][obs_count / rows]; action [rows][action_count / rows]"]
-    #[doc = " Errors: SIZE (the policy is of another size), VALUE (precision)."]
-    pub fn mjenv_policy_act(
-        policy: *const mjenv_policy,
-        precision: mjenv_precision,
-        rows: i64,
-        obs: *const f64,
-        obs_count: i64,
-        action: *mut f32,
-        action_count: i64,
-    ) -> mjenv_status;
-}
-extern "C" {
-    #[doc = " Plays whole episodes in all rows of an environment whose option \"autoreset_mode\" is disabled. Before each episode, its"]
-    #[doc = " row is restored to what it was when this function was called; then episode k begins with a reset by seed + k. So the"]
-    #[doc = " result does not depend on the number of rows and threads, if the rows were equal, as those of a new environment are."]
-    #[doc = "   returns   [episodes] the sum of each episode's rewards; may be NULL"]
-    #[doc = "   lengths   [episodes] its steps; may be NULL"]
-    #[doc = " Errors: SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step."]
-    pub fn mjenv_evaluate(
-        calls: *const mjenv_learn_calls,
-        env: *mut mjenv_env,
-        policy: *const mjenv_policy,
-        precision: mjenv_precision,
-        seed: u64,
-        episodes: i64,
-        returns: *mut f64,
-        lengths: *mut i64,
-    ) -> mjenv_status;
+    pub fn mjenv_policy_sizes(policy: *const mjenv_policy, observations: *mut i64, actuators: *mut i64) -> mjenv_status;
+    pub fn mjenv_policy_spec_of(policy: *const mjenv_policy, spec: *mut mjenv_policy_spec) -> mjenv_status;
+    pub fn mjenv_policy_layer_at(policy: *const mjenv_policy, index: i64, layer: *mut mjenv_policy_layer) -> mjenv_status;
+    pub fn mjenv_policy_act(policy: *const mjenv_policy, precision: mjenv_precision, rows: i64, obs: *const f64, obs_count: i64, action: *mut f32, action_count: i64) -> mjenv_status;
+    pub fn mjenv_evaluate(calls: *const mjenv_learn_calls, env: *mut mjenv_env, policy: *const mjenv_policy, precision: mjenv_precision, seed: u64, episodes: i64, returns: *mut f64, lengths: *mut i64) -> mjenv_status;
 }

@@ -1,5 +1,5 @@
 //! Declarations of libmjenv's C interface, generated from its headers; with the feature `learn` also of libmjenv-learn's.
-//! The crate `mjenv` is a safe interface to them.
+//! The headers have their comments. The crate `mjenv` is a safe interface to them.
 //!
 //! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
 //! If both fail it builds the library with CMake, from the sources in the crate or in the checkout that the crate is
@@ -8,12 +8,12 @@
 //! the feature `library` the build script does nothing, because plug-ins do not link with the library.
 
 #[rustfmt::skip]
-#[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]
+#[allow(non_camel_case_types)]
 mod bindings;
 
 #[cfg(feature = "learn")]
 #[rustfmt::skip]
-#[allow(non_camel_case_types, rustdoc::broken_intra_doc_links)]
+#[allow(non_camel_case_types)]
 mod learn;
 
 pub use bindings::*;
