@@ -282,8 +282,8 @@ void Env::begin(const std::uint8_t* mask, const double* qpos, std::int64_t nq, c
   };
   for (std::int64_t row = 0; row < rows(); ++row) {
     if (!is_selected(mask, row)) continue;
-    if (qpos) episodes_.check_given("qpos", row, initial(row).qpos, width);
-    if (qvel) episodes_.check_given("qvel", row, initial(row).qvel, height);
+    if (qpos) episodes_.check_given("reset: qpos", row, initial(row).qpos, width);
+    if (qvel) episodes_.check_given("reset: qvel", row, initial(row).qvel, height);
   }
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
     if (is_selected(mask, row)) episodes_.begin_given(worker, row, initial(row), {out, rows(), row});
@@ -312,7 +312,7 @@ void Env::advance(const std::uint8_t* mask, const Action& actions, const double*
   masked(mask).for_each([&](std::int64_t row, std::int64_t /*place*/) {
     if (rows_.is_open(row))
       fail(MJENV_E_PENDING, in_row(row, "its step or reset is not finished: call mjenv_finish first"));
-    if (ctrl && !episodes_.awaits_reset(row)) episodes_.check_given("ctrl", row, ctrl + row * nu, nu);
+    if (ctrl && !episodes_.awaits_reset(row)) episodes_.check_given("before_step: ctrl", row, ctrl + row * nu, nu);
   });
   for_teams(mask, actions, {ctrl, MJENV_DTYPE_FLOAT64, ctrl_count}, out,
             [&](Team& team) { episodes_.advance_given(team); });

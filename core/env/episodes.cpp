@@ -41,7 +41,8 @@ struct Adoption {
 
 Episodes::Episodes(const Options& options, const Task& task, const Schema& schema, const Randomization& randomization,
                    const Perturbation& perturbation, const Frames& frames, const ActionTransform& transform, Rows& rows)
-    : task_(task),
+    : id_(options.id()),
+      task_(task),
       schema_(schema),
       randomization_(randomization),
       perturbation_(perturbation),
@@ -330,17 +331,18 @@ void Episodes::check_given(Writer& writer, std::int64_t row, const Place& given)
   if (!strict_) return;
   const double* observation = writer.given_observation(given);
   for (std::size_t i = 0; i < frames_.task_count(); ++i)
-    if (std::isnan(observation[i]))
-      fail(MJENV_E_TASK, in_row(row, "observe: observation[" + std::to_string(i) + "] is NaN"));
+    if (std::isnan(observation[i])) refuse(row, "observe: observation[" + std::to_string(i) + "] is NaN");
   if (given.out.reward && rows_.phase(row) >= Phase::advanced && std::isnan(given.get(given.out.reward)))
-    fail(MJENV_E_TASK, in_row(row, "step: the reward is NaN"));
+    refuse(row, "step: the reward is NaN");
 }
 
 void Episodes::check_given(const char* array, std::int64_t row, const double* values, std::int64_t count) const {
   for (std::int64_t i = 0; strict_ && i < count; ++i)
-    if (!std::isfinite(values[i]))
-      fail(MJENV_E_VALUE,
-           in_row(row, element_is(array, static_cast<std::size_t>(i), values[i]) + ", but must be finite"));
+    if (!std::isfinite(values[i])) refuse(row, element_is(array, static_cast<std::size_t>(i), values[i]));
+}
+
+void Episodes::refuse(std::int64_t row, const std::string& why) const {
+  fail(MJENV_E_TASK, in_row(row, id_ + ": " + why));
 }
 
 void Episodes::finish(Writer& writer, std::int64_t row, const Place& given, const Place& place) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "env/action_transform.hpp"
 #include "env/frames.hpp"
@@ -67,6 +68,7 @@ class Episodes {
     bool any() const { return terminated || truncated; }
   };
 
+  std::string id_;
   const Task& task_;
   const Schema& schema_;
   const Randomization& randomization_;
@@ -83,6 +85,7 @@ class Episodes {
     return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }
   void begin(Worker& worker, std::int64_t row, const Initial& initial = {}) const;
+  [[noreturn]] void refuse(std::int64_t row, const std::string& why) const;
   void reset_row(Worker& worker, std::int64_t row, const Place& place) const;
   // Calls body(i) for the team's turns, given as bits. Clears the bits of those that fail, and writes their status.
   template <typename Body>

@@ -171,7 +171,9 @@ class Checks {
       }
       case Content::carried: break;
     }
-    return task_.calls->is_valid_carried(part);
+    if (const std::string why = task_.calls->out_of_bounds(part); !why.empty())
+      fail(MJENV_E_SNAPSHOT, "the image is damaged: " + why);
+    return true;
   }
 
  private:

@@ -169,8 +169,12 @@ void Worker::begin_simulating(Rows& rows, std::int64_t row, const Rng& rng, cons
   for (OwnValues& own : own_values_)
     if (own.is_converted) own.array->read(inputs_.data(), own.values.data());
   work_.clear();
-  work_.forward();
-  view_.complete();
+  // Computes what the task's reset sees. If the caller gives the state instead, mj_forward is called once, because its
+  // solver begins with the result of the call before.
+  if (!initial.qpos || task_.calls->callbacks().reset) {
+    work_.forward();
+    view_.complete();
+  }
   show_kept(rows, row);
 
   const Work::State state = work_.state();

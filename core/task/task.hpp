@@ -78,9 +78,7 @@ class Calls {
   // Call this once after build, with the fields that build has completed and the bounds of the carried numbers.
   void set_counts(const Fields& fields, std::int64_t carry_count, std::vector<CarryBounds> bounds);
 
-  // Whether all carried numbers of an image are within the task's bounds. The pointer may be misaligned.
-  bool is_valid_carried(const void* numbers) const { return out_of_bounds(numbers).empty(); }
-  // Says which of these carried numbers is out of its bounds; "" if none is.
+  // Says which of these carried numbers is out of its bounds; "" if none is. The pointer may be misaligned.
   std::string out_of_bounds(const void* numbers) const;
 
   // As build has left them.

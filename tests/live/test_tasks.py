@@ -451,7 +451,7 @@ class PlainSettle:
 def test_numpy_reset_that_simulates(threads: int) -> None:
     plain = [PlainSettle(seed) for seed in range(ROWS)]
     envs = mjenv.make_vec("Settle-v0", ROWS, num_threads=threads, autoreset_mode="disabled")
-    other = mjenv.make_vec("Settle-v0", ROWS)
+    other = mjenv.make_vec("Settle-v0", ROWS, autoreset_mode="disabled")
     other.reset(seed=99)
     rng = np.random.default_rng(5)
     for episode in range(3):

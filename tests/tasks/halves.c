@@ -240,12 +240,12 @@ static void test_given_states_and_ctrl(void** state) {
   assert_refused(MJENV_E_SIZE, mjenv_advance(own, NULL, zeros, ROWS * 2, MJENV_DTYPE_FLOAT64, ctrl, 1, NULL),
                  "ctrl_count is 1");
   ctrl[7] = NAN;
-  assert_refused(MJENV_E_VALUE, mjenv_advance(own, NULL, zeros, ROWS * 2, MJENV_DTYPE_FLOAT64, ctrl, ROWS * NU, NULL),
-                 "row 2: ctrl[1] is nan");
+  assert_refused(MJENV_E_TASK, mjenv_advance(own, NULL, zeros, ROWS * 2, MJENV_DTYPE_FLOAT64, ctrl, ROWS * NU, NULL),
+                 "row 2: ActsHopper-v5: before_step: ctrl[1] is nan");
   assert_refused(MJENV_E_SIZE, mjenv_begin(own, NULL, states, 1, NULL, 0, NULL), "nq is 1");
   a.batch.arrays[ROWS * NQ] = NAN;
-  assert_refused(MJENV_E_VALUE, mjenv_begin(own, NULL, NULL, 0, states + ROWS * NQ, ROWS * NQ, NULL),
-                 "row 0: qvel[0] is nan");
+  assert_refused(MJENV_E_TASK, mjenv_begin(own, NULL, NULL, 0, states + ROWS * NQ, ROWS * NQ, NULL),
+                 "row 0: ActsHopper-v5: reset: qvel[0] is nan");
   free(a.memory), free(b.memory), free(c), free(d);
   mjenv_destroy(env), mjenv_destroy(own);
 }
@@ -289,11 +289,13 @@ static void test_order(void** state) {
     assert_ok(mjenv_set_stream(env, 0, words, 6));
     look(c, &a.batch, NULL);
     c->obs[0][3] = NAN;
-    assert_refused(MJENV_E_TASK, mjenv_finish(env, NULL, &c->given, &a.batch), "row 0: observe: observation[3] is NaN");
+    assert_refused(MJENV_E_TASK, mjenv_finish(env, NULL, &c->given, &a.batch),
+                   "row 0: HalfHopper-v5: observe: observation[3] is NaN");
     look(c, &a.batch, NULL);
     c->reward[0] = NAN;
     if (open == 1)
-      assert_refused(MJENV_E_TASK, mjenv_finish(env, NULL, &c->given, &a.batch), "row 0: step: the reward is NaN");
+      assert_refused(MJENV_E_TASK, mjenv_finish(env, NULL, &c->given, &a.batch),
+                     "row 0: HalfHopper-v5: step: the reward is NaN");
     c->reward[0] = 0;
     mjenv_batch bad = c->given;
     bad.obs_count = 10;

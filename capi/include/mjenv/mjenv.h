@@ -676,7 +676,7 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
  *   qpos      [rows][nq], of the rows of the mask; NULL: what the callback reset sets, or if there is none, the model's
  *   qvel      [rows][nv] the same for velocities. nq, nv: how many numbers these arrays have
  *   out       receives arrays, status, and 1 in was_reset; may be NULL
- * Errors: SIZE, PHYSICS, VALUE (not finite, unless "strict" is 0; or mjenv_randomize), MODEL, TASK. */
+ * Errors: SIZE, PHYSICS, TASK (a number is not finite, unless "strict" is 0), VALUE and MODEL (mjenv_randomize). */
 MJENV_API mjenv_status mjenv_begin(mjenv_env *env, const uint8_t *mask, const double *qpos, int64_t nq,
                                    const double *qvel, int64_t nv, const mjenv_batch *out);
 
@@ -694,7 +694,7 @@ MJENV_API mjenv_status mjenv_act(mjenv_env *env, const uint8_t *mask, const void
  *   ctrl      [rows][nu] what the caller makes of the actions that the task sees; ctrl_count = rows * nu. NULL: ctrl is
  *             the action, which a task with mjenv_build_action must not use
  *   out       receives arrays, status, was_reset, and 0 in reward, terminated and truncated; may be NULL
- * Errors: as mjenv_step, and PENDING (a row is open). */
+ * Errors: as mjenv_step, TASK (a ctrl is not finite, unless "strict" is 0), PENDING (a row is open). */
 MJENV_API mjenv_status mjenv_advance(mjenv_env *env, const uint8_t *mask, const void *action, int64_t count,
                                      mjenv_dtype dtype, const double *ctrl, int64_t ctrl_count, const mjenv_batch *out);
 

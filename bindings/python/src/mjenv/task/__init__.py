@@ -213,7 +213,7 @@ class Task:
 
 
 class Sim:
-    """All rows' simulations. Its attributes are
+    """The rows' simulations: of all rows, or after a reset of those that were reset. Its attributes are
 
     - an array (rows, *shape) for each name in needs: a read-only view;
     - an array (rows, *shape) for each name in state, into which step and carry may write;

@@ -1,122 +1,111 @@
 """The rows of a NumPy task: the library simulates them, and the task computes over all of them at once.
 
-After each step and reset, the task's methods compute the outputs that the library computes for other tasks, and these
-outputs are written into the same mjenv_batch. So all code that uses Rows works with NumPy tasks, too.
+A step is mjenv_act, the task's before_step, mjenv_advance, the task's step, carry and observe, and mjenv_finish, which
+does what the library does for other tasks. So all code that uses Rows works with NumPy tasks, too.
 
-The library's row holds the simulation, the random stream and the number of steps. This module holds the task's state,
-and which episodes have ended, and appends them to the library's images.
+The task's state stands here, in arrays of all rows. The library's rows carry it in images alone.
 """
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_uint64
 from dataclasses import replace
 from functools import partial
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mjenv.capi import declarations
 from mjenv.capi.declarations import Dtype, Role, Status
-from mjenv.capi.dtypes import BOOL, Float64Array
+from mjenv.capi.dtypes import BOOL, FLOATS, Float64Array
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.handle import Batch, Options, Rows, check_goals, open_rows, pointer_to
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.schema import Field
 from mjenv.capi.turns import Turn
-from mjenv.errors import InvalidValueError, OptionError, ResetNeeded, SnapshotError, TaskError
+from mjenv.errors import ResetNeeded, TaskError
 from mjenv.rows.step import views
 from mjenv.task import Random, Sim
-from mjenv.task.registered import Checked, Registered, Resetting, out_of_bounds, overrides
+from mjenv.task.registered import Checked, Registered, Resetting, overrides
 
 BoolArray = NDArray[np.bool_]
 
-
-# The options with which the library changes observations and actions, and the values that switch them off.
-_OF_THE_LIBRARY = {"history": 0, "time_aware": False, "clip_actions": False, "rescale_actions": (0.0, 0.0)}
-
-
 _PREFIX = "parameters."  # of the names of live parameters
-
-
-def _works_only_in_code(id: str, name: str) -> str:
-    return f"{id} is a NumPy task, which computes all rows at once: {name} works only with tasks in machine code"
+_BLOCKS = {"info": Role.INFO, "arrays": Role.ARRAYS}
 
 
 class _Out:
-    """The arrays that an mjenv_batch names; None where it names none."""
+    """A caller's mjenv_batch."""
 
     def __init__(self, struct: Any, rows: Rows) -> None:
-        count = struct.rows
-        narrow = struct.obs_dtype == Dtype.FLOAT32
+        self.struct, self._rows, count = type(struct).from_buffer_copy(struct), rows, rows.count
+        self.was_reset = np.zeros(count, np.bool_)
+        if struct.was_reset:
+            self.was_reset = np.ctypeslib.as_array(struct.was_reset, (count,)).view(np.bool_)
+        elif count == struct.rows:
+            self.struct.was_reset = pointer_to(self.was_reset, c_uint8)
 
-        def array(pointer: Any, size: int) -> Any:
-            return np.ctypeslib.as_array(pointer, (size,)) if pointer and size else None
-
-        def matrix(address: int | None) -> Any:
-            size = count * struct.obs_count
-            if not address or not size:
-                return None
-            kind: Any = c_float if narrow else c_double
-            return np.ctypeslib.as_array((kind * size).from_address(address)).reshape(count, -1)
-
-        def fields(pointer: Any, role: Role, size: int) -> dict[str, Float64Array]:
-            values = array(pointer, count * size)
-            if values is None:
-                return {}
-            found = rows.fields(role)
-            return {field.name: view for field, view in zip(found, views(values, found, count), strict=True)}
-
-        self.obs, self.final_obs = matrix(struct.obs), matrix(struct.final_obs)
-        self.reward = array(struct.reward, count)
-        self.terminated, self.truncated = array(struct.terminated, count), array(struct.truncated, count)
-        self.status, self.was_reset = array(struct.status, count), array(struct.was_reset, count)
-        self.info = fields(struct.info, Role.INFO, struct.info_count)
-        self.final_info = fields(struct.final_info, Role.INFO, struct.info_count)
-        self.reset_info = fields(struct.reset_info, Role.RESET_INFO, struct.reset_info_count)
-        self.arrays = array(struct.arrays, count * struct.arrays_count)
+    def arrays(self, *names: str) -> dict[str, NDArray[Any]]:
+        """The arrays that have these names and are not NULL: (rows, ...). Blocks of fields have one for each field."""
+        struct = self.struct
+        found: dict[str, NDArray[Any]] = {}
+        for name in names:
+            pointer = getattr(struct, name)
+            if name in _BLOCKS and pointer:
+                fields = self._rows.fields(_BLOCKS[name])
+                size = sum(field.count for field in fields) * struct.rows
+                block = np.ctypeslib.as_array(pointer, (size,)) if size else np.zeros(0)
+                parts = zip(fields, views(block, fields, struct.rows), strict=True)
+                found |= {f"{name}.{field.name}": part for field, part in parts}
+            elif name == "obs" and pointer and struct.obs_count:
+                kind: Any = c_float if struct.obs_dtype == Dtype.FLOAT32 else c_double
+                numbers = (kind * (struct.rows * struct.obs_count)).from_address(pointer)
+                found[name] = np.ctypeslib.as_array(numbers).reshape(struct.rows, -1)
+            elif name not in ("obs", *_BLOCKS) and pointer:
+                found[name] = np.ctypeslib.as_array(pointer, (struct.rows,))
+        return found
 
 
 class NumpyRows(Rows):
     """Rows whose observations, rewards and infos a NumPy task computes."""
 
+    _open = False  # whether the library may wait for outputs that the task has not computed
+
     def __init__(
         self, registered: Registered, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1
     ) -> None:
-        for name in RANDOMIZING:
-            if options.get(name) is not None:
-                raise OptionError(_works_only_in_code(id, name))
-        options = {name: value for name, value in options.items() if name not in RANDOMIZING}
         asked = Options(engine, id)
-        asked.set(options)
+        asked.set({name: value for name, value in options.items() if name not in RANDOMIZING})
         settings = {name: option.default for name, option in asked.schema().items()}
-        for name, unused in _OF_THE_LIBRARY.items():
-            if settings[name] != unused:
-                raise OptionError(_works_only_in_code(id, name))
         names = dict.fromkeys((*registered.needs, *settings["arrays"].split()))
-        self._autoreset: str = settings["autoreset_mode"]
-        self._strict: bool = settings["strict"]
+        self._same_step = settings["autoreset_mode"] == "same_step"
         self._task = registered.kind()
-        self._maps = False
-        # Random streams that have not yet been written to their rows: see _begin.
-        self._due: dict[int, Any] = {}
-        given = {**options, "autoreset_mode": "disabled", "arrays": " ".join(names)}
+        given = {**options, "arrays": " ".join(names)}
         given["max_contacts"] = settings["max_contacts"] or registered.kind.max_contacts
         self._resetting = Resetting(id, self._task) if registered.resets_rows else None
-        registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
+        width = registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
         self.options = dict(options)
         self.has_goals = overrides(self._task, "compute_reward")
-        self._checked = Checked(id, self._task, count)
+        self._checked = Checked(id, self._task)
         self._maps = overrides(self._task, "before_step")
 
-        self._shapes = {
-            role: {field.name: (count, *field.shape) for field in self.fields(role)}
-            for role in (Role.INFO, Role.RESET_INFO)
+        # What the task has computed, which mjenv_finish reads.
+        counts = {role: sum(field.count for field in self.fields(role)) for role in Role if role <= Role.RESET_INFO}
+        self._given = Batch(count, (width,), counts[Role.INFO])
+        self._given.struct.reset_info_count = counts[Role.RESET_INFO]
+        self._reset_info = np.zeros(count * counts[Role.RESET_INFO])
+        self._given.struct.reset_info = pointer_to(self._reset_info, c_double)
+        blocks = {Role.INFO: self._given.info, Role.RESET_INFO: self._reset_info}
+        self._infos = {
+            role: {
+                f.name: view for f, view in zip(self.fields(role), views(block, self.fields(role), count), strict=True)
+            }
+            for role, block in blocks.items()
         }
-        self._width = sum(field.count for field in self.fields(Role.OBSERVATION))
+
+        # What mjenv_begin and mjenv_advance write.
         fields = self.fields(Role.ARRAYS)
         self._block = np.zeros(count * sum(field.count for field in fields))
         self._views = {f.name: view for f, view in zip(fields, views(self._block, fields, count), strict=True)}
@@ -124,26 +113,28 @@ class NumpyRows(Rows):
         self._whole = {name: np.zeros(data[name]) for name in self._views if name in data}
         self._inner = Batch(count, (0,), 0)
         struct = self._inner.struct
-        struct.obs = struct.reward = struct.info = None
+        struct.obs = struct.reward = struct.info = struct.terminated = struct.truncated = None
         struct.arrays_count = sum(field.count for field in fields)
         struct.arrays = pointer_to(self._block, c_double)
+        self._was_reset = np.zeros(count, np.bool_)
+        struct.was_reset = pointer_to(self._was_reset, c_uint8)
+        # The rows that failed in this call, and why.
+        self._failed: BoolArray = np.zeros(count, np.bool_)
+        self._failure: int = Status.OK
 
-        # An image ends with the state, and then with whether each row's episode has ended.
-        self._ended: BoolArray = np.zeros(count, np.bool_)
         self._state = {name: np.zeros((count, *shape)) for name, shape in registered.kind.state.items()}
+        self._qpos, self._qvel = np.zeros((count, self._task.nq)), np.zeros((count, self._task.nv))
         live = {field.name.removeprefix(_PREFIX): field for field in self.fields(Role.PARAMETERS)}
         self._parameters = {name: np.zeros((count, *field.shape)) for name, field in live.items()}
         self._read_parameters(range(count))
         model = {name: self.array(Role.MODEL, name) for name in registered.kind.own}
         self._own = {name: np.zeros((count, *field.shape)) for name, field in model.items() if field is not None}
-        for row in range(count):
-            self._read_own(row)
+        self._read_own(range(count))
         self._shown_own = _OwnOfStep(self._own)
         self._drawing = _StepDraws(self)
-        kick = np.zeros((count, self._task.nv))
-        self._sim = Sim(self._views, self._state, self._parameters, self._shown_own, self._drawing, kick)
+        self._kick = np.zeros((count, self._task.nv))
+        self._sim = Sim(self._views, self._state, self._parameters, self._shown_own, self._drawing, self._kick)
         self._streams: list[np.random.Generator] = []
-        self._pristine = super().snapshot(0)  # of a row that was never reset
 
     # ---- outputs of all rows; the caller must have the turn ----
 
@@ -151,26 +142,64 @@ class NumpyRows(Rows):
         *given, out = arguments
         found = _Out(out._obj, self)
         if function == "mjenv_reset":
-            return partial(self._reset_all, None, found)
+            return partial(self._reset, np.ones(self.count, np.bool_), found)
         assert function == "mjenv_step"
         _, address, size, code = given
         kind: Any = c_float if code == Dtype.FLOAT32 else c_double
         action = np.ctypeslib.as_array((kind * size).from_address(address)).reshape(self.count, -1)
-        action.flags.writeable = False
         return partial(self._step, action, found)
 
     def reset(self, mask: BoolArray | None, out: Any) -> None:
-        self._reset_all(mask, _Out(out._obj, self))
+        resets = np.ones(self.count, np.bool_) if mask is None else mask.copy()
+        self.check(self._reset(resets, _Out(out._obj, self)))
 
     def observe(self, out: Any) -> None:
+        self._give_up()
         self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
+        self._given.obs[...] = self._observations(self._sim)
         found = _Out(out._obj, self)
-        self._write_obs(found.obs, self._observations())
-        if found.arrays is not None:
-            found.arrays[...] = self._block
+        self._finish(None, found)
+        self._show_arrays(found)
 
     def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
-        self._refuse("rollout")
+        self._give_up()
+        actions = actions.reshape(self.count, steps, -1)
+        for t in np.flatnonzero(~np.isfinite(actions).all(axis=(0, 2))).tolist():
+            self._act(None, np.ascontiguousarray(actions[:, t]))  # refuses now what the step would refuse
+        whole, struct = _Out(out._obj, self), out._obj
+        batch = Batch(self.count, (struct.obs_count,), struct.info_count, struct.obs_dtype)  # of one step
+        batch.struct.arrays, batch.struct.arrays_count = self._inner.struct.arrays, self._inner.struct.arrays_count
+        for name in ("obs", "info"):
+            if not getattr(struct, name):
+                setattr(batch.struct, name, None)
+        one = _Out(batch.struct, self)
+        names = ("obs", "reward", "terminated", "truncated", "status", "was_reset", "info", "arrays")
+        to, of_step = whole.arrays(*names), one.arrays(*names)
+        # Rows whose episode goes on, and rows that have not failed.
+        playing, alive = np.ones(self.count, np.bool_), np.ones(self.count, np.bool_)
+        failure: int = Status.OK
+        for t in range(steps):
+            if playing.any():
+                self._begin_call()
+                advanced = self._play(playing, np.ascontiguousarray(actions[:, t]), one)
+                failure = failure or self._failure
+                if (waits := self._was_reset & playing).any():
+                    what = f"row {int(np.argmax(waits))}: its episode has ended: reset it"
+                    raise ResetNeeded(what, Status.E_EPISODE_ENDED)
+                self._given.obs[...] = self._observations(self._sim)
+                self._finish(advanced, one)
+                batch.status[playing & ~advanced] = self._inner.status[playing & ~advanced]
+                one.was_reset[...] = False
+            for name, values in to.items():
+                written = alive if name == "status" else alive & ~(playing & ~advanced)
+                values.reshape(self.count, steps, *values.shape[1:])[written, t] = of_step[name][written]
+            alive &= ~playing | advanced
+            playing &= advanced & ~batch.ended.any(axis=0)
+            batch.status[~playing] = Status.OK
+            for name, values in of_step.items():  # of the steps after the end of an episode
+                if name == "reward" or name.startswith("info."):
+                    values[~playing] = 0
+        self.check(failure)
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
         achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
@@ -184,186 +213,196 @@ class NumpyRows(Rows):
         return rewards
 
     def check_sendable(self) -> None:
-        self._refuse("send")
-
-    def _refuse(self, name: str) -> NoReturn:
-        raise TaskError(_works_only_in_code(self.id, name), Status.E_TASK)
+        what = "is a NumPy task, which computes all rows at once: send works only with tasks in machine code"
+        raise TaskError(f"{self.id} {what}", Status.E_TASK)
 
     def _read_fields(self, role: Role) -> Iterator[Field]:
         for field in super()._read_fields(role):
             is_bool = role in (Role.INFO, Role.RESET_INFO) and field.type == Dtype.UINT8
             yield replace(field, type=BOOL) if is_bool else field
 
-    def fields(self, role: Role) -> tuple[Field, ...]:
-        bounds = self._task.action_bounds
-        if role != Role.ACTION or not len(bounds):
-            return super().fields(role)
-        return tuple(Field(f"action[{i}]", (), i, 1, Dtype.ACTION, "") for i in range(len(bounds)))
-
-    def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
-        bounds = self._task.action_bounds
-        if role != Role.ACTION or not len(bounds):
-            return super().bounds(role)
-        low, high = np.array(bounds, np.float32).astype(np.float64).T.copy()
-        return low, high
-
-    def _ctrl(self, action: NDArray[Any], stepped: BoolArray) -> NDArray[Any]:
-        """The ctrl that before_step returns for the action."""
-        if self._strict and not np.isfinite(action[stepped]).all():
-            row, index = np.argwhere(~np.isfinite(action) & stepped[:, None])[0]
-            what = f"row {row}: action[{index}] is {action[row, index]}, but must be finite"
-            raise InvalidValueError(f'{what}; set the option "strict" to 0 to allow it', Status.E_VALUE)
-        ctrl = self._checked.before_step(self._sim, action)
-        if self._strict and not np.isfinite(ctrl[stepped]).all():
-            row, index = np.argwhere(~np.isfinite(ctrl) & stepped[:, None])[0]
-            what = f"row {row}: {self.id}: before_step: ctrl[{index}] is {ctrl[row, index]}"
-            raise TaskError(what, Status.E_TASK)
-        return ctrl
-
     def _step(self, action: NDArray[Any], out: _Out) -> int:
-        ended, inner = self._ended, self._inner
-        resets = ended.copy()
-        if self._autoreset != "next_step":
-            if self._strict and ended.any():
-                row = int(np.argmax(ended))
-                raise ResetNeeded(f"row {row}: its episode has ended: reset it", Status.E_EPISODE_ENDED)
-            resets[:] = False
-        stepped = ~resets
-        mask = None if stepped.all() else pointer_to(stepped, c_uint8)
-        inner.ended[...] = False
-        inner.status[...] = Status.OK
-        # Rows that are about to be reset are not stepped, so what the task's step writes for them is undone below.
-        kept = {name: self._state[name][resets] for name in self._task.kept} if resets.any() else {}
-        ctrl = self._ctrl(action, stepped) if self._maps else action
-        if stepped.any():
-            code = Dtype.FLOAT32 if ctrl.dtype == np.float32 else Dtype.FLOAT64
-            status = self.engine.mjenv_step(self.pointer, mask, ctrl.ctypes.data, ctrl.size, code, byref(inner.struct))
-            ended[stepped] = (inner.ended[0] | inner.ended[1])[stepped]
-            if status:
-                self._task.carry(self._sim)  # because the rows that did not fail were stepped
-                raise self.engine.last_error(status)
-        self._sim.kick[...] = 0
+        self._begin_call()
+        self._play(None, action, out)
+        if self._was_reset.any():
+            self._begin(self._was_reset.copy())
+        self._given.obs[...] = self._observations(self._sim)
+        self._finish(None, out)
+        if self._same_step and out.was_reset.any():
+            self._reset_rows(out.was_reset.copy(), out)
+        return self._end(out)
+
+    def _reset(self, resets: BoolArray, out: _Out) -> int:
+        self._begin_call()
+        self._reset_rows(resets, out)
+        return self._end(out)
+
+    def _show_arrays(self, out: _Out) -> None:
+        if out.struct.arrays and self._block.size:
+            np.ctypeslib.as_array(out.struct.arrays, self._block.shape)[...] = self._block
+
+    def _end(self, out: _Out) -> int:
+        self._show_arrays(out)
+        if self._failure:
+            for name, values in out.arrays("status", "reward", "terminated", "truncated", "was_reset").items():
+                values[self._failed] = self._inner.status[self._failed] if name == "status" else 0
+        return self._failure
+
+    # ---- the parts of resets and steps ----
+
+    def _act(self, mask: Any, action: NDArray[Any]) -> NDArray[Any]:
+        """What the task sees of the action."""
+        seen = np.zeros_like(action)
+        code, to = FLOATS[action.dtype], seen.ctypes.data
+        self.check(self.engine.mjenv_act(self.pointer, mask, action.ctypes.data, action.size, code, to))
+        seen.flags.writeable = False
+        return seen
+
+    def _play(self, playing: BoolArray | None, action: NDArray[Any], out: _Out) -> BoolArray:
+        """Simulates a step of the playing rows, and calls the task's step. Returns which rows it has advanced."""
+        mask = None if playing is None else pointer_to(playing, c_uint8)
+        seen = self._act(mask, action)
+        # What the task writes for rows that are not stepped is undone below. A reset replaces all but what is kept.
+        spared = self._task.kept if playing is None else self._state
+        before = {name: self._state[name].copy() for name in spared}
+        ctrl, size = None, 0
+        if self._maps:
+            mapped = self._checked.before_step(self._sim, seen).astype(np.float64, copy=False)
+            ctrl, size = pointer_to(mapped, c_double), mapped.size
+        given = mask, action.ctypes.data, action.size, FLOATS[action.dtype], ctrl, size, byref(self._inner.struct)
+        self._simulate(self.engine.mjenv_advance, *given)
+        advanced = ~(self._was_reset | self._failed)
+        if playing is not None:
+            advanced &= playing
+        self._kick[...] = 0
         with self._drawing, self._shown_own as own:
-            reward, terminated, infos = self._checked.step(self._sim, action)
-            self._write_own(own, stepped)
-            self._apply_kicks(stepped)
-            self._drawing.keep(stepped)
-        # Copies, because the task may have returned views of what carry and resets change.
-        reward, infos = reward.copy(), self._infos(Role.INFO, "step", infos)
-        self._carry(stepped)
-        for name, values in kept.items():
-            self._state[name][resets] = values
-        if self._strict and np.isnan(reward[stepped]).any():
-            row = int(np.argmax(np.isnan(reward) & stepped))
-            raise TaskError(f"row {row}: {self.id}: step: the reward is NaN", Status.E_TASK)
-        terminated, truncated = (terminated | inner.ended[0]) & stepped, inner.ended[1] & stepped
-        ended[stepped] = (terminated | truncated)[stepped]
-        final = None
-        if self._autoreset == "same_step" and ended.any():
-            resets, final = ended.copy(), self._observations().copy()
-        reset_infos = self._begin(resets) if resets.any() else {}
-        obs = self._observations()
+            reward, terminated, infos = self._checked.step(self._sim, seen)
+            self._write_own(own, advanced)
+            self._apply_kicks(advanced)
+            self._drawing.keep(advanced)
+        self._given.reward[...] = reward
+        self._given.ended[0] = terminated
+        self._put(Role.INFO, "step", infos, slice(None))
+        self._carried(np.flatnonzero(advanced))
+        for name, values in before.items():
+            self._state[name][~advanced] = values[~advanced]
+        return advanced
 
-        # Nothing fails from here on.
-        if out.reward is not None:
-            out.reward[...] = np.where(stepped, reward, 0)
-        for to, flags in ((out.terminated, terminated), (out.truncated, truncated), (out.was_reset, resets)):
-            if to is not None:
-                to[...] = flags
-        if out.status is not None:
-            out.status[...] = inner.status
-        self._write_info(out.info, infos, stepped if final is None else ~resets)
-        if final is not None:
-            if out.final_obs is not None:
-                out.final_obs[resets] = final[resets]
-            for name, to in out.final_info.items():
-                to[resets] = infos[name][resets]
-        for name, to in out.reset_info.items():
-            if reset_infos:
-                to[resets] = reset_infos[name][resets]
-        self._write_obs(out.obs, obs)
-        if out.arrays is not None:
-            out.arrays[...] = self._block
-        return Status.OK
+    def _simulate(self, function: Callable[..., int], *arguments: Any) -> None:
+        """Calls mjenv_begin or mjenv_advance. Rows may fail while others are simulated."""
+        self._open = True
+        status = function(self.pointer, *arguments)
+        before, self._failed = self._failed, self._inner.status < 0
+        if status and (before == self._failed).all():
+            self.check(status)
+        self._failure = self._failure or status
 
-    def _reset_all(self, mask: BoolArray | None, out: _Out) -> int:
-        resets = np.ones(self.count, np.bool_) if mask is None else mask
-        reset_infos = self._begin(resets)
-        obs = self._observations()
-        for to in (out.reward, out.terminated, out.truncated, out.status, *out.info.values()):
-            if to is not None:
-                to[resets] = 0
-        if out.was_reset is not None:
-            out.was_reset[resets] = True
-        for name, to in out.reset_info.items():
-            to[resets] = reset_infos[name][resets]
-        if out.obs is not None:
-            out.obs[resets] = obs[resets]
-        if out.arrays is not None:
-            out.arrays[...] = self._block
-        return Status.OK
+    def _finish(self, mask: BoolArray | None, out: _Out) -> None:
+        struct = type(out.struct).from_buffer_copy(out.struct)
+        struct.arrays = None  # those of _inner
+        rows = None if mask is None else pointer_to(mask, c_uint8)
+        self.check(self.engine.mjenv_finish(self.pointer, rows, byref(self._given.struct), byref(struct)))
+        self._open = False
 
-    def _begin(self, resets: BoolArray) -> dict[str, NDArray[Any]]:
-        """Begins new episodes in these rows. Returns the infos of the reset; those of other rows are undefined."""
-        if self._resetting is not None:
-            return self._begin_each(resets, self._resetting)
+    def _begin_call(self) -> None:
+        self._give_up()
+        self._inner.status[...] = Status.OK
+        self._was_reset[...] = self._failed[...] = False
+        self._failure = Status.OK
+
+    def _give_up(self) -> None:
+        """Ends a step or reset in which the task has raised an exception or an interrupt has come."""
+        if self._open and self._pointer is not None:
+            self.check(self.engine.mjenv_finish(self._pointer, None, None, None))
+            self._open = False
+
+    def _reset_rows(self, resets: BoolArray, out: _Out) -> None:
+        chosen, sim = self._begin(resets)
+        if len(chosen):
+            self._given.obs[chosen] = self._observations(sim)
+            self._finish(resets, out)
+
+    def _begin(self, resets: BoolArray) -> tuple[NDArray[np.intp], Sim]:
+        """Begins new episodes in these rows. Returns the rows and their simulations. Rows that fail leave the mask."""
         chosen = np.flatnonzero(resets)
-        rows: list[int] = chosen.tolist()
-        streams = self._load_streams(rows)
-        kept = {name: self._state[name][chosen] for name in self._task.kept}
-        parameters = {name: values[chosen] for name, values in self._parameters.items()}
-        qpos, qvel, state = self._checked.reset(Random(streams, kept, parameters))
-        self._checked.bounded("reset", state)
-        qpos, qvel = np.ascontiguousarray(qpos), np.ascontiguousarray(qvel)
-        words = [_words(stream) for stream in streams]
-        image, size, nq, nv = self._pristine, len(self._pristine), qpos.shape[1], qvel.shape[1]
-        self._ended[chosen] = True  # if an interrupt ends this call, the rows must be reset again
-        for row, of_row, q, v in zip(rows, words, qpos, qvel, strict=True):
-            # As in Gymnasium's reset_model, a new episode begins with the warm start of MuJoCo's solver that a row has
-            # which was never reset. Its image replaces the row's stream, which is written back, by the next call if an
-            # interrupt comes first.
-            self._due[row] = of_row
-            self.check(self.engine.mjenv_restore(self.pointer, row, image, size))
-            self._give_due_streams()
-            status = self.engine.mjenv_set_state(
-                self.pointer, row, pointer_to(q, c_double), nq, pointer_to(v, c_double), nv
+        if self._resetting is None:
+            streams = self._load_streams(chosen.tolist())
+            kept = {name: self._state[name][chosen] for name in self._task.kept}
+            parameters = {name: values[chosen] for name, values in self._parameters.items()}
+            qpos, qvel, state = self._checked.reset(Random(streams, kept, parameters))
+            self._checked.bounded("reset", state)
+            for row, stream in zip(chosen.tolist(), streams, strict=True):
+                self._keep_stream(row, stream)
+            self._qpos[chosen], self._qvel[chosen] = qpos, qvel
+            self._begin_masked(resets, self._qpos, self._qvel)
+            for name, values in state.items():
+                self._state[name][chosen] = values
+        else:
+            for row in chosen.tolist():
+                self._resetting.error = None
+                self._begin_masked(np.arange(self.count) == row)
+                if self._resetting.error is not None:
+                    raise self._resetting.error
+                for name, values in self._resetting.state.items() if not self._failed[row] else ():
+                    self._state[name][row] = values[0]
+        resets &= ~self._failed
+        chosen = np.flatnonzero(resets)
+        self._read_own(chosen.tolist())
+        sim = self._carried(chosen)
+        if len(chosen):
+            self._put(Role.RESET_INFO, "reset_info", self._checked.reset_info(sim), chosen)
+        return chosen, sim
+
+    def _begin_masked(self, mask: BoolArray, *states: Float64Array) -> None:
+        given = [each for values in states for each in (pointer_to(values, c_double), values.size)] or [
+            None,
+            0,
+            None,
+            0,
+        ]
+        self._simulate(self.engine.mjenv_begin, pointer_to(mask, c_uint8), *given, byref(self._inner.struct))
+
+    def _carried(self, chosen: NDArray[np.intp]) -> Sim:
+        """The simulations of these rows, after the task's carry."""
+        state, sim = self._state, self._sim
+        if len(chosen) < self.count:
+            arrays, parameters, state = (
+                {name: values[chosen] for name, values in of.items()}
+                for of in (self._views, self._parameters, self._state)
             )
-            self.check(status)
-            self._read_row(row)
-        mask = pointer_to(resets, c_uint8)
-        for name, live in self._parameters.items():  # the image has replaced them
-            array, numbers = f"{_PREFIX}{name}".encode(), pointer_to(live, c_double)
-            self.check(self.engine.mjenv_write(self.pointer, mask, array, numbers, live.size))
-        for name, values in state.items():
-            self._state[name][chosen] = values
-        self._ended[chosen] = False
-        self._carry(resets)
-        return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
+            own = _OwnOfStep(self._own, chosen)
+            sim = Sim(arrays, state, parameters, own, Random(()), np.zeros((len(chosen), self._task.nv)))
+        if len(chosen):
+            self._task.carry(sim)
+            self._checked.bounded("step or carry", state)
+        if sim is not self._sim:
+            for name, values in state.items():
+                self._state[name][chosen] = values
+        return sim
 
-    def _begin_each(self, resets: BoolArray, resetting: Resetting) -> dict[str, NDArray[Any]]:
-        """The same for a task with reset_row. A row that fails stays as it was."""
-        for row in np.flatnonzero(resets).tolist():
-            one = np.arange(self.count) == row
-            resetting.error = None
-            status = self.engine.mjenv_reset(self.pointer, pointer_to(one, c_uint8), None)
-            if status and resetting.error is not None:
-                raise resetting.error
-            self.check(status)
-            for name, values in resetting.state.items():
-                self._state[name][row] = values[0]
-            self._ended[row] = False
-            self._read_row(row)
-            self._read_own(row)
-        self._carry(resets)
-        return self._infos(Role.RESET_INFO, "reset_info", self._checked.reset_info(self._sim))
+    def _observations(self, sim: Sim) -> NDArray[Any]:
+        obs, width = self._checked.observe(sim), self._given.obs.shape[1]
+        if obs.shape[1] != width:
+            raise TaskError(f"{self.id}: observe: returned {obs.shape[1]} numbers a row, not {width}", Status.E_TASK)
+        return obs
 
-    def _read_own(self, row: int, *names: str) -> None:
-        """Reads these own arrays of a row, or all of them."""
+    def _put(self, role: Role, method: str, infos: Mapping[str, NDArray[Any]], rows: Any) -> None:
+        """Stores the infos of these rows, which must be those that the method returned when it was built."""
+        places = {name: view[rows] for name, view in self._infos[role].items()}
+        shapes, found = ({name: values.shape for name, values in of.items()} for of in (places, infos))
+        if found != shapes:
+            raise TaskError(f"{self.id}: {method}: the infos have the shapes {found}, not {shapes}", Status.E_TASK)
+        for name, values in infos.items():
+            self._infos[role][name][rows] = values
+
+    def _read_own(self, rows: Iterable[int], *names: str) -> None:
+        """Reads these own arrays of rows, or all of them."""
         count = c_int64()
         for name in names or self._own:
-            values = self._own[name][row : row + 1]
-            pointer = pointer_to(values, c_double)
-            self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
+            for row in rows:
+                values = self._own[name][row : row + 1]
+                pointer = pointer_to(values, c_double)
+                self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
 
     def _write_own(self, before: Mapping[str, Float64Array], rows: BoolArray) -> None:
         """Passes what the task's step has written to the library."""
@@ -376,8 +415,7 @@ class NumpyRows(Rows):
                 if changed.any():
                     self._write_array(name, new, changed)
                     written.append((name, changed))
-                    for row in np.flatnonzero(changed).tolist():
-                        self._read_own(row, name)  # the library has rounded float32 numbers
+                    self._read_own(np.flatnonzero(changed).tolist(), name)  # the library has rounded float32 numbers
         except BaseException:
             for name, changed in written:
                 self._write_array(name, before[name], changed)
@@ -389,7 +427,7 @@ class NumpyRows(Rows):
 
     def _apply_kicks(self, rows: BoolArray) -> None:
         """Adds sim.kick, which the task's step has written, to the velocities."""
-        kick = self._sim.kick
+        kick = self._kick
         kicked = rows & (kick != 0).any(axis=1)  # true for NaN, too, which the library then refuses
         if not kicked.any():
             return
@@ -398,49 +436,33 @@ class NumpyRows(Rows):
             numbers = pointer_to(qvel[row], c_double)
             self.check(self.engine.mjenv_read(self.pointer, row, b"qvel", numbers, qvel.shape[1], byref(count)))
         np.add(qvel, kick, out=qvel, where=kick != 0)  # because -0.0 + 0.0 is 0.0
-        mask, numbers = pointer_to(kicked, c_uint8), pointer_to(qvel, c_double)
-        self.check(self.engine.mjenv_write(self.pointer, mask, b"qvel", numbers, qvel.size))
+        self._write_array("qvel", qvel, kicked)
         if "qvel" in self._views:
             self._views["qvel"][kicked] = qvel[kicked]
 
-    def _carry(self, rows: BoolArray) -> None:
-        """Calls the task's carry, and checks the bounds of what it wrote for these rows."""
-        self._task.carry(self._sim)
-        self._checked.bounded("step or carry", {name: self._state[name][rows] for name in self._task.state_bounds})
+    # ---- random streams ----
 
-    def _infos(self, role: Role, method: str, infos: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        """Copies of the infos, which must be those that the method returned when the environment was built."""
-        shapes = self._shapes[role]
-        found = {name: values.shape for name, values in infos.items()}
-        if found != shapes:
-            raise TaskError(f"{self.id}: {method}: the infos have the shapes {found}, not {shapes}", Status.E_TASK)
-        return {name: values.copy() for name, values in infos.items()}
+    def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
+        """The rows' random streams, as Generators of NumPy."""
+        while len(self._streams) < len(rows):
+            self._streams.append(np.random.Generator(np.random.PCG64(0)))
+        words = (c_uint64 * 6)()
+        for row, stream in zip(rows, self._streams, strict=False):
+            self.check(self.engine.mjenv_get_stream(self.pointer, row, words, 6))
+            stream.bit_generator.state = {
+                "bit_generator": "PCG64",
+                "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
+                "has_uint32": words[4],
+                "uinteger": words[5],
+            }
+        return self._streams[: len(rows)]
 
-    def _observations(self) -> NDArray[Any]:
-        obs = self._checked.observe(self._sim)
-        if obs.shape[1] != self._width:
-            raise TaskError(
-                f"{self.id}: observe: returned {obs.shape[1]} numbers a row, not {self._width}", Status.E_TASK
-            )
-        if self._strict and np.isnan(obs).any():
-            row, index = np.argwhere(np.isnan(obs))[0]
-            raise TaskError(f"row {row}: {self.id}: observe: observation[{index}] is NaN", Status.E_TASK)
-        return obs
-
-    @staticmethod
-    def _write_obs(to: NDArray[Any] | None, obs: NDArray[Any]) -> None:
-        if to is not None:
-            to[...] = obs
-
-    @staticmethod
-    def _write_info(out: Mapping[str, Float64Array], infos: Mapping[str, NDArray[Any]], mask: BoolArray) -> None:
-        whole = mask.all()
-        for name, to in out.items():
-            if whole:
-                to[...] = infos[name]
-            else:
-                to[mask] = infos[name][mask]
-                to[~mask] = 0
+    def _keep_stream(self, row: int, stream: np.random.Generator) -> None:
+        state: Any = stream.bit_generator.state
+        numbers = state["state"]["state"], state["state"]["inc"]
+        words = [number >> shift & 0xFFFFFFFFFFFFFFFF for number in numbers for shift in (0, 64)]
+        of_row = (c_uint64 * 6)(*words, state["has_uint32"], state["uinteger"])
+        self.check(self.engine.mjenv_set_stream(self.pointer, row, of_row, 6))
 
     # ---- single rows ----
 
@@ -455,36 +477,14 @@ class NumpyRows(Rows):
             if whole is not values:
                 values[...] = whole[: values.size]
 
-    def _give_due_streams(self) -> None:
-        for row, words in list(self._due.items()):
-            self.check(self.engine.mjenv_set_stream(self.pointer, row, words, 6))
-            del self._due[row]
-
     def enter(self) -> Turn:
         turn = [super().enter()]
         try:
-            if self._due and self._pointer is not None:
-                self._give_due_streams()
+            self._give_up()
         except BaseException:
             self.leave(turn.pop())
             raise
         return turn.pop()
-
-    def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
-        """The rows' random streams, as Generators of NumPy."""
-        self._give_due_streams()
-        while len(self._streams) < len(rows):
-            self._streams.append(np.random.Generator(np.random.PCG64(0)))
-        words = (c_uint64 * 6)()
-        for row, stream in zip(rows, self._streams, strict=False):
-            self.check(self.engine.mjenv_get_stream(self.pointer, row, words, 6))
-            stream.bit_generator.state = {
-                "bit_generator": "PCG64",
-                "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
-                "has_uint32": words[4],
-                "uinteger": words[5],
-            }
-        return self._streams[: len(rows)]
 
     def _read_parameters(self, rows: Iterable[int]) -> None:
         for name, values in self._parameters.items():
@@ -504,7 +504,6 @@ class NumpyRows(Rows):
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
         self._changed(row)
-        self._ended[row] = False
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
         super().simulate(row, ctrl, frames)
@@ -514,53 +513,36 @@ class NumpyRows(Rows):
         turn = [self.enter()]
         try:
             self._read_row(row)
-            self._carry(np.arange(self.count) == row)
+            self._carried(np.array([row]))
         finally:
             self.leave(turn.pop())
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
-        for values in (
-            self._ended,
-            *self._state.values(),
-            *self._parameters.values(),
-            *self._own.values(),
-            *self._views.values(),
-        ):
-            values[mask] = values[source]
+        for arrays in (self._state, self._parameters, self._own, self._views):
+            for values in arrays.values():
+                values[mask] = values[source]
 
     # ---- images ----
 
     def snapshot(self, row: int) -> bytes:
-        image = super().snapshot(row)
-        part = slice(None) if row == declarations.ALL_ROWS else slice(row, row + 1)
-        own = b"".join(values[part].tobytes() for values in (*self._state.values(), self._ended))
-        return image + own + zlib.crc32(own).to_bytes(4, "little")
+        if self._state:
+            parts = [values.reshape(self.count, -1) for values in self._state.values()]
+            super().write_rows(None, "carried", np.concatenate(parts, axis=1))
+        return super().snapshot(row)
 
     def restore(self, row: int, image: bytes) -> None:
-        part = slice(None) if row == declarations.ALL_ROWS else slice(row, row + 1)
-        arrays: list[NDArray[Any]] = [values[part] for values in (*self._state.values(), self._ended)]
-        size = sum(values.nbytes for values in arrays)
-        split = len(image) - size - 4
-        own = image[max(split, 0) : -4]
-        if split < 0 or zlib.crc32(own).to_bytes(4, "little") != image[-4:]:
-            raise SnapshotError("the image is damaged or belongs to another environment", Status.E_SNAPSHOT)
-        restored: list[NDArray[Any]] = []
-        start = 0
-        for values in arrays:
-            restored.append(np.frombuffer(own, values.dtype, values.size, start).reshape(values.shape))
-            start += values.nbytes
-        if outside := out_of_bounds(self._task, dict(zip(self._state, restored, strict=False))):
-            raise SnapshotError(f"the image is damaged: {outside}", Status.E_SNAPSHOT)
-        super().restore(row, image[:split])
-        for values, numbers in zip(arrays, restored, strict=True):
-            values[...] = numbers
-        rows = range(self.count)[part]
+        super().restore(row, image)
+        rows = range(self.count) if row == declarations.ALL_ROWS else range(row, row + 1)
+        ends = np.cumsum([0, *(values[0].size for values in self._state.values())]).tolist()
+        for of_row in rows if self._state else ():
+            carried = self._read(of_row, "carried", ends[-1])
+            for values, first, end in zip(self._state.values(), ends, ends[1:], strict=False):
+                values[of_row] = carried[first:end].reshape(values.shape[1:])
         self._read_parameters(rows)
-        for of_row in rows:
-            self._read_own(of_row)
         turn = [self.enter()]
         try:
+            self._read_own(rows)
             if row == declarations.ALL_ROWS:
                 self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
             else:
@@ -574,19 +556,19 @@ class NumpyRows(Rows):
 
 
 class _OwnOfStep(Mapping[str, Float64Array]):
-    """The rows' own arrays, which step may write.
+    """Rows' own arrays, which step may write.
 
     Copies an array when the step looks it up, to restore it if the step fails. It does not copy all arrays, because
     copying all height fields would take longer than a step.
     """
 
-    def __init__(self, arrays: Mapping[str, Float64Array]) -> None:
-        self._arrays = arrays
+    def __init__(self, arrays: Mapping[str, Float64Array], rows: Any = ...) -> None:
+        self._arrays, self._rows = arrays, rows
         self._before: dict[str, Float64Array] | None = None  # None outside of step
         self._given: list[Float64Array] = []
 
     def __getitem__(self, name: str) -> Float64Array:
-        view = self._arrays[name].view()
+        view: Float64Array = self._arrays[name][self._rows]
         if self._before is None:
             view.flags.writeable = False
             return view
@@ -631,21 +613,13 @@ class _StepDraws(Random):
         """Writes the streams that the step has used back to these rows."""
         if self._loaded:
             for row in np.flatnonzero(rows).tolist():
-                self._rows._due[row] = _words(self._streams[row])
-            self._rows._give_due_streams()
+                self._rows._keep_stream(row, self._streams[row])
 
     def __enter__(self) -> None:
         self._loaded = False
 
     def __exit__(self, *_: object) -> None:
         self._loaded = False
-
-
-def _words(stream: np.random.Generator) -> Any:
-    state: Any = stream.bit_generator.state
-    numbers = state["state"]["state"], state["state"]["inc"]
-    words = [number >> shift & 0xFFFFFFFFFFFFFFFF for number in numbers for shift in (0, 64)]
-    return (c_uint64 * 6)(*words, state["has_uint32"], state["uinteger"])
 
 
 def _restored(kind: type, engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:

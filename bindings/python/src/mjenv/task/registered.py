@@ -122,8 +122,8 @@ class Registered:
         self.create(lambda: made.append(Rows(engine, id, options, count)))
         return made[0]
 
-    def create(self, make: Callable[[], None], task: Task | None = None, resetting: Resetting | None = None) -> None:
-        """Calls make, which creates an environment of this task.
+    def create(self, make: Callable[[], None], task: Task | None = None, resetting: Resetting | None = None) -> int:
+        """Calls make, which creates an environment of this task. Returns how many numbers a NumPy task observes.
 
         task: the NumPy task of the environment, whose exceptions this function raises. An exception in the `build` of a
         task in machine code becomes the text of a TaskError, except for KeyboardInterrupt and the like.
@@ -134,6 +134,7 @@ class Registered:
             make()
             if not now.finished:
                 raise now.interrupt()
+            return now.width
         except TaskError as failure:
             if now.error is not None and (task or not isinstance(now.error, Exception)):
                 raise now.error from None
@@ -182,8 +183,8 @@ class Registered:
         )
         self._build = task_declarations.BUILD(self._build_environment)
         task.build = ctypes.cast(self._build, c_void_p).value
+        task.carry_count = sum(math.prod(shape) for shape in kind.state.values())
         if self.is_code:
-            task.carry_count = sum(math.prod(shape) for shape in kind.state.values())
             task.destroy = ctypes.cast(_libc.free, c_void_p).value
             _set_callbacks(task, kind)
         else:
@@ -257,10 +258,14 @@ class Registered:
                 model.ask_for_random_state()
             for name in self.kind.own:
                 model.own_array(name)
-            if self.is_code and len(task.action_bounds):
+            if len(task.action_bounds):
                 model.bound_actions(task.action_bounds)
             (_check_code if self.is_code else _check_numpy)(task)
-            (self._describe_code if self.is_code else self._describe_numpy)(task, model)
+            self._describe_state(task, model)
+            if self.is_code:
+                self._describe_code(task, model)
+            else:
+                now.width = self._describe_numpy(task, model)
             if self.is_code:
                 # build may have given the object callbacks of its own, or None.
                 own = [task.__dict__[name] for name in _METHODS if name in task.__dict__]
@@ -286,7 +291,7 @@ class Registered:
             if not setting.live:
                 setattr(task, name, model.option(name, setting.default))
 
-    def _describe_code(self, task: Task, model: Model) -> None:
+    def _describe_state(self, task: Task, model: Model) -> None:
         first = 0
         for name, shape in self.kind.state.items():
             count = math.prod(shape)
@@ -295,6 +300,8 @@ class Registered:
             if name in self.kind.kept:
                 model.keep_carried(first, count)
             first += count
+
+    def _describe_code(self, task: Task, model: Model) -> None:
         _describe_observation(model, task.observation_fields)
         for role, fields in ((Role.INFO, task.info_fields), (Role.RESET_INFO, task.reset_info_fields)):
             for name, given in fields.items():
@@ -305,8 +312,11 @@ class Registered:
                     )
                 model.describe(role, name, field.shape, _FIELD_TYPES[field.type], field.doc)
 
-    def _describe_numpy(self, task: Task, model: Model) -> None:
-        """Calls each method once, for one row in the model's initial state, to learn what it returns."""
+    def _describe_numpy(self, task: Task, model: Model) -> int:
+        """Calls each method once, for one row in the model's initial state, to learn what it returns.
+
+        Returns how many numbers it observes.
+        """
         arrays = {name: _initial(model, name, self.kind.max_contacts)[None] for name in self.needs}
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
         options = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
@@ -314,14 +324,14 @@ class Registered:
         own = {name: model.array(name)[None].astype(np.float64) for name in self.kind.own}
         stream = [np.random.default_rng(0)]
         sim = Sim(arrays, state, live, own, Random(stream), np.zeros((1, model.nv)))
-        checked = Checked(self.id, task, 1)
+        checked = Checked(self.id, task)
         if not self.resets_rows:
             kept = {name: state[name].copy() for name in self.kind.kept}
             _, _, drawn = checked.reset(Random([np.random.default_rng(0)], kept, live))
             for name, values in drawn.items():
                 state[name][...] = values
         task.carry(sim)
-        length = checked.observe(sim).shape[1]
+        length: int = checked.observe(sim).shape[1]
         groups = checked.groups
         parts = task.observation_fields or {name: {name: count} for name, count in groups.items()}
         parts = parts or {"observation": length}
@@ -341,6 +351,7 @@ class Registered:
             # The trial action is float32, so infos that are float32 have the action's dtype.
             kind = Dtype.ACTION if values.dtype == np.float32 else _type_of(values)
             model.describe(Role.INFO, name, values.shape[1:], kind)
+        return length
 
 
 def _length(part: int | Mapping[str, int]) -> int:
@@ -486,8 +497,8 @@ class Resetting:
 class Checked:
     """Calls a NumPy task's methods and checks what they return."""
 
-    def __init__(self, id: str, task: Task, rows: int) -> None:
-        self._id, self.task, self._rows = id, task, rows
+    def __init__(self, id: str, task: Task) -> None:
+        self._id, self.task, self._rows = id, task, 0  # how many rows the arrays of the last sim have
         self.kind = type(task)
         # The groups of the observation and their lengths, which the first call of observe sets.
         self.groups: dict[str, int] = {}
@@ -522,6 +533,7 @@ class Checked:
             raise self._wrong(method, outside)
 
     def observe(self, sim: Sim) -> NDArray[Any]:
+        self._rows = len(sim.kick)
         found = self.task.observe(sim)
         if not isinstance(found, Mapping):
             return self._numbers("returned", found)
@@ -539,9 +551,11 @@ class Checked:
         return array
 
     def reset_info(self, sim: Sim) -> dict[str, NDArray[Any]]:
+        self._rows = len(sim.kick)
         return self._infos("reset_info", self.task.reset_info(sim))
 
     def before_step(self, sim: Sim, action: NDArray[Any]) -> NDArray[Any]:
+        self._rows = len(sim.kick)
         ctrl = np.asarray(self.task.before_step(sim, action))
         if ctrl.shape != (self._rows, self.task.nu) or ctrl.dtype.kind not in "fiub":
             raise self._wrong(
@@ -550,6 +564,7 @@ class Checked:
         return np.ascontiguousarray(ctrl, ctrl.dtype if ctrl.dtype == np.float32 else np.float64)
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Float64Array, NDArray[np.bool_], dict[str, NDArray[Any]]]:
+        self._rows = len(sim.kick)
         found = self.task.step(sim, action)
         if not isinstance(found, tuple) or len(found) != 3:
             raise self._wrong("step", f"returned {_kind(found)}, not a reward, terminated and an info")
@@ -663,6 +678,7 @@ class _Build:
     resetting: Resetting | None = None  # of a NumPy task with reset_row
     error: BaseException | None = None  # what the callback has raised
     finished: bool = False  # whether the callback has described the task
+    width: int = 0  # how many numbers a NumPy task observes
 
     def interrupt(self) -> BaseException:
         """The exception that ended the callback."""
