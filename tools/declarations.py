@@ -347,7 +347,7 @@ def rust_module(_: header.Header) -> str:
 def rust_guest_module(path: Path, _: header.Header) -> str:
     """The declarations of a header of extras/ alone."""
     allowed = ("--allowlist-file", f".*/{re.escape(path.name)}", "--no-recursive-allowlist")
-    return bindgen(path, *allowed, "--raw-line", "use crate::*;")
+    return bindgen(path, *allowed, "--raw-line", "use mjenv_sys::*;")
 
 
 # ---- JavaScript ----
@@ -445,7 +445,7 @@ for guest in header.GUESTS:
     LANGUAGES |= {
         f"python-{name}": (f"extras/{name}/python/mjenv_{name}/declarations.py", partial(python_guest_module, guest)),
         f"julia-{name}": (f"bindings/julia/src/{name}_capi.jl", partial(julia_guest_module, guest)),
-        f"rust-{name}": (f"bindings/rust/mjenv-sys/src/{name}.rs", partial(rust_guest_module, guest)),
+        f"rust-{name}": (f"extras/{name}/rust/src/sys.rs", partial(rust_guest_module, guest)),
     }
 
 

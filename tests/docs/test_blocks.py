@@ -133,9 +133,11 @@ def crate() -> Path:
     (folder / "examples").mkdir(parents=True)
     (folder / "src").mkdir(exist_ok=True)
     (folder / "src" / "lib.rs").touch()
-    dependency = f'mjenv = {{ path = "{ROOT / "bindings" / "rust" / "mjenv"}", features = ["learn"] }}'
+    folders = {"mjenv": ROOT / "bindings/rust/mjenv"}
+    folders |= {f"mjenv-{folder.parent.name}": folder for folder in ROOT.glob("extras/*/rust")}
+    dependencies = "\n".join(f'{crate} = {{ path = "{folder}" }}' for crate, folder in folders.items())
     package = '[package]\nname = "blocks"\nversion = "0.0.0"\nedition = "2021"\n\n[workspace]\n\n[dependencies]\n'
-    (folder / "Cargo.toml").write_text(f"{package}{dependency}\n")
+    (folder / "Cargo.toml").write_text(f"{package}{dependencies}\n")
     for block in BLOCKS:
         if block.language == "rust" and not block.title and block.when is None:
             (folder / "examples" / f"{name(block)}.rs").write_text(block.text)

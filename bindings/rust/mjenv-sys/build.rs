@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 const SOURCES: [&str; 6] = ["CMakeLists.txt", "assets", "capi", "cmake", "core", "extras"];
@@ -23,9 +23,7 @@ fn main() {
     let dir = given().or_else(installed).unwrap_or_else(built);
     let dir = dir.display();
     println!("cargo:rustc-link-search=native={dir}");
-    for file in libraries() {
-        println!("cargo:rustc-link-lib=dylib={file}");
-    }
+    println!("cargo:rustc-link-lib=dylib={}", name());
     // Cargo applies this argument to the tests of this package alone. Dependents read the folder from DEP_MJENV_LIBDIR
     // and add it to the run path of their own programs.
     println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
@@ -45,22 +43,8 @@ fn name() -> &'static str {
     }
 }
 
-/// The names of all libraries that are linked.
-fn libraries() -> Vec<&'static str> {
-    let mut names = vec![name()];
-    if env::var_os("CARGO_FEATURE_LEARN").is_some() {
-        names.push("mjenv-learn");
-    }
-    names
-}
-
-fn file(name: &str) -> String {
-    format!("lib{name}.so")
-}
-
-/// The file of a library that the folder lacks.
-fn lacking(dir: &Path) -> Option<String> {
-    libraries().into_iter().map(file).find(|file| !dir.join(file).exists())
+fn file() -> String {
+    format!("lib{}.so", name())
 }
 
 fn given() -> Option<PathBuf> {
@@ -68,12 +52,10 @@ fn given() -> Option<PathBuf> {
     if !dir.is_absolute() {
         panic!("MJENV_LIB_DIR is {dir:?}: it must be an absolute path");
     }
-    if let Some(file) = lacking(&dir) {
-        panic!("MJENV_LIB_DIR is {dir:?}: it must be the path of a folder with {file}");
+    if !dir.join(file()).exists() {
+        panic!("MJENV_LIB_DIR is {dir:?}: it must be the path of a folder with {}", file());
     }
-    for library in libraries() {
-        println!("cargo:rerun-if-changed={}", dir.join(file(library)).display());
-    }
+    println!("cargo:rerun-if-changed={}", dir.join(file()).display());
     Some(dir)
 }
 
@@ -87,8 +69,8 @@ fn installed() -> Option<PathBuf> {
         return None;
     }
     let dir = PathBuf::from(String::from_utf8(output.stdout).ok()?.trim_end());
-    if let Some(file) = lacking(&dir) {
-        println!("cargo:warning=pkg-config names {dir:?} for {}, but {file} is not there: building it", name());
+    if !dir.join(file()).exists() {
+        println!("cargo:warning=pkg-config names {dir:?}, but {} is not there: building it", file());
         return None;
     }
     Some(dir)
@@ -104,7 +86,7 @@ fn built() -> PathBuf {
             panic!(
                 "{} was not found: MJENV_LIB_DIR is not set, pkg-config does not know {}, and {here:?} does not \
                  contain the sources",
-                file(name()),
+                file(),
                 name()
             )
         });
@@ -123,8 +105,7 @@ fn built() -> PathBuf {
         configure.arg(option);
     }
     run(&mut configure);
-    let targets = if libraries().len() > 1 { &["mjenv", "mjenv_learn"][..] } else { &["mjenv"] };
-    run(Command::new("cmake").arg("--build").arg(&dir).args(["--parallel", &jobs(), "--target"]).args(targets));
+    run(Command::new("cmake").arg("--build").arg(&dir).args(["--parallel", &jobs(), "--target", "mjenv"]));
     dir
 }
 
@@ -135,7 +116,7 @@ fn mujoco4() -> PathBuf {
         panic!(
             "{} was not found, and building it needs MuJoCo 4.0's headers: set MJENV_MUJOCO to the path of its \
              libmujoco.so.4.0.x, or MJENV_LIB_DIR to the folder of a library that is built",
-            file(name())
+            file()
         )
     }));
     let folder = library.parent().expect("a file is in a folder");

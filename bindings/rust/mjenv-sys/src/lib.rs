@@ -1,4 +1,4 @@
-//! Declarations of libmjenv's C interface, generated from its headers; with the feature `learn` also of libmjenv-learn's.
+//! Declarations of libmjenv's C interface, generated from its headers.
 //! The headers have their comments. The crate `mjenv` is a safe interface to them.
 //!
 //! The build script looks for the library in the folder that `MJENV_LIB_DIR` names, then asks pkg-config for `mjenv`.
@@ -11,25 +11,12 @@
 #[allow(non_camel_case_types)]
 mod bindings;
 
-#[cfg(feature = "learn")]
-#[rustfmt::skip]
-#[allow(non_camel_case_types)]
-mod learn;
-
 pub use bindings::*;
-#[cfg(feature = "learn")]
-pub use learn::*;
 
 #[cfg(all(test, feature = "library"))]
 mod tests {
     #[test]
     fn the_library_has_the_abi_of_the_header() {
         assert_eq!(unsafe { super::mjenv_abi_version() }, super::MJENV_ABI_VERSION);
-    }
-
-    #[cfg(feature = "learn")]
-    #[test]
-    fn the_learner_has_the_abi_of_the_header() {
-        assert_eq!(unsafe { super::mjenv_learn_abi_version() }, super::MJENV_LEARN_ABI_VERSION);
     }
 }

@@ -183,7 +183,9 @@ impl Env {
         Ok(env)
     }
 
-    pub(crate) fn raw(&self) -> *mut sys::mjenv_env {
+    /// Returns the environment in the C interface, for crates that call functions of `mjenv-sys`.
+    #[must_use]
+    pub fn raw(&self) -> *mut sys::mjenv_env {
         self.raw.as_ptr()
     }
 

@@ -53,8 +53,10 @@ pub enum ErrorKind {
 }
 
 impl ErrorKind {
-    fn from_raw(raw: sys::mjenv_status) -> Self {
-        match raw {
+    /// Returns the kind of a status of the C interface that is no success.
+    #[must_use]
+    pub fn from_status(status: sys::mjenv_status) -> Self {
+        match status {
             sys::MJENV_E_ARGUMENT => Self::Argument,
             sys::MJENV_E_NAME => Self::Name,
             sys::MJENV_E_TYPE => Self::Type,
@@ -86,7 +88,9 @@ pub struct Error {
 }
 
 impl Error {
-    pub(crate) fn new(kind: ErrorKind, message: String) -> Self {
+    /// Makes an error, for crates that have functions of the same kind.
+    #[must_use]
+    pub fn new(kind: ErrorKind, message: String) -> Self {
         Self { kind, message }
     }
 
@@ -115,27 +119,22 @@ impl std::error::Error for Error {}
 pub(crate) fn check(status: sys::mjenv_status) -> Result<()> {
     // SAFETY: the text is valid until this thread's next failing call, and it is copied here. It may quote names of a
     // model, which need not be UTF-8.
-    check_with(status, || unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned())
-}
-
-/// The same with another library's reason.
-pub(crate) fn check_with(status: sys::mjenv_status, reason: impl FnOnce() -> String) -> Result<()> {
-    if status == sys::MJENV_OK {
-        return Ok(());
+    match status {
+        sys::MJENV_OK => Ok(()),
+        _ => {
+            let reason = unsafe { text::lossy(sys::mjenv_last_error()) }.into_owned();
+            Err(Error::new(ErrorKind::from_status(status), reason))
+        }
     }
-    Err(Error::new(ErrorKind::from_raw(status), reason()))
 }
 
 pub(crate) fn check_abi() -> Result<()> {
     // SAFETY: the function takes nothing.
-    check_abi_of("libmjenv", unsafe { sys::mjenv_abi_version() }, sys::MJENV_ABI_VERSION)
-}
-
-pub(crate) fn check_abi_of(library: &str, found: u32, needed: u32) -> Result<()> {
+    let (found, needed) = (unsafe { sys::mjenv_abi_version() }, sys::MJENV_ABI_VERSION);
     if found == needed {
         return Ok(());
     }
-    let message = format!("{library} has ABI version {found}, this program was built for {needed}");
+    let message = format!("libmjenv has ABI version {found}, this program was built for {needed}");
     Err(Error::new(ErrorKind::Internal, message))
 }
 

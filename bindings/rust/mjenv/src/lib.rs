@@ -72,9 +72,6 @@
 //! build finds MuJoCo's headers beside its library. A program links one of both libraries, which refuses snapshots of
 //! the other.
 //!
-//! With the feature `learn`, the crate also has the module `learn`, which trains policies, and links `libmjenv-learn.so`,
-//! which is in the same folder.
-//!
 //! Without the feature `library`, which is on by default, the crate has only the modules [`task`] and [`numpy`], and
 //! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.
 
@@ -89,8 +86,6 @@ mod describe;
 mod env;
 #[cfg(feature = "library")]
 mod error;
-#[cfg(feature = "learn")]
-pub mod learn;
 #[cfg(all(doctest, feature = "library"))]
 mod misuse;
 pub mod numpy;

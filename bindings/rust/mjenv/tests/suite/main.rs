@@ -3,8 +3,6 @@
 mod allocation;
 mod asynchronous;
 mod golden;
-#[cfg(feature = "learn")]
-mod learner;
 mod misuse;
 mod numpy;
 mod options;

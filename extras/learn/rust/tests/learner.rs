@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use mjenv::learn::{checkpoint_note, evaluate, Learner, Policy, Precision, Settings, Which};
 use mjenv::{Env, Error, ErrorKind, Options};
+use mjenv_learn::{checkpoint_note, evaluate, Learner, Policy, Precision, Settings, Which};
 
 fn env(settings: &Settings, autoreset_mode: &str) -> Env {
     let mut options = Options::new(settings.id()).unwrap();

@@ -1,8 +1,7 @@
-//! Trains policies by PPO with the library's own learner (`libmjenv-learn`), and plays them. It needs the feature
-//! `learn`.
+//! Trains policies in the environments of the crate `mjenv` by PPO, with `libmjenv-learn`, and plays them.
 //!
 //! ```
-//! use mjenv::learn::{self, Learner, Settings};
+//! use mjenv_learn::{evaluate, Learner, Settings};
 //! use mjenv::{Env, Options};
 //!
 //! fn main() -> Result<(), mjenv::Error> {
@@ -13,7 +12,7 @@
 //!     learner.train(50_000)?;
 //!
 //!     options.set("autoreset_mode", "disabled")?;
-//!     let played = learn::evaluate(&mut Env::new(&options, 10)?, &learner.policy()?, 10, 0)?;
+//!     let played = evaluate(&mut Env::new(&options, 10)?, &learner.policy()?, 10, 0)?;
 //!     assert_eq!(played.returns, [1000.0; 10]);
 //!     Ok(())
 //! }
@@ -21,19 +20,22 @@
 //!
 //! The same settings, seed and environment give the same bits for any number of threads and any instruction set.
 
-use std::ffi::CString;
+#![warn(missing_docs, missing_debug_implementations, unsafe_op_in_unsafe_fn)]
+#![warn(clippy::missing_errors_doc, clippy::must_use_candidate)]
+
+use std::ffi::{CStr, CString};
 use std::fmt;
 use std::os::raw::c_char;
 use std::path::Path;
 use std::ptr::{self, NonNull};
 use std::str::FromStr;
 
-use mjenv_sys as sys;
+use mjenv::{Env, Error, ErrorKind, Result};
+use mjenv_sys::{mjenv_status, MJENV_OK};
 
-use crate::describe::{int64, size, size_of};
-use crate::error::{Error, ErrorKind, Result};
-use crate::text::{borrowed, c_string, lossy};
-use crate::Env;
+#[rustfmt::skip]
+#[allow(dead_code, non_camel_case_types)]
+mod sys;
 
 /// The precision in which a policy computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -154,7 +156,7 @@ pub struct Report {
 }
 
 impl Report {
-    fn read(call: impl FnOnce(*mut sys::mjenv_learn_report) -> sys::mjenv_status) -> Result<Self> {
+    fn read(call: impl FnOnce(*mut sys::mjenv_learn_report) -> mjenv_status) -> Result<Self> {
         let mut raw =
             sys::mjenv_learn_report { struct_size: size_of::<sys::mjenv_learn_report>(), ..Default::default() };
         check(call(&mut raw))?;
@@ -387,7 +389,7 @@ impl Policy {
         Self::made(|made| unsafe { sys::mjenv_policy_load(path.as_ptr(), made) })
     }
 
-    fn made(call: impl FnOnce(*mut *mut sys::mjenv_policy) -> sys::mjenv_status) -> Result<Self> {
+    fn made(call: impl FnOnce(*mut *mut sys::mjenv_policy) -> mjenv_status) -> Result<Self> {
         check_abi()?;
         let mut raw = ptr::null_mut();
         check(call(&mut raw))?;
@@ -398,7 +400,7 @@ impl Policy {
     #[must_use]
     pub fn id(&self) -> &str {
         // SAFETY: the handle is alive, and the text lives as long.
-        unsafe { borrowed(sys::mjenv_policy_id(self.raw.as_ptr())) }
+        unsafe { CStr::from_ptr(sys::mjenv_policy_id(self.raw.as_ptr())) }.to_str().expect("an id is ASCII")
     }
 
     /// Returns how many elements an observation has, and how many actuators an action.
@@ -479,34 +481,62 @@ fn calls() -> sys::mjenv_learn_calls {
     sys::mjenv_learn_calls {
         struct_size: size_of::<sys::mjenv_learn_calls>(),
         reserved: 0,
-        last_error: Some(sys::mjenv_last_error),
-        info_of: Some(sys::mjenv_info_of),
-        options_of: Some(sys::mjenv_options_of),
-        options_get_string: Some(sys::mjenv_options_get_string),
-        space_of: Some(sys::mjenv_space_of),
-        seed: Some(sys::mjenv_seed),
-        reset: Some(sys::mjenv_reset),
-        step: Some(sys::mjenv_step),
-        snapshot: Some(sys::mjenv_snapshot),
-        restore: Some(sys::mjenv_restore),
-        field_at: Some(sys::mjenv_field_at),
+        last_error: Some(mjenv_sys::mjenv_last_error),
+        info_of: Some(mjenv_sys::mjenv_info_of),
+        options_of: Some(mjenv_sys::mjenv_options_of),
+        options_get_string: Some(mjenv_sys::mjenv_options_get_string),
+        space_of: Some(mjenv_sys::mjenv_space_of),
+        seed: Some(mjenv_sys::mjenv_seed),
+        reset: Some(mjenv_sys::mjenv_reset),
+        step: Some(mjenv_sys::mjenv_step),
+        snapshot: Some(mjenv_sys::mjenv_snapshot),
+        restore: Some(mjenv_sys::mjenv_restore),
+        field_at: Some(mjenv_sys::mjenv_field_at),
     }
 }
 
-/// As [`crate::error::check`], for a status of libmjenv-learn.
-fn check(status: sys::mjenv_status) -> Result<()> {
+/// Turns the status that a call of libmjenv-learn on this thread has just returned into a result.
+fn check(status: mjenv_status) -> Result<()> {
+    if status == MJENV_OK {
+        return Ok(());
+    }
     // SAFETY: the text is valid until this thread's next failing call, and it is copied.
-    crate::error::check_with(status, || unsafe { lossy(sys::mjenv_learn_last_error()) }.into_owned())
+    let reason = unsafe { CStr::from_ptr(sys::mjenv_learn_last_error()) }.to_string_lossy().into_owned();
+    Err(Error::new(ErrorKind::from_status(status), reason))
 }
 
 fn check_abi() -> Result<()> {
     // SAFETY: the function takes nothing.
     let found = unsafe { sys::mjenv_learn_abi_version() };
-    crate::error::check_abi_of("libmjenv-learn", found, sys::MJENV_LEARN_ABI_VERSION)
+    if found == sys::MJENV_LEARN_ABI_VERSION {
+        return Ok(());
+    }
+    let needed = sys::MJENV_LEARN_ABI_VERSION;
+    let message = format!("libmjenv-learn has ABI version {found}, this program was built for {needed}");
+    Err(Error::new(ErrorKind::Internal, message))
+}
+
+/// Converts a count of the library.
+fn size(count: i64) -> usize {
+    usize::try_from(count).unwrap_or(0)
+}
+
+/// Converts a count for the library, which refuses the one that it gets if this one does not fit.
+fn int64(size: usize) -> i64 {
+    i64::try_from(size).unwrap_or(i64::MAX)
+}
+
+/// The value of `struct_size` for a struct.
+fn size_of<T>() -> u32 {
+    std::mem::size_of::<T>() as u32
+}
+
+fn c_string(what: fmt::Arguments<'_>, text: &str) -> Result<CString> {
+    CString::new(text).map_err(|_| Error::new(ErrorKind::Argument, format!("{what} contains a NUL character")))
 }
 
 /// Reads a text that a function of the library delivers. It has no more bytes than `capacity`, and a NUL at its end.
-fn delivered(get: impl Fn(*mut c_char, i64, &mut i64) -> sys::mjenv_status) -> Result<Vec<u8>> {
+fn delivered(get: impl Fn(*mut c_char, i64, &mut i64) -> mjenv_status) -> Result<Vec<u8>> {
     let mut bytes = 0;
     check(get(ptr::null_mut(), 0, &mut bytes))?;
     let mut text = vec![0u8; size(bytes)];
