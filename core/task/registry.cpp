@@ -7,6 +7,7 @@
 
 #include "error.hpp"
 #include "system/platform.hpp"
+#include "task/batch_task.hpp"
 #include "task/plugins.hpp"
 #include "version.hpp"
 
@@ -29,9 +30,16 @@ constexpr Id built_in[] = {
 #include "robots/all.def"
 #undef ROBOT
 };
-// "Model-v0" is a valid id, but it is not in the list of ids, because it cannot be built with its default options.
-constexpr Id unlisted = VERSION("Model", 0, model);
+// These are valid ids, but they are not in the list of ids, because they cannot be built with their default options.
+constexpr Id unlisted[] = {VERSION("Model", 0, model),
+                           {"Batch-v0", "Batch", 0, {"Batch-v0", nullptr, nullptr}, nullptr}};  // see batch_task.hpp
 #undef VERSION
+
+const Id* find_unlisted(const std::string& name) {
+  const auto found =
+      std::find_if(std::begin(unlisted), std::end(unlisted), [&](const Id& id) { return name == id.name; });
+  return found == std::end(unlisted) ? nullptr : found;
+}
 
 // The list of ids. A registration makes a longer list and publishes it; a published list is never changed or freed. So
 // readers need no lock, not even in a forked child or while the process exits.
@@ -109,13 +117,13 @@ const Id& id_of(const std::string& name) {
     fail(MJENV_E_NAME, "no environment " + quoted(name) + ", because its plug-in cannot be loaded: " + why);
   if (const Id* found = find(*latest.load(), name)) return *found;
   const List& list = *latest.load();
-  if (name == unlisted.name) return unlisted;
+  if (const Id* found = find_unlisted(name)) return *found;
   if (name == kOfMujoco2)
     fail(MJENV_E_NAME, "Pusher-v4 is only supported on mujoco<3, as in Gymnasium, but this library is for MuJoCo " +
                            std::string(MJENV_MUJOCO_TEXT) + ": use Pusher-v5, or mjenv on MuJoCo 2.2.2");
   std::vector<std::string> names;
   for (std::size_t i = 0; i < list.count; ++i) names.emplace_back(list.ids[i]->name);
-  names.emplace_back(unlisted.name);
+  for (const Id& id : unlisted) names.emplace_back(id.name);
   const std::string unloaded = environment_failure();
   fail(MJENV_E_NAME, "no environment " + quoted(name) + choices(name, names, "mjenv_id_at") +
                          (unloaded.empty() ? "" : "; MJENV_TASKS: " + unloaded));
@@ -129,7 +137,8 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
     std::vector<const Id*> all(list->ids, list->ids + list->count);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const std::string& id = tasks[i]->id();
-      const Id* other = id == unlisted.name ? &unlisted : find(*list, id);
+      const Id* known = find_unlisted(id);
+      const Id* other = known ? known : find(*list, id);
       if (other) {
         if (!other->registered) fail(MJENV_E_VALUE, "the id " + quoted(id) + " is the id of a built-in task");
         // A plug-in's tasks are registered all together. So if one of its ids is known, all are, and there is nothing
@@ -154,7 +163,10 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
 
 std::shared_ptr<const RegisteredTask> task_of(const Id& id) {
   if (id.registered) return {std::shared_ptr<void>(), id.registered};  // lives for ever, so nobody owns it
-  return std::make_shared<RegisteredTask>(Description(id.built_in).task(), RegisteredTask::Origin::built_in);
+  const auto built_in = [](const mjenv_task& task) {
+    return std::make_shared<RegisteredTask>(task, RegisteredTask::Origin::built_in);
+  };
+  return id.built_in.define ? built_in(Description(id.built_in).task()) : built_in(batch_task());
 }
 
 Options default_options(const Id& id) {

@@ -319,6 +319,52 @@ static void test_order(void** state) {
   mjenv_destroy(env), mjenv_destroy(built_in);
 }
 
+// "Batch-v0" needs no registration: options say what the caller computes.
+static void test_batch(void** state) {
+  (void)state;
+  mjenv_options* chosen = options_of_id("Batch-v0");
+  const char* twice = "infos: the name speed occurs twice";
+  mjenv_env* env = NULL;
+  assert_refused(MJENV_E_VALUE, mjenv_create(chosen, 2, &env), "no model");
+  assert_ok(mjenv_options_set_string(chosen, "xml_file", "hopper.xml"));
+  assert_ok(mjenv_options_set_string(chosen, "infos", "speed speed"));
+  assert_refused(MJENV_E_TASK, mjenv_create(chosen, 2, &env), twice);
+  assert_ok(mjenv_options_set_string(chosen, "infos", "speed height"));
+  assert_ok(mjenv_options_set_string(chosen, "reset_infos", "start"));
+  assert_ok(mjenv_options_set_integer(chosen, "observations", 3));
+  assert_ok(mjenv_options_set_integer(chosen, "carried", 4));
+  assert_ok(mjenv_options_set_integer(chosen, "actions", 2));
+  env = env_of_options(chosen, 2);
+  assert_int_equal(role_count(env, MJENV_ROLE_OBSERVATION), 3);
+  assert_int_equal(role_count(env, MJENV_ROLE_INFO), 2);
+  assert_int_equal(role_count(env, MJENV_ROLE_RESET_INFO), 1);
+  assert_int_equal(action_count(env), 2);
+  double obs[] = {1, 2, 3, 4, 5, 6}, info[] = {7, 8, 9, 10}, reward[] = {11, 12}, got[6] = {0}, infos[4], rewards[2];
+  const double action[4] = {0}, ctrl[6] = {0};
+  const mjenv_batch given = {.struct_size = sizeof given,
+                             .obs_dtype = MJENV_DTYPE_FLOAT64,
+                             .rows = 2,
+                             .obs_count = 3,
+                             .info_count = 2,
+                             .obs = obs,
+                             .info = info,
+                             .reward = reward};
+  mjenv_batch out = given;
+  out.obs = got, out.info = infos, out.reward = rewards;
+  assert_ok(mjenv_begin(env, NULL, NULL, 0, NULL, 0, &out));
+  assert_ok(mjenv_finish(env, NULL, &given, &out));
+  assert_ok(mjenv_advance(env, NULL, action, 4, MJENV_DTYPE_FLOAT64, ctrl, 6, &out));
+  assert_ok(mjenv_finish(env, NULL, &given, &out));
+  assert_same_bits("obs", got, obs, 6);
+  assert_same_bits("info", infos, info, 4);
+  assert_same_bits("reward", rewards, reward, 2);
+  int64_t count;
+  double* carried = read_array(env, 1, "carried", &count);
+  assert_int_equal(count, 4);
+  free(carried);
+  mjenv_destroy(env);
+}
+
 static int32_t build_acts(mjenv_builder* builder, void* user, void** self) {
   mjenv_build_action(builder, 2, NULL, NULL);
   return build(builder, user, self);
@@ -350,6 +396,7 @@ int main(void) {
       EQUAL(one_by_one),
       cmocka_unit_test(test_given_states_and_ctrl),
       cmocka_unit_test(test_order),
+      cmocka_unit_test(test_batch),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

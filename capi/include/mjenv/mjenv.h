@@ -494,8 +494,8 @@ MJENV_API mjenv_status mjenv_error_of(const void *handle, char *text, int64_t ca
 
 /* ---- Ids ---- */
 
-/* Returns the number of ids: built-in robots and registered tasks. "Model-v0", which steps a model of the option
- * xml_file or xml_string without a task, is not counted. */
+/* Returns the number of ids: built-in robots and registered tasks. Two ids are not counted, because they need the option
+ * xml_file or xml_string: "Model-v0", which steps a model without a task, and "Batch-v0" (see mjenv_begin). */
 MJENV_API int64_t mjenv_id_count(void);
 
 /* Returns the id at 0 <= index < mjenv_id_count(), in sorted order; NULL for other indices. Registering a task changes
@@ -655,9 +655,9 @@ MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
 /* ---- Resets and steps whose outputs the caller computes ----
- * For a task with physics_only (mjenv/task.h), the caller computes observations, rewards and infos: for all rows at
- * once, in any language, from the arrays of the option "arrays". The library does what it does for other tasks: limits,
- * automatic resets, final outputs, noise, delays, pushes, histories, images.
+ * For "Batch-v0", and tasks with physics_only (mjenv/task.h), the caller computes observations, rewards and infos: for
+ * all rows at once, in any language, from the arrays of the option "arrays". The library does what it does for other
+ * tasks: limits, automatic resets, final outputs, noise, delays, pushes, histories, images.
  *
  *     mjenv_begin(env, NULL, qpos, rows * nq, qvel, rows * nv, &out);     // out.arrays of the initial states
  *     mjenv_finish(env, NULL, &given, &out);                              // given.obs -> out.obs
@@ -667,9 +667,9 @@ MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
  *       ...  // begin and finish the rows with out.was_reset, if "autoreset_mode" is not disabled
  *     }
  *
- * A row that was begun or advanced is open until it is finished: meanwhile mjenv_read, mjenv_write, mjenv_get_stream and
- * mjenv_set_stream act on it, for the draws and kicks of the task; mjenv_advance, and functions that reset, step, copy or
- * save rows or set their state, return PENDING. Rows that fail are not open. All four functions return TASK for other
+ * A row that was begun or advanced is open until it is finished: meanwhile mjenv_read, mjenv_write, mjenv_get_stream
+ * and mjenv_set_stream act on it, for the draws and kicks of the task; mjenv_advance, and functions that reset, step,
+ * copy or save rows or set their state, return PENDING. Rows that fail are not open. All four functions return TASK for other
  * tasks. The task's carried numbers can be read and written as the array "carried"; images contain them. */
 
 /* Begins new episodes, as mjenv_reset. Randomisation, noise and delays draw from the rows' streams after the caller.
@@ -700,9 +700,9 @@ MJENV_API mjenv_status mjenv_advance(mjenv_env *env, const uint8_t *mask, const 
 
 /* Ends the step or reset of rows.
  *   given     what the caller has computed, which is only read: obs (obs_count: that of the task's own observation,
- *             without time and history), reset_info of rows that were begun, and reward, terminated and info of rows that
- *             were advanced. Those that are NULL are 0. Its arrays can be those of out. NULL: gives up: the step counts,
- *             but has no outputs; a row that was begun must be begun again
+ *             without time and history), reset_info of rows that were begun, and reward, terminated and info of rows
+ *             that were advanced. Those that are NULL are 0. Its arrays can be those of out. NULL: gives up: the step
+ *             counts, but has no outputs; a row that was begun must be begun again
  *   out       receives all but arrays; may be NULL. If "autoreset_mode" is same_step and a step has ended the episode,
  *             was_reset is 1: the caller begins and finishes the row, which then keeps reward and flags in out. Of rows
  *             that are not open, it receives obs alone, as from mjenv_observe
