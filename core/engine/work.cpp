@@ -102,6 +102,15 @@ void Work::load(const double* state, bool continues) {
   load_rest(state);
 }
 
+void Work::load_written(const double* state) {
+  double* qpos = data_->qpos;
+  const bool is_shown =
+      keeps_current_ && std::memcmp(raw_qpos_.data(), state + 1, raw_qpos_.size() * sizeof(double)) == 0;
+  if (is_shown) std::copy_n(qpos, layout_.nq, normalized_qpos_.begin());
+  load(state);
+  if (is_shown) std::copy_n(normalized_qpos_.begin(), layout_.nq, qpos);
+}
+
 // Whether the next step can begin with mj_step2, from what mjData holds. Not with RK4, which does not use mj_step2.
 // Not if the state has numbers of StateLayout::more, which mj_step1 may change: a step that does not continue calls
 // mj_step1 again, so its results would differ from those of a step that continues.

@@ -86,6 +86,9 @@ class Work {
   // continues: after keep_current(), whether mjData holds what the last step has computed for this state. If so, the
   // next step need not compute it again.
   void load(const double* state, bool continues = false);
+  // Loads a state that was written after mjData was computed. If qpos was not, readers still see it normalised
+  // (raw_qpos).
+  void load_written(const double* state);
   // Loads only what lies in StateLayout::rest.
   void load_rest(const double* rest);
   void save(double* state) const;

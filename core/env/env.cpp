@@ -684,7 +684,7 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   read_image(rows_, task_, randomization_, perturbation_, frames_, identity(), options_.id(), row, image, size);
   try {
     prepare_workers();
-    if (rows_.has_constants()) prepare_constants();
+    if (rows_.any_has(Entry::set_constants)) prepare_constants();
   } catch (const std::bad_alloc&) {  // the rows are already restored; their first step allocates what is missing
   }
   for (std::int64_t i = 0; i < rows(); ++i)

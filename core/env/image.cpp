@@ -17,15 +17,15 @@ namespace {
 
 // An image consists of
 //   - an ImageHeader
-//   - an Entry for each part that some row of the image has, in the order of kParts, with the part's size in one row
-//   - an Entry for each array in which some row has own values that are not the model's, in alphabetical order, with
+//   - an Item for each part that some row of the image has, in the order of kParts, with the part's size in one row
+//   - an Item for each array in which some row has own values that are not the model's, in alphabetical order, with
 //     its size in a block of own values, where the arrays follow each other at multiples of 8 bytes
 //   - each row's parts, one after the other. Head::kept says which of the kept parts the row has
 // Rows in equal states have equal images, whatever calls led to the states. So an image leaves out arrays whose values
-// equal the model's, and a version's own values if the same values would apply without them (Version).
+// equal the model's, and an entry's own values if the same values would apply without them (Entry).
 struct ImageHeader {
   std::array<char, 8> magic{'m', 'j', 'e', 'n', 'v', 'r', 'o', 'w'};
-  std::uint16_t version = 5;
+  std::uint16_t version = 6;
   std::uint16_t engine = 0;  // the version of MuJoCo: 10000 * major + 100 * minor + patch
   Identity::Rounding rounding = Identity::Rounding::any;
   std::uint16_t has_portable_math = 0;
@@ -37,23 +37,22 @@ struct ImageHeader {
 };
 static_assert(sizeof(ImageHeader) == 64, "padding would put undefined bytes into an image");
 
-struct Entry {
+struct Item {
   std::array<char, 36> name{};  // ends with 0 bytes
   std::uint32_t kept = 0;       // the bit of Head::kept that says whether a row has this part; 0: all rows have it
   std::uint64_t bytes = 0;
 };
-static_assert(sizeof(Entry) == 48, "padding would put undefined bytes into an image");
+static_assert(sizeof(Item) == 48, "padding would put undefined bytes into an image");
 
 using Head = Rows::Head;
 static_assert(std::is_trivially_copyable_v<Head> && std::is_standard_layout_v<Head> && sizeof(Head) == 56,
               "padding would put undefined bytes into an image");
 
-Entry entry_of(const std::string& name, std::uint32_t kept, std::size_t bytes) {
-  Entry entry{{}, kept, bytes};
-  if (name.size() >= entry.name.size())
-    fail(MJENV_E_INTERNAL, "the name " + quoted(name) + " is too long for an image");
-  std::copy(name.begin(), name.end(), entry.name.begin());
-  return entry;
+Item item_of(const std::string& name, std::uint32_t kept, std::size_t bytes) {
+  Item item{{}, kept, bytes};
+  if (name.size() >= item.name.size()) fail(MJENV_E_INTERNAL, "the name " + quoted(name) + " is too long for an image");
+  std::copy(name.begin(), name.end(), item.name.begin());
+  return item;
 }
 
 // A half-open range of rows.
@@ -75,37 +74,32 @@ class Plan {
  public:
   Plan(const Rows& rows, const Range& range) : rows_(rows), arrays_(rows.arrays().empty_layout()) {
     if (!rows.arrays().empty()) choose_arrays(range);
-    size_ = sizeof(ImageHeader) + arrays_.list().size() * sizeof(Entry);
-    std::uint8_t present = 0;
+    size_ = sizeof(ImageHeader) + arrays_.list().size() * sizeof(Item);
+    std::uint16_t present = 0;
     for (std::int64_t row = range.first; row < range.end; ++row) {
-      const std::uint8_t kept = kept_of(row);
+      const std::uint16_t kept = kept_of(row);
       present |= kept;
       for (const PartKind& kind : kParts)
         if (is_in(kind, kept)) size_ += bytes_of(kind, rows_, arrays_);
     }
     for (const PartKind& kind : kParts)
       if (is_in(kind, present)) parts_.push_back(&kind);
-    size_ += parts_.size() * sizeof(Entry);
+    size_ += parts_.size() * sizeof(Item);
   }
 
   std::size_t size() const { return size_; }
   const OwnArrays& arrays() const { return arrays_; }
   const std::vector<const PartKind*>& parts() const { return parts_; }
-  bool is_in(const PartKind& kind, std::uint8_t kept) const {
+  bool is_in(const PartKind& kind, std::uint16_t kept) const {
     return bytes_of(kind, rows_, arrays_) > 0 && kind.is_in(kept);
   }
-  // The row's Head::kept, without the bits of own values that equal those that would apply in their place (Version).
-  std::uint8_t kept_of(std::int64_t row) const {
-    std::uint8_t kept = rows_.head(row).kept;
-    if (kept == 0) return 0;
-    const auto drop_if_equal = [&](Part part, const std::byte* other) {
-      if ((kept & kept_bit(part)) == 0) return;
-      if (std::memcmp(rows_.bytes(part, row), other, rows_.block_bytes()) == 0)
-        kept &= static_cast<std::uint8_t>(~kept_bit(part));
-    };
-    drop_if_equal(Part::stepped_values, rows_.values(row, Version::computed));
-    drop_if_equal(Part::computed_values, rows_.values(row));
-    drop_if_equal(Part::constants_values, rows_.model_values());
+  // The row's Head::kept, without the bits of own values that equal those that would apply in their place (Entry).
+  std::uint16_t kept_of(std::int64_t row) const {
+    std::uint16_t kept = rows_.head(row).kept;
+    for (const Entry entry : {Entry::first, Entry::set_state, Entry::set_constants})
+      if ((kept & kept_bit(values_of(entry))) != 0 &&
+          std::memcmp(rows_.values(row, entry), rows_.values(row, next(entry)), rows_.block_bytes()) == 0)
+        kept &= static_cast<std::uint16_t>(~kept_bit(values_of(entry)));
     return kept;
   }
 
@@ -195,25 +189,23 @@ class Checks {
   }
 
   bool is_valid_head(const std::byte* part) const {
-    for (const std::size_t flag :
-         {offsetof(Head, seeded), offsetof(Head, ready), offsetof(Head, ended), offsetof(Head, has_constants)})
+    for (const std::size_t flag : {offsetof(Head, seeded), offsetof(Head, ready), offsetof(Head, ended)})
       if (part[flag] > std::byte{1}) return false;  // no bool
     if (part[offsetof(Head, written)] > static_cast<std::byte>(Written::by_caller)) return false;
     Head head;
     std::memcpy(&head, part, sizeof head);
-    std::uint8_t possible = 0;
+    std::uint16_t possible = 0;
     for (const PartKind& kind : kParts)
-      if (bytes_of(kind, rows_, arrays_) > 0) possible |= kind.kept;
+      if (kind.content != Content::values || arrays_.block_bytes() > 0) possible |= kind.kept;
     // The increment of NumPy's generator must be odd. With an even one, a reset that draws until a condition holds
     // might never end.
     const bool is_even = head.seeded && head.rng.words()[2] % 2 == 0;
-    const auto lacks = [&](Part needed, Content content) {
-      return rows_.bytes_of(content) > 0 && (head.kept & kept_bit(needed)) == 0;
-    };
-    return (head.kept & ~possible) == 0 && head.origin <= Origin::set && head.steps >= 0 && head.steps <= kMaxSteps &&
-           Work::are_warnings(head.warnings) && !is_even &&
-           !(head.origin == Origin::set && lacks(Part::stepped_state, Content::state)) &&
-           !(head.has_constants && lacks(Part::constants_rest, Content::rest));
+    // Own values of an entry that the row does not have would be shared by the entries before it.
+    for (const Entry entry : {Entry::set_state, Entry::set_constants})
+      if ((head.kept & kept_bit(state_of(entry))) == 0)
+        possible &= static_cast<std::uint16_t>(~kept_bit(values_of(entry)));
+    return (head.kept & ~possible) == 0 && head.origin <= Origin::step && head.steps >= 0 && head.steps <= kMaxSteps &&
+           Work::are_warnings(head.warnings) && !is_even;
   }
 
   bool is_valid_rest(const std::byte* rest) {
@@ -316,12 +308,12 @@ void write_image(const Rows& rows, const Identity& identity, std::int64_t row, v
     std::memcpy(to, from, size);
     to += size;
   };
-  const auto append_entry = [&](const std::string& name, std::uint32_t kept, std::size_t bytes) {
-    const Entry entry = entry_of(name, kept, bytes);
-    append(&entry, sizeof entry);
+  const auto append_item = [&](const std::string& name, std::uint32_t kept, std::size_t bytes) {
+    const Item item = item_of(name, kept, bytes);
+    append(&item, sizeof item);
   };
-  for (const PartKind* kind : plan.parts()) append_entry(kind->name, kind->kept, bytes_of(*kind, rows, plan.arrays()));
-  for (const OwnArray& array : plan.arrays().list()) append_entry(array.original.name, 0, array.bytes);
+  for (const PartKind* kind : plan.parts()) append_item(kind->name, kind->kept, bytes_of(*kind, rows, plan.arrays()));
+  for (const OwnArray& array : plan.arrays().list()) append_item(array.original.name, 0, array.bytes);
   std::vector<double> block(plan.arrays().block_bytes() / sizeof(double));
   for (std::int64_t i = range.first; i < range.end; ++i) {
     Head head = rows.head(i);
@@ -387,27 +379,27 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
     if (bytes > static_cast<std::size_t>(end - at)) damaged();
     return std::exchange(at, at + bytes);
   };
-  const auto take_entry = [&] {
-    Entry entry;
-    std::memcpy(&entry, take(sizeof entry), sizeof entry);
-    if (entry.name.back() != 0) damaged();
-    return entry;
+  const auto take_item = [&] {
+    Item item;
+    std::memcpy(&item, take(sizeof item), sizeof item);
+    if (item.name.back() != 0) damaged();
+    return item;
   };
-  std::vector<Entry> parts;
-  for (std::uint32_t i = 0; i < header.parts; ++i) parts.push_back(take_entry());
+  std::vector<Item> parts;
+  for (std::uint32_t i = 0; i < header.parts; ++i) parts.push_back(take_item());
   OwnArrays arrays = rows.arrays().empty_layout();
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < header.arrays; ++i) {
-    const Entry entry = take_entry();
-    names.emplace_back(entry.name.data());
-    if ((i > 0 && names[i] <= names[i - 1]) || !append(*task.model, names[i], entry.bytes, arrays)) damaged();
+    const Item item = take_item();
+    names.emplace_back(item.name.data());
+    if ((i > 0 && names[i] <= names[i - 1]) || !append(*task.model, names[i], item.bytes, arrays)) damaged();
   }
   std::vector<const PartKind*> kinds;
   for (const PartKind& kind : kParts) {
     if (kinds.size() == parts.size()) break;
-    const Entry& entry = parts[kinds.size()];
-    if (entry.name.data() == std::string(kind.name) && entry.kept == kind.kept &&
-        entry.bytes == bytes_of(kind, rows, arrays))
+    const Item& item = parts[kinds.size()];
+    if (item.name.data() == std::string(kind.name) && item.kept == kind.kept &&
+        item.bytes == bytes_of(kind, rows, arrays))
       kinds.push_back(&kind);
   }
   if (kinds.size() != parts.size()) damaged();
@@ -418,9 +410,10 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
     const std::byte* bytes;
   };
   std::vector<Found> found;
+  std::uint16_t all_kept = 0;
   Checks checks(rows, arrays, task, randomization, perturbation, frames);
   for (std::int64_t i = range.first; i < range.end; ++i) {
-    std::uint8_t kept = 0;
+    std::uint16_t kept = 0;
     for (const PartKind& kind : kParts) {
       const std::size_t bytes = bytes_of(kind, rows, arrays);
       if (bytes == 0 || !kind.is_in(kept)) continue;
@@ -430,12 +423,13 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
       if (kind.part == Part::head) std::memcpy(&kept, part + offsetof(Head, kept), sizeof kept);
       found.push_back({&kind, i, part});
     }
+    all_kept |= kept;
   }
   if (at != end) damaged();
   check_rounding(header.rounding, identity.rounding);
   rows.add_arrays(names);
-  for (const PartKind* kind : kinds)
-    if (kind->kept != 0) rows.make_room({kind->part});
+  for (const Entry entry : {Entry::set_state, Entry::set_constants})
+    if ((all_kept & kept_bit(state_of(entry))) != 0) rows.make_room(entry);
 
   std::vector<double> numbers(rows.block_bytes() / sizeof(double));
   auto* const block = reinterpret_cast<std::byte*>(numbers.data());

@@ -9,20 +9,21 @@ namespace mjenv::core {
 
 enum class Part : std::uint8_t {
   head,
-  state,
   carried,
   parameters,
-  values,
   perturbation,
   ranges,
   history,
   random_state,
-  computed_state,
-  computed_values,
-  stepped_state,
-  stepped_values,
-  constants_rest,
-  constants_values,
+  // For each Entry, its state and its own values.
+  first_state,
+  first_values,
+  set_state_state,
+  set_state_values,
+  set_constants_rest,
+  set_constants_values,
+  state,
+  values,
 };
 
 // What a part consists of. Rows::bytes_of tells how many bytes it has, and read_image checks the bytes of an image
@@ -44,11 +45,10 @@ struct PartKind {
   Part part;
   const char* name;  // in images
   Content content;
-  // The bit of Head::kept that says whether a row has the part. A reset or a step clears it, and so does
-  // set_state, except for the stepped parts. 0: all rows have the part.
-  std::uint8_t kept = 0;
+  // The bit of Head::kept that says whether a row has the part. 0: all rows have it.
+  std::uint16_t kept = 0;
 
-  bool is_in(std::uint8_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
+  bool is_in(std::uint16_t all_kept) const { return kept == 0 || (all_kept & kept) != 0; }
 };
 
 constexpr std::size_t kPartCount = 15;
@@ -57,20 +57,20 @@ constexpr std::size_t index_of(Part part) { return static_cast<std::size_t>(part
 // In the order of Part.
 constexpr std::array<PartKind, kPartCount> kParts{{
     {Part::head, "head", Content::head},
-    {Part::state, "state", Content::state},
     {Part::carried, "carried", Content::carried},
     {Part::parameters, "parameters", Content::parameters},
-    {Part::values, "values", Content::values},
     {Part::perturbation, "perturbation", Content::perturbation},
     {Part::ranges, "ranges", Content::ranges},
     {Part::history, "history", Content::history},
     {Part::random_state, "random_state", Content::random_state},
-    {Part::computed_state, "computed_state", Content::state},
-    {Part::computed_values, "computed_values", Content::values, 1},
-    {Part::stepped_state, "stepped_state", Content::state, 2},
-    {Part::stepped_values, "stepped_values", Content::values, 4},
-    {Part::constants_rest, "constants_rest", Content::rest, 8},
-    {Part::constants_values, "constants_values", Content::values, 16},
+    {Part::first_state, "first_state", Content::state},
+    {Part::first_values, "first_values", Content::values, 1},
+    {Part::set_state_state, "set_state_state", Content::state, 2},
+    {Part::set_state_values, "set_state_values", Content::values, 4},
+    {Part::set_constants_rest, "set_constants_rest", Content::rest, 8},
+    {Part::set_constants_values, "set_constants_values", Content::values, 16},
+    {Part::state, "state", Content::state},
+    {Part::values, "values", Content::values},
 }};
 constexpr bool are_in_order() {
   for (std::size_t i = 0; i < kPartCount; ++i)
@@ -78,23 +78,26 @@ constexpr bool are_in_order() {
   return true;
 }
 static_assert(are_in_order());
-constexpr std::uint8_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
+constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
-// As in Gymnasium, a write changes no derived array (xpos, contacts, ...) until the next mj_step or mj_forward. But
-// rows do not store derived arrays: a worker computes them again when they are needed (Worker::hold). After a write, it
-// must compute them from the state and values from before the write. So a row stores the inputs of up to four
-// computations, its versions:
+// A row's recipe. Rows do not store the derived arrays of mjData (xpos, contacts, ...): a worker makes them again when
+// they are needed (Worker::hold). It repeats, in this order, what has computed them, each time with the state and the
+// own values that the row had then. At last it loads the present ones, because a write changes no derived array until
+// the next mj_step or mj_forward, as in Gymnasium.
 //
-//   version    state           own values        own values are kept          what Worker::hold does with it
-//   now        state           values            always                       loads it last; steps begin with it
-//   computed   computed_state  computed_values   if written since             repeats the last mj_step or mj_forward
-//                                                the computation
-//   stepped    stepped_state   stepped_values    if computed_values were      repeats the last mj_step before
-//                                                kept at set_state            set_state, for that step's forces
-//   constants  constants_rest  constants_values  from mj_setConst until       repeats mj_setConst
-//                                                the next computation
+//   first          what Head::origin says; all rows have this entry and `now`
+//   set_state      mj_forward, if set_state was called after a step, which keeps that step's forces
+//   set_constants  mj_setConst, if it was called; of the state it reads only StateLayout::rest
+//   now            the present state and own values; a step begins with them
 //
-// If a version's own values are not kept, those of the version above apply, or for `constants` those of the model.
-enum class Version : std::uint8_t { now, computed, stepped, constants };
+// An entry's own values are kept only if the row's were written since. Otherwise those of the next entry apply.
+enum class Entry : std::uint8_t { first, set_state, set_constants, now };
+
+constexpr Entry next(Entry entry) { return static_cast<Entry>(static_cast<std::uint8_t>(entry) + 1); }
+constexpr Part state_of(Entry entry) {
+  return static_cast<Part>(index_of(Part::first_state) + 2 * static_cast<std::size_t>(entry));
+}
+constexpr Part values_of(Entry entry) { return static_cast<Part>(index_of(state_of(entry)) + 1); }
+static_assert(values_of(Entry::now) == Part::values);
 
 }  // namespace mjenv::core

@@ -17,33 +17,26 @@ void RowConstants::prepare_draw() {
 
 std::vector<std::string> RowConstants::set(Work& work, Rows& rows, std::int64_t row) {
   prepare();
-  rows.prepare_keep_constants();
+  rows.make_room(Entry::set_constants);
   const OwnArrays& arrays = rows.arrays();
   constants_->compute(arrays, arrays.empty() ? nullptr : rows.values(row), work.data());
   std::vector<std::string> names = constants_->new_arrays(arrays);
   if (!names.empty()) return names;
+  rows.append(row, Entry::set_constants);
+  std::copy_n(rows.layout().rest(rows.state(row)), rows.layout().more, rows.state(row, Entry::set_constants));
   rows.keep(row);
-  rows.keep_constants(row);
   if (!arrays.empty()) constants_->save(arrays, rows.own_values(row));
   work.save(rows.state(row));
   rows.head(row).written = Written::by_caller;
-  rows.head(row).has_constants = true;
   return names;
 }
 
-void RowConstants::repeat(Work& work, Rows& rows, std::int64_t row, std::vector<std::byte>& scratch) {
+void RowConstants::repeat(Work& work, Rows& rows, std::int64_t row) {
   prepare();
   const OwnArrays& arrays = rows.arrays();
-  const std::byte* values = rows.values(row, Version::constants);
-  if (!arrays.empty()) {
-    scratch.resize(arrays.block_bytes());
-    if (values)
-      std::copy_n(values, scratch.size(), scratch.data());
-    else
-      arrays.fill(0, scratch.data());
-    work.use(arrays, scratch.data());
-  }
-  work.load_rest(rows.constants_rest(row));
+  const std::byte* values = arrays.empty() ? nullptr : rows.values(row, Entry::set_constants);
+  if (values) work.use(arrays, values);
+  work.load_rest(rows.state(row, Entry::set_constants));
   constants_->compute(arrays, values, work.data());
 }
 

@@ -26,8 +26,8 @@ class RowConstants {
   // again.
   std::vector<std::string> set(Work& work, Rows& rows, std::int64_t row);
   // Repeats the call of mj_setConst that `set` made for the row, with the own values and the poses of mocap bodies that
-  // the row had at that time. Afterwards the work space uses `scratch` instead of the row's own values.
-  void repeat(Work& work, Rows& rows, std::int64_t row, std::vector<std::byte>& scratch);
+  // the row had at that time.
+  void repeat(Work& work, Rows& rows, std::int64_t row);
   // Computes the constants that belong to the values in a block, and writes them there.
   void draw(const OwnArrays& arrays, std::byte* block);
 

@@ -40,10 +40,6 @@ std::int64_t Rows::first_open() const {
   return found == phases_.end() ? -1 : found - phases_.begin();
 }
 
-bool Rows::has_constants() const {
-  return std::any_of(heads_.begin(), heads_.end(), [](const Head& head) { return head.has_constants; });
-}
-
 std::size_t Rows::bytes_of(Content content) const {
   switch (content) {
     case Content::head: return sizeof(Head);
@@ -93,18 +89,9 @@ void Rows::set_values(std::int64_t row, const std::byte* block) {
   std::memcpy(room(Part::values, row), block, block_bytes());
 }
 
-const std::byte* Rows::values(std::int64_t row, Version version) const {
-  switch (version) {
-    case Version::constants: return is_kept(row, Part::constants_values) ? bytes(Part::constants_values, row) : nullptr;
-    case Version::stepped:
-      if (is_kept(row, Part::stepped_values)) return bytes(Part::stepped_values, row);
-      [[fallthrough]];
-    case Version::computed:
-      if (is_kept(row, Part::computed_values)) return bytes(Part::computed_values, row);
-      [[fallthrough]];
-    case Version::now: break;
-  }
-  return bytes(Part::values, row);
+const std::byte* Rows::values(std::int64_t row, Entry entry) const {
+  while (entry != Entry::now && !is_kept(row, values_of(entry))) entry = next(entry);
+  return bytes(values_of(entry), row);
 }
 
 void Rows::add_arrays(const std::vector<std::string>& names) {
@@ -113,11 +100,12 @@ void Rows::add_arrays(const std::vector<std::string>& names) {
   const std::size_t first = arrays_.list().size(), old_bytes = arrays_.block_bytes();
   if (arrays.list().size() == first) return;
   const std::size_t size = arrays.block_bytes() / sizeof(double);
-  // Rows::keep, which threads call while they step rows, must not allocate. So the room for computed values is
+  // Rows::keep, which threads call while they step rows, must not allocate. So the room for what it may keep is
   // allocated here.
   const auto grows = [&](const PartKind& kind) {
-    const bool is_needed = kind.part == Part::values || kind.part == Part::computed_values;
-    return kind.content == Content::values && (is_needed || sizes_[index_of(kind.part)] > 0);
+    for (const Entry entry : {Entry::first, Entry::set_state, Entry::set_constants, Entry::now})
+      if (kind.part == values_of(entry)) return any_has(entry);
+    return false;
   };
   check_memory(count(), " rows with arrays of their own",
                static_cast<std::size_t>(std::count_if(kParts.begin(), kParts.end(), grows)) * arrays.block_bytes());
@@ -147,8 +135,19 @@ void Rows::clear_inputs(std::int64_t row) {
   if (!shares_model_values(row)) arrays_.clear_inputs(own_values(row));
 }
 
-void Rows::make_room(std::initializer_list<Part> parts) {
-  for (const Part part : parts) {
+bool Rows::any_has(Entry entry) const {
+  const std::uint16_t bit = kept_bit(state_of(entry));
+  return bit == 0 || std::any_of(heads_.begin(), heads_.end(), [&](const Head& head) { return head.kept & bit; });
+}
+
+Entry Rows::last_before(std::int64_t row, Entry entry) const {
+  do entry = static_cast<Entry>(static_cast<std::uint8_t>(entry) - 1);
+  while (!has(row, entry));
+  return entry;
+}
+
+void Rows::make_room(Entry entry) {
+  for (const Part part : {state_of(entry), values_of(entry)}) {
     const std::size_t size = bytes_of(kParts[index_of(part)].content) / sizeof(double);
     if (sizes_[index_of(part)] == size) continue;
     check_memory(count(), " rows with room for mjenv_set_state or mjenv_set_constants", size * sizeof(double));
@@ -157,27 +156,32 @@ void Rows::make_room(std::initializer_list<Part> parts) {
   }
 }
 
-void Rows::keep_as(std::int64_t row, Part part, const void* from) {
-  const std::size_t size = sizes_[index_of(part)];
-  if (size == 0) return;
-  std::memcpy(numbers(part, row), from, size * sizeof(double));
-  head(row).kept |= kept_bit(part);
+void Rows::begin(std::int64_t row, Origin origin) {
+  head(row).origin = origin;
+  head(row).kept = 0;
+  head(row).written = Written::no;
+}
+
+void Rows::append(std::int64_t row, Entry entry) {
+  const Entry last = last_before(row, entry);
+  const std::byte* of_last = values(row, last);
+  if (of_last != values(row)) keep_values(row, last, of_last);  // before the entry that has kept them is dropped
+  for (Entry dropped = entry; dropped != Entry::now; dropped = next(dropped))
+    head(row).kept &= static_cast<std::uint16_t>(~(kept_bit(state_of(dropped)) | kept_bit(values_of(dropped))));
+  head(row).kept |= kept_bit(state_of(entry));
+  head(row).written = Written::no;
 }
 
 void Rows::keep(std::int64_t row) {
-  if (head(row).origin == Origin::cleared || is_kept(row, Part::computed_values)) return;
-  keep_as(row, Part::computed_values, values(row));
+  const Entry entry = last(row);
+  if (!is_kept(row, values_of(entry))) keep_values(row, entry, values(row));
 }
 
-void Rows::keep_step(std::int64_t row) {
-  if (head(row).origin != Origin::set) keep_as(row, Part::stepped_state, computed_state(row));
-  if (!is_kept(row, Part::stepped_values) && is_kept(row, Part::computed_values))
-    keep_as(row, Part::stepped_values, bytes(Part::computed_values, row));
-}
-
-void Rows::keep_constants(std::int64_t row) {
-  keep_as(row, Part::constants_rest, layout_.rest(state(row)));
-  keep_as(row, Part::constants_values, values(row));
+void Rows::keep_values(std::int64_t row, Entry entry, const std::byte* block) {
+  const bool is_cleared = entry == Entry::first && head(row).origin == Origin::cleared;
+  if (is_cleared || block_bytes() == 0) return;  // mj_resetData computes nothing from own values
+  std::memmove(numbers(values_of(entry), row), block, block_bytes());
+  head(row).kept |= kept_bit(values_of(entry));
 }
 
 void Rows::copy(std::int64_t from, std::int64_t to) {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -16,14 +15,12 @@
 
 namespace mjenv::core {
 
-// Which computation last produced the row's derived arrays (xpos and so on). cleared: mj_resetData. forward: the
-// mj_forward of a reset, or of set_state before any step. step: the last mj_step. set: the mj_forward of set_state
-// after a step, which keeps that step's forces (cacc, cfrc_int, cfrc_ext).
-enum class Origin : std::uint8_t { cleared, forward, step, set };
+// The first entry of a row's recipe. cleared: mj_resetData. forward: mj_resetData and mj_forward, in a reset or in a
+// set_state before any step. step: the last mj_step.
+enum class Origin : std::uint8_t { cleared, forward, step };
 
-// Whether state or own values were written after the derived arrays were computed. by_task: the task's step wrote own
-// values or velocities, and carry was called afterwards. by_caller: the caller wrote, so carry must be called before
-// the next step.
+// Whether the present state or own values differ from those of the recipe's last entry. by_task: the task's step wrote
+// them, and carry was called afterwards. by_caller: the caller wrote, so carry must be called before the next step.
 enum class Written : std::uint8_t { no, by_task, by_caller };
 
 // What the caller of a physics_only task has yet to do with a row (Env::begin).
@@ -46,11 +43,8 @@ class Rows {
     bool ready = false;   // the row can be stepped: it was reset, or its state was set
     bool ended = false;   // the row's episode has ended
     Written written = Written::no;
-    // mj_setConst was called after the derived arrays were computed. Worker::hold calls it again, because it changes
-    // mjData.
-    bool has_constants = false;
-    std::uint8_t kept = 0;      // the kept parts that the row has, as bits (PartKind::kept)
     std::uint8_t warnings = 0;  // Work::step_warnings of the last step, reset or set_state
+    std::uint16_t kept = 0;     // the kept parts that the row has, as bits (PartKind::kept)
   };
 
   // history_count: how many numbers a row's history has.
@@ -58,8 +52,6 @@ class Rows {
 
   std::int64_t count() const { return static_cast<std::int64_t>(heads_.size()); }
   void check(std::int64_t row) const;
-  // Whether some row has constants (Head::has_constants).
-  bool has_constants() const;
   const StateLayout& layout() const { return layout_; }
 
   Head& head(std::int64_t row) { return heads_[static_cast<std::size_t>(row)]; }
@@ -75,11 +67,8 @@ class Rows {
   bool is_open(std::int64_t row) const { return phase(row) > Phase::ended; }
   // The first row with a step or reset to finish; -1 if there is none.
   std::int64_t first_open() const;
-  double* state(std::int64_t row) { return numbers(Part::state, row); }
-  // The state before the computation that Origin names, so that a worker can repeat it.
-  double* computed_state(std::int64_t row) { return numbers(Part::computed_state, row); }
-  double* stepped_state(std::int64_t row) { return numbers(Part::stepped_state, row); }
-  double* constants_rest(std::int64_t row) { return numbers(Part::constants_rest, row); }
+  // The state with which an entry of the recipe began; of set_constants, StateLayout::rest.
+  double* state(std::int64_t row, Entry entry = Entry::now) { return numbers(state_of(entry), row); }
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
   double* parameters(std::int64_t row) { return numbers(Part::parameters, row); }
   double* perturbation(std::int64_t row) { return numbers(Part::perturbation, row); }
@@ -99,8 +88,8 @@ class Rows {
   // never written share it, so that only the others need memory.
   const std::byte* model_values() const { return reinterpret_cast<const std::byte*>(model_values_.data()); }
   bool shares_model_values(std::int64_t row) const { return owns_values_[static_cast<std::size_t>(row)] == 0; }
-  // The row's own values in this version. If the version `constants` has none of its own, returns null.
-  const std::byte* values(std::int64_t row, Version version = Version::now) const;
+  // The own values with which an entry of the recipe began.
+  const std::byte* values(std::int64_t row, Entry entry = Entry::now) const;
   // The row's present own values, for writing. If the row has shared the model's, it now has a copy of them.
   std::byte* own_values(std::int64_t row);
   // Replaces the row's present own values. If the row shares the model's values and the new ones are equal to these, it
@@ -114,26 +103,26 @@ class Rows {
   // Clears the inputs of mjData among the present values (qfrc_applied, mocap_pos, ...), as mj_resetData does.
   void clear_inputs(std::int64_t row);
 
-  // These allocate the memory that keep_step and keep_constants need. `keep` needs none.
-  void prepare_keep_step() { make_room({Part::stepped_state, Part::stepped_values}); }
-  void prepare_keep_constants() { make_room({Part::constants_rest, Part::constants_values}); }
-  // Gives all rows memory for these parts.
-  void make_room(std::initializer_list<Part> parts);
-  // Call this before the row's state or own values are written. Keeps the values from which the derived arrays were
-  // computed.
-  void keep(std::int64_t row);
-  // Call this after a step, before set_state replaces the version `computed`. Keeps the step's version as `stepped`.
-  void keep_step(std::int64_t row);
-  // Call this before the results of mj_setConst replace the present state and values. Keeps these as `constants`, in
-  // place of what an earlier call has kept.
-  void keep_constants(std::int64_t row);
-  // Call this when all derived arrays have been computed from the present state and values.
-  void drop_kept(std::int64_t row) { head(row).kept = 0; }
-  // Call this instead of drop_kept when set_state has computed the derived arrays after a step, because what keep_step
-  // has kept is still needed.
-  void drop_all_but_step(std::int64_t row) {
-    head(row).kept &= kept_bit(Part::stepped_state) | kept_bit(Part::stepped_values);
+  // Whether the row's recipe, or that of some row, has this entry.
+  bool has(std::int64_t row, Entry entry) const { return kParts[index_of(state_of(entry))].is_in(head(row).kept); }
+  bool any_has(Entry entry) const;
+  // The last entry of the row's recipe before `now`.
+  Entry last(std::int64_t row) const { return last_before(row, Entry::now); }
+  // Whether the present state or own values may differ from those that the recipe's computations leave.
+  bool is_written(std::int64_t row) const { return head(row).written != Written::no || has(row, Entry::set_constants); }
+  // Whether mjData is what the last step has left.
+  bool ends_with_step(std::int64_t row) const {
+    return head(row).origin == Origin::step && !has(row, Entry::set_state) && !is_written(row);
   }
+  // Begins a new recipe. The caller then writes the state of the entry `first`.
+  void begin(std::int64_t row, Origin origin);
+  // Appends an entry, in place of this and later ones that the recipe has. The caller then writes the entry's state.
+  // Call make_room first.
+  void append(std::int64_t row, Entry entry);
+  // Call this before the row's present own values are written: the recipe keeps those with which it has computed.
+  void keep(std::int64_t row);
+  // Gives all rows memory for what this entry keeps. The other functions for recipes need none.
+  void make_room(Entry entry);
 
   // Access to any part of a row, for copies, images and new settings.
   bool has(std::int64_t row, const PartKind& kind) const { return kind.is_in(head(row).kept); }
@@ -171,8 +160,8 @@ class Rows {
   }
   const double* numbers(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->numbers(part, row); }
   bool is_kept(std::int64_t row, Part part) const { return (head(row).kept & kept_bit(part)) != 0; }
-  // Copies the numbers to this part of the row and marks it as kept.
-  void keep_as(std::int64_t row, Part part, const void* numbers);
+  Entry last_before(std::int64_t row, Entry entry) const;
+  void keep_values(std::int64_t row, Entry entry, const std::byte* block);
 };
 
 }  // namespace mjenv::core

@@ -23,44 +23,42 @@ void Worker::save(Rows& rows, std::int64_t row, Origin origin) {
 }
 
 void Worker::store(Rows& rows, std::int64_t row, Origin origin) {
-  if (origin == Origin::set) {
-    rows.keep_step(row);
-    rows.drop_all_but_step(row);
-  } else {
-    rows.drop_kept(row);
-  }
-  std::copy_n(before_.data(), before_.size(), rows.computed_state(row));
+  rows.begin(row, origin);
+  store(rows, row, Entry::first);
+  if (origin == Origin::step) store_inputs(rows, row);
+}
+
+void Worker::store(Rows& rows, std::int64_t row, Entry entry) {
+  std::copy_n(before_.data(), before_.size(), rows.state(row, entry));
   work_.save(rows.state(row));
   if (work_.keeps_current())
     std::copy(work_.raw_qpos().begin(), work_.raw_qpos().end(), work_.layout().qpos(rows.state(row)));
   std::copy_n(view_.carried(), task_.carry_count, rows.carried(row));
-  Rows::Head& head = rows.head(row);
-  head.origin = origin;
-  head.warnings = work_.step_warnings();
-  if (origin == Origin::step && pushes_)
-    for (const Work::Force& force : pushes_->forces)
-      save_input(rows, row, force.offset, force.values.data(), sizeof force.values);
-  if (origin == Origin::step && random_)
-    for (const OwnValues& own : own_values_)
-      if (own.is_force) save_input(rows, row, own.array->offset, own.before.data(), own.array->bytes);
-  // If MuJoCo reset the simulation during this step, MuJoCo has cleared the inputs. The row keeps the inputs with which
-  // the last mj_step began, to be able to repeat it. If MuJoCo reset the simulation in an earlier mj_step and no
-  // before_substep has set forces since, the last one began with cleared inputs, and there is nothing to keep.
-  if (origin == Origin::step && rows.arrays().has_inputs() && work_.was_reset()) {
-    if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
-    rows.clear_inputs(row);
-  }
+  rows.head(row).warnings = work_.step_warnings();
   rows.worker(row) = index;
-  head.written = Written::no;
-  head.has_constants = false;
   if (work_.is_whole())
     resident_ = row;
   else
     release();  // hold() computes the rest
 }
 
-void Worker::use(Rows& rows, std::int64_t row, Version version) {
-  if (!rows.arrays().empty()) use(rows.arrays(), rows.values(row, version));
+void Worker::store_inputs(Rows& rows, std::int64_t row) {
+  if (pushes_)
+    for (const Work::Force& force : pushes_->forces)
+      save_input(rows, row, force.offset, force.values.data(), sizeof force.values);
+  if (random_)
+    for (const OwnValues& own : own_values_)
+      if (own.is_force) save_input(rows, row, own.array->offset, own.before.data(), own.array->bytes);
+  // If MuJoCo reset the simulation during this step, MuJoCo has cleared the inputs. The row keeps the inputs with which
+  // the last mj_step began, to be able to repeat it. If MuJoCo reset the simulation in an earlier mj_step and no
+  // before_substep has set forces since, the last one began with cleared inputs, and there is nothing to keep.
+  if (!rows.arrays().has_inputs() || !work_.was_reset()) return;
+  if (!work_.diverged_early() || (random_ && has_before_substep())) rows.keep(row);
+  rows.clear_inputs(row);
+}
+
+void Worker::use(Rows& rows, std::int64_t row, Entry entry) {
+  if (!rows.arrays().empty()) use(rows.arrays(), rows.values(row, entry));
 }
 
 void Worker::use(const OwnArrays& arrays, const std::byte* block) {
@@ -87,20 +85,10 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   view_.show_parameters(rows.parameters(row));
   if (holds(rows, row)) return;
   release();  // in case MuJoCo fails
-  compute(rows, row);
-  if (rows.head(row).written != Written::no) {
-    work_.complete();  // first, because it needs the values and the state from before they were written
-    if (rows.head(row).has_constants) constants_.repeat(work_, rows, row, inputs_);
-    use(rows, row);
-    // With Work::keep_current, the row's state contains raw_qpos, with which the next step begins. But readers see the
-    // qpos that mj_step1 has normalised, unless qpos was written since.
-    const double *qpos = work_.state().qpos, *next = work_.layout().qpos(rows.state(row));
-    const std::vector<double>& raw = work_.raw_qpos();
-    const bool is_shown = work_.keeps_current() && std::memcmp(raw.data(), next, raw.size() * sizeof(double)) == 0;
-    if (is_shown) std::copy_n(qpos, raw.size(), before_.data());
-    work_.load(rows.state(row));
-    if (is_shown) std::copy_n(before_.data(), raw.size(), work_.state().qpos);
-  }
+  run(rows, row, Entry::first);
+  for (const Entry entry : {Entry::set_state, Entry::set_constants})
+    if (rows.has(row, entry)) run(rows, row, entry);
+  if (rows.is_written(row)) run(rows, row, Entry::now);
   load_carried(rows, row);
   // The row has the warnings of the whole step, but the work space has those of its last timestep alone.
   work_.set_warnings(static_cast<std::uint8_t>(rows.head(row).warnings | work_.new_state_warnings()));
@@ -108,28 +96,24 @@ void Worker::hold(Rows& rows, std::int64_t row) {
   resident_ = row;
 }
 
-void Worker::compute(Rows& rows, std::int64_t row) {
-  switch (rows.head(row).origin) {
-    case Origin::cleared: use(rows, row); return work_.clear();
-    case Origin::forward:
-      use(rows, row, Version::computed);
-      work_.begin();
-      use(rows, row, Version::computed);  // again, because begin may have cleared the inputs
-      work_.load(rows.computed_state(row));
-      return work_.forward();
-    case Origin::step:
-      use(rows, row, Version::computed);
-      work_.load(rows.computed_state(row));
+void Worker::run(Rows& rows, std::int64_t row, Entry entry) {
+  // What lags behind needs the values and the state with which the entry before was computed.
+  if (entry != Entry::first) work_.complete();
+  if (entry == Entry::set_constants) return constants_.repeat(work_, rows, row);
+  use(rows, row, entry);
+  if (entry == Entry::now) return work_.load_written(rows.state(row));
+  if (entry == Entry::first) {
+    const Origin origin = rows.head(row).origin;
+    if (origin == Origin::cleared) return work_.clear();
+    if (origin == Origin::step) {
+      work_.load(rows.state(row, entry));
       return work_.repeat_step();
-    case Origin::set:
-      use(rows, row, Version::stepped);
-      work_.load(rows.stepped_state(row));
-      work_.repeat_step();
-      work_.complete_forces();
-      use(rows, row, Version::computed);
-      work_.load(rows.computed_state(row));
-      return work_.forward();
+    }
+    work_.begin();
+    use(rows, row, entry);  // again, because begin may have cleared the inputs
   }
+  work_.load(rows.state(row, entry));
+  work_.forward();
 }
 
 void Worker::hold_forces(Rows& rows, std::int64_t row) {
@@ -301,8 +285,7 @@ void Worker::load(Rows& rows, std::int64_t row, const Action& action, const Work
   } else {
     load_carried(rows, row);
   }
-  const Rows::Head& head = rows.head(row);
-  const bool continues = holds(rows, row) && head.origin == Origin::step && head.written == Written::no && !pushes;
+  const bool continues = holds(rows, row) && rows.ends_with_step(row) && !pushes;
   release();
   view_.show_parameters(rows.parameters(row));
   use(rows, row);
@@ -399,11 +382,10 @@ Random Worker::random(const Rows& rows, std::int64_t row) {
 
 void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel) {
   const StateLayout& layout = work_.layout();
-  const Origin last = rows.head(row).origin;
-  const bool has_stepped = last == Origin::step || last == Origin::set;
+  const bool has_stepped = rows.head(row).origin == Origin::step;
   if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the callback carry may read the last step's forces
   const bool has_forces = has_stepped && holds(rows, row) && !work_.has_lost_forces();
-  if (has_stepped) rows.prepare_keep_step();
+  if (has_stepped) rows.make_room(Entry::set_state);
   double* start = before_.data();
   std::copy_n(rows.state(row), layout.size, start);
   std::copy_n(qpos, layout.nq, layout.qpos(start));
@@ -420,7 +402,12 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   view_.show_parameters(rows.parameters(row));
   work_.load(start);
   work_.forward();
-  save(rows, row, has_stepped ? Origin::set : Origin::forward);
+  task_.calls->carry(view_);
+  if (has_stepped)
+    rows.append(row, Entry::set_state);
+  else
+    rows.begin(row, Origin::forward);
+  store(rows, row, has_stepped ? Entry::set_state : Entry::first);
   if (has_stepped && !has_forces) release();  // the last step's forces are missing; hold() computes them
 }
 

@@ -128,8 +128,7 @@ class Worker {
   Writer writer_;
   Draws draws_;
   RowConstants constants_;
-  // Own values that the work space uses instead of the row's: in `begin` those with cleared inputs, in `hold` those
-  // with which mj_setConst was called.
+  // Own values that the work space uses instead of the row's in `begin`: those with cleared inputs.
   std::vector<std::byte> inputs_;
   std::vector<double*> written_;          // mjenv_start.own
   const Work::Pushes* pushes_ = nullptr;  // those of the last step, for commit
@@ -170,12 +169,16 @@ class Worker {
   void save(Rows& rows, std::int64_t row, Origin origin);
   // Saves a step to the row, also the own values that the task has written.
   void commit_step(Rows& rows, std::int64_t row);
-  // Saves the work space to the row, without calling the callback carry.
+  // Saves the work space to the row, without calling the callback carry: as the beginning of a new recipe, or as an
+  // entry that the recipe already has.
   void store(Rows& rows, std::int64_t row, Origin origin);
-  // Computes the row's derived arrays again, from the state and the values from which they were computed last.
-  void compute(Rows& rows, std::int64_t row);
+  void store(Rows& rows, std::int64_t row, Entry entry);
+  // Saves the inputs with which the last mj_step of a step has computed.
+  void store_inputs(Rows& rows, std::int64_t row);
+  // Computes an entry of the row's recipe again. The work space must hold the entries before it.
+  void run(Rows& rows, std::int64_t row, Entry entry);
   // Makes the work space use the row's own values, if it has any.
-  void use(Rows& rows, std::int64_t row, Version version = Version::now);
+  void use(Rows& rows, std::int64_t row, Entry entry = Entry::now);
   void use(const OwnArrays& arrays, const std::byte* block);
   // The row's own values, for writing. The work space must be using them. If the row now gets a copy, the work space
   // uses the copy from then on.

@@ -1,5 +1,5 @@
 // A worker that computes several rows in turn shows each row's mjData as if that row had an mjData of its own: compared
-// with plain MuJoCo, which resets, steps and sets states as Gymnasium does.
+// with plain MuJoCo, which resets, steps and sets states as Gymnasium does, with masses of the row's own.
 #include "env/worker.hpp"
 
 #include "engine/mujoco.hpp"  // before cmocka's macro fail
@@ -18,6 +18,7 @@ extern "C" {
 #include <cmocka.h>
 }
 
+#include "engine/constants.hpp"
 #include "run.hpp"
 #include "task/registry.hpp"
 
@@ -26,12 +27,16 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::int64_t kRows = 3;
-constexpr int kOperations = 400;
+constexpr int kOperations = 800;
 
 // One row in plain MuJoCo.
 class Plain {
  public:
-  explicit Plain(const Task& task) : task_(task), m_(task.model->get()), d_(mj_makeData(m_), mj_deleteData) {}
+  explicit Plain(const Task& task)
+      : task_(task),
+        owned_(mj_copyModel(nullptr, task.model->get()), mj_deleteModel),
+        m_(owned_.get()),
+        d_(mj_makeData(m_), mj_deleteData) {}
 
   void reset(const Rng& rng) {
     mj_resetData(m_, d_.get());
@@ -51,12 +56,15 @@ class Plain {
     std::copy(qvel.begin(), qvel.end(), d_->qvel);
     mj_forward(m_, d_.get());
   }
+  void set_masses(const std::vector<double>& masses) { std::copy(masses.begin(), masses.end(), m_->body_mass); }
+  void set_constants() { mj_setConst(m_, d_.get()); }
   const mjData& data() const { return *d_; }
   const mjModel& model() const { return *m_; }
 
  private:
   const Task& task_;
-  const mjModel* m_;
+  std::unique_ptr<mjModel, void (*)(mjModel*)> owned_;
+  mjModel* m_;
   std::unique_ptr<mjData, void (*)(mjData*)> d_;
 };
 
@@ -94,6 +102,11 @@ void test_rows_in_turn(void** state) {
   Worker worker(0, task), other(1, task);
   Rows rows(task, 0, kRows);
   worker.clear(rows);
+  std::vector<std::string> arrays = constant_arrays(*task.model, {"body_mass"});
+  arrays.emplace_back("body_mass");
+  rows.add_arrays(arrays);
+  for (Worker* each : {&worker, &other}) each->prepare(rows.arrays());
+  const OwnArray& mass = *rows.arrays().find("body_mass");
   std::vector<std::unique_ptr<Plain>> plain;
   for (std::int64_t row = 0; row < kRows; ++row) plain.push_back(std::make_unique<Plain>(task));
 
@@ -108,7 +121,7 @@ void test_rows_in_turn(void** state) {
     const auto row = static_cast<std::int64_t>(random.next() % kRows);
     Worker& chosen = random.next() % 4 == 0 ? other : worker;
     Plain& expected = *plain[static_cast<std::size_t>(row)];
-    const std::uint64_t kind = i < kRows ? 0 : random.next() % 16;
+    const std::uint64_t kind = i < kRows ? 0 : random.next() % 18;
     const std::int64_t target = i < kRows ? i : row;
     if (kind == 0) {
       Rng rng = Rng::from_seed(static_cast<std::uint64_t>(i));
@@ -126,6 +139,17 @@ void test_rows_in_turn(void** state) {
       const std::vector<double> qvel = draw(task.model->nv(), 1);
       expected.set_state(qpos, qvel);
       (rows.worker(row) == 0 ? worker : other).set_state(rows, row, qpos.data(), qvel.data());
+    } else if (kind == 12) {
+      std::vector<double> masses(expected.model().body_mass, expected.model().body_mass + expected.model().nbody);
+      for (double& x : masses) x *= random.uniform(0.5, 2);
+      expected.set_masses(masses);
+      rows.keep(row);
+      mass.write(masses.data(), rows.own_values(row));
+      rows.head(row).written = Written::by_caller;
+      for (Worker* each : {&worker, &other}) each->forget(row);
+    } else if (kind == 13) {
+      expected.set_constants();
+      assert_true((rows.worker(row) == 0 ? worker : other).set_constants(rows, row).empty());
     } else {
       Worker& reader = rows.worker(target) == 0 ? worker : other;
       computed_again += !reader.holds(rows, target);
