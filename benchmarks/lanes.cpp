@@ -253,28 +253,11 @@ class Player {
 
   // Resets draw masses, frictions and gains, and the first moving body is pushed every 4 to 8 steps.
   void make_differ() {
-    const std::array<double, 2> range{0.8, 1.2};
-    std::vector<mjenv_randomization> items;
-    for (const char* array : {"body_mass", "geom_friction", "actuator_gainprm"}) {
-      items.push_back(MJENV_RANDOMIZATION_INIT);
-      items.back().array = array;
-      items.back().parameters = range.data();
-      items.back().parameter_count = range.size();
-      items.back().effect = MJENV_EFFECT_SCALE;
-    }
-    check(mjenv_randomize(env_, items.data(), static_cast<std::int64_t>(items.size())));
-    mjenv_push push = MJENV_PUSH_INIT;
-    push.body = 1;
-    push.min_steps = 4;
-    push.max_steps = 8;
-    for (int i = 0; i < 3; ++i) {
-      push.low[i] = -5;
-      push.high[i] = 5;
-    }
-    mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-    perturbation.pushes = &push;
-    perturbation.push_count = 1;
-    check(mjenv_perturb(env_, &perturbation));
+    check(mjenv_randomize(env_, R"({
+        "randomize": {"body_mass": {"kind": "scale", "low": 0.8, "high": 1.2},
+                      "geom_friction": {"kind": "scale", "low": 0.8, "high": 1.2},
+                      "actuator_gainprm": {"kind": "scale", "low": 0.8, "high": 1.2}},
+        "push": {"body": 1, "every": [4, 8], "force": [[-5, 5], [-5, 5], [-5, 5]]}})"));
   }
 };
 

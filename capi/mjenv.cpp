@@ -440,12 +440,12 @@ mjenv_status mjenv_set_constants_row(mjenv_env* env, std::int64_t row) {
   return change_env(env, [&](Env& e) { e.set_constants(e.only(row)); });
 }
 
-mjenv_status mjenv_randomize(mjenv_env* env, const mjenv_randomization* items, std::int64_t count) {
-  return change_env(env, [&](Env& e) { e.randomize(items, count); });
+mjenv_status mjenv_randomize(mjenv_env* env, const char* document) {
+  return change_env(env, [&](Env& e) { e.randomize(document ? document : ""); });
 }
 
-mjenv_status mjenv_perturb(mjenv_env* env, const mjenv_perturbation* perturbation) {
-  return change_env(env, [&](Env& e) { e.perturb(perturbation); });
+mjenv_status mjenv_randomization(const mjenv_env* env, const char** document) {
+  return read_env(env, [&](const Env& e) { need(document, "document") = e.randomization().c_str(); });
 }
 
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::int64_t count,

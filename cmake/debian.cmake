@@ -32,7 +32,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libmjenv1 (= ${PROJECT_VERSION}-1)
 # Debian keeps the text of the Apache licence, which is also MuJoCo's licence, in a place of its own.
 set(copyright ${CMAKE_CURRENT_BINARY_DIR}/generated/copyright)
 set(content "mjenv, and MuJoCo inside it: Apache-2.0, see /usr/share/common-licenses/Apache-2.0\n")
-foreach(library eigen3 glibc libccd lodepng qhull tinyxml2 tinyobjloader)
+foreach(library eigen3 glibc json libccd lodepng qhull tinyxml2 tinyobjloader)
   if(EXISTS ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses/${library}.txt)
     file(READ ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses/${library}.txt license)
     string(APPEND content "\n${library}:\n\n${license}")

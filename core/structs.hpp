@@ -28,9 +28,6 @@ constexpr std::size_t oldest_size(const mjenv_spec*) { return by_pointers(96, 88
 constexpr std::size_t oldest_size(const mjenv_info*) { return by_pointers(40, 40); }
 constexpr std::size_t oldest_size(const mjenv_batch*) { return by_pointers(136, 96); }
 constexpr std::size_t oldest_size(const mjenv_render_settings*) { return 128; }
-constexpr std::size_t oldest_size(const mjenv_randomization*) { return by_pointers(64, 56); }
-constexpr std::size_t oldest_size(const mjenv_push*) { return 120; }
-constexpr std::size_t oldest_size(const mjenv_perturbation*) { return 72; }
 constexpr std::size_t oldest_size(const mjenv_task_option*) { return by_pointers(80, 64); }
 constexpr std::size_t oldest_size(const mjenv_task_field*) { return by_pointers(64, 56); }
 constexpr std::size_t oldest_size(const mjenv_task_camera*) { return 48; }

@@ -105,9 +105,9 @@ target_link_libraries(mjenv_engine PUBLIC m ${CMAKE_DL_LIBS})
 # Every copy of the library that is distributed needs these licences.
 set(licenses ${CMAKE_CURRENT_BINARY_DIR}/generated/licenses)
 foreach(license mujoco/LICENSE libccd/BSD-LICENSE lodepng/LICENSE qhull/COPYING.txt tinyxml2/LICENSE.txt tinyobjloader/LICENSE
-        eigen3/LICENSE)
+        eigen3/LICENSE json/LICENSE)
   get_filename_component(library ${license} DIRECTORY)
-  if(EXISTS ${sources}/${license})  # Eigen is the system's except in release archives
+  if(EXISTS ${sources}/${license})  # Eigen and json are the system's except in release archives
     configure_file(${sources}/${license} ${licenses}/${library}.txt COPYONLY)
   endif()
 endforeach()

@@ -605,40 +605,44 @@ void Env::compute_reward(const double* achieved, const double* desired, std::int
 
 // ---- Randomisation ----
 
-void Env::randomize(const mjenv_randomization* items, std::int64_t count) {
+void Env::randomize(const std::string& text) {
   check_settled();
-  Randomization next(items, count, model());
-  std::vector<std::string> arrays = next.arrays();
-  if (next.computes_constants()) {
+  DrawDocument document = document_.with(text);
+  // All is read and checked, and all memory allocated, before anything changes.
+  Randomization draws;
+  Perturbation perturbation;
+  if (document.replaces_draws()) draws = Randomization(document.draws(model()));
+  if (document.replaces_perturbation()) {
+    const auto observations = static_cast<std::int64_t>(frames_.task_count());
+    const PerturbationSettings settings = document.perturbation(model(), task_.action_count(), observations);
+    perturbation = Perturbation(settings, model(), task_.action_count(), observations);
+  }
+  std::vector<std::string> arrays = draws.arrays();
+  if (draws.computes_constants()) {
     for (const std::string& name : constant_arrays(model(), arrays)) arrays.push_back(name);
     check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)",
                  model().work_bytes() * workers_.team_size());
     workers_.for_each([](Worker& worker) { worker.constants().prepare_draw(); });
   }
-  Zeros ranges = rows_.make_ranges(next.ranges());
-  if (!arrays.empty()) make_own(arrays);
-  next.place(rows_.arrays());
-  rows_.set_ranges(std::move(ranges), next.ranges().size());
-  randomization_ = std::move(next);
-}
-
-void Env::perturb(const mjenv_perturbation* given) {
-  check_settled();
-  Perturbation next;
-  if (given)
-    next = Perturbation(read_struct(given, "perturbation"), model(), task_.action_count(),
-                        static_cast<std::int64_t>(frames_.task_count()));
-  // Allocates all memory first, because a call that fails must change nothing.
-  Zeros records = rows_.make_perturbation(next.record_count());
+  if (perturbation.applies_forces()) arrays.emplace_back("xfrc_applied");
+  Zeros ranges = rows_.make_ranges(draws.ranges()), records = rows_.make_perturbation(perturbation.record_count());
   std::vector<Perturbation::Step> steps;
-  workers_.for_each([&](Worker& /*worker*/) { steps.push_back(next.make_step()); });
-  if (next.applies_forces()) make_own({"xfrc_applied"});
-  end_pushes();
-  workers_.for_each(
-      [&](Worker& worker) { worker.perturbed = std::move(steps[static_cast<std::size_t>(worker.index)]); });
-  next.place(rows_.arrays());
-  rows_.set_perturbation(std::move(records), static_cast<std::size_t>(next.record_count()));
-  perturbation_ = std::move(next);
+  workers_.for_each([&](Worker& /*worker*/) { steps.push_back(perturbation.make_step()); });
+  if (!arrays.empty()) make_own(arrays);
+  if (document.replaces_perturbation()) {
+    end_pushes();
+    workers_.for_each(
+        [&](Worker& worker) { worker.perturbed = std::move(steps[static_cast<std::size_t>(worker.index)]); });
+    perturbation.place(rows_.arrays());
+    rows_.set_perturbation(std::move(records), static_cast<std::size_t>(perturbation.record_count()));
+    perturbation_ = std::move(perturbation);
+  }
+  if (document.replaces_draws()) {
+    draws.place(rows_.arrays());
+    rows_.set_ranges(std::move(ranges), draws.ranges().size());
+    randomization_ = std::move(draws);
+  }
+  document_ = std::move(document);
 }
 
 // Sets to 0 the forces that the pushes of each row's last step have left in its own values.

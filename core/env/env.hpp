@@ -104,9 +104,9 @@ class Env {
   void set_constants(const Selection& selected);
   void simulate(std::int64_t row, const Action& ctrl, std::int64_t frames);
 
-  // randomize replaces what resets draw. perturb replaces noise, delays and pushes; null: there are none from then on.
-  void randomize(const mjenv_randomization* items, std::int64_t count);
-  void perturb(const mjenv_perturbation* perturbation);
+  // Replaces the parts of the document of draws, noise, delays and pushes that the text has.
+  void randomize(const std::string& text);
+  const std::string& randomization() const { return document_.text(); }
 
   void copy_row(const std::uint8_t* mask, std::int64_t from);
   std::int64_t snapshot_size(std::int64_t row) const;
@@ -123,6 +123,7 @@ class Env {
   Schema schema_;
   Rows rows_;
   Order order_;
+  DrawDocument document_;
   Randomization randomization_;
   Perturbation perturbation_;
   Episodes episodes_;

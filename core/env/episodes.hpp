@@ -80,7 +80,7 @@ class Episodes {
   bool strict_, ends_on_divergence_;
   Autoreset autoreset_;
 
-  // Whether noise, delays and pushes act on the row: they do from its first reset after mjenv_perturb.
+  // Whether noise, delays and pushes act on the row: they do from its first reset after mjenv_randomize.
   bool is_perturbed(std::int64_t row) const {
     return rows_.has_perturbation() && Perturbation::has_begun(rows_.perturbation(row));
   }

@@ -362,7 +362,7 @@ void read_image(Rows& rows, const Task& task, const Randomization& randomization
     fail(MJENV_E_SNAPSHOT,
          "the image was made with another id, model, task revision or other options than this environment, " + id);
   check_settings("randomisation", "mjenv_randomize", header.randomization, identity.randomization);
-  check_settings("noise, delays or pushes", "mjenv_perturb", header.perturbation, identity.perturbation);
+  check_settings("noise, delays or pushes", "mjenv_randomize", header.perturbation, identity.perturbation);
   const Range range(rows, row);
   if (header.rows != static_cast<std::uint64_t>(range.count()))
     fail(MJENV_E_SNAPSHOT,

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <string>
 
 #include "error.hpp"
 #include "hash.hpp"
-#include "structs.hpp"
 
 namespace mjenv::core {
 namespace {
@@ -17,49 +15,27 @@ constexpr std::int64_t kMaxDelay = 1'000'000;
 constexpr std::int64_t kMaxInterval = std::int64_t{1} << 52;  // so that a double can count the steps exactly
 constexpr std::size_t kPushes = 1;                            // where the pushes begin in a record
 
-// Returns `count` numbers. The caller gives all of them, one for all, or none: then the list is empty. Refuses numbers
-// below `least`. name, rule: for messages.
-std::vector<double> numbers_of(const double* given, std::int64_t given_count, std::int64_t count,
-                               const std::string& name, double least, const char* rule) {
-  if (given_count == 0) return {};
-  if (given_count != 1) check_count((name + "_count").c_str(), given_count, count);
-  if (!given) fail(MJENV_E_ARGUMENT, name + " is NULL");
-  std::vector<double> numbers(given, given + given_count);
-  for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (!std::isfinite(numbers[i]) || numbers[i] < least)
-      fail(MJENV_E_VALUE, element_is(name, i, numbers[i]) + ", but " + rule);
-  if (given_count == 1) numbers.assign(static_cast<std::size_t>(count), numbers[0]);
-  return numbers;
-}
-
-constexpr const char* kDeviation = "a standard deviation is finite and not negative";
-
 bool is_count(double steps, std::int64_t least, std::int64_t most) {
   return steps >= static_cast<double>(least) && steps <= static_cast<double>(most) && steps == std::floor(steps);
 }
 
 }  // namespace
 
-Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t action_count,
+Perturbation::Perturbation(const PerturbationSettings& given, const Model& model, std::int64_t action_count,
                            std::int64_t observation_count)
-    : action_noise_(
-          numbers_of(given.action_noise, given.action_noise_count, action_count, "action_noise", 0, kDeviation)),
-      observation_noise_(numbers_of(given.observation_noise, given.observation_noise_count, observation_count,
-                                    "observation_noise", 0, kDeviation)),
-      first_action_(numbers_of(given.first_action, given.first_action_count, action_count, "first_action",
-                               std::numeric_limits<double>::lowest(), "must be finite")),
+    : action_noise_(given.action_noise),
+      observation_noise_(given.observation_noise),
+      first_action_(given.first_action),
       actuators_(static_cast<std::size_t>(action_count)),
       observation_count_(static_cast<std::size_t>(observation_count)),
-      redraws_delays_(given.redraws_delays != 0) {
-  const auto take_delay = [](Delay& delay, std::int64_t least, std::int64_t most, const std::string& what) {
-    check_range(what.c_str(), least, 0, kMaxDelay);
-    delay.is_drawn = most != 0;
-    if (delay.is_drawn) check_range(("max_" + what).c_str(), most, least, kMaxDelay);
-    delay.least = static_cast<std::size_t>(least);
-    delay.most = delay.is_drawn ? static_cast<std::size_t>(most) : delay.least;
+      redraws_delays_(given.redraws_delays) {
+  const auto take_delay = [](Delay& delay, const DelaySettings& from, const char* place) {
+    check_range(place, from.least, 0, kMaxDelay);
+    check_range(place, from.most, from.least, kMaxDelay);
+    delay = {static_cast<std::size_t>(from.least), static_cast<std::size_t>(from.most), from.is_drawn};
   };
-  take_delay(action_delay_, given.action_delay, given.max_action_delay, "action_delay");
-  take_delay(observation_delay_, given.observation_delay, given.max_observation_delay, "observation_delay");
+  take_delay(action_delay_, given.action_delay, "delay.action");
+  take_delay(observation_delay_, given.observation_delay, "delay.observation");
   take_pushes(given, model);
   has_observations_ = !observation_noise_.empty() || observation_delay_.most > 0;
   if (action_noise_.empty() && action_delay_.most == 0 && !has_observations_ && pushes_.empty()) return;
@@ -86,43 +62,32 @@ Perturbation::Perturbation(const mjenv_perturbation& given, const Model& model, 
   }
 }
 
-void Perturbation::take_pushes(const mjenv_perturbation& given, const Model& model) {
-  const std::int64_t most = 2 * std::int64_t{model.nbody()};  // a force and a kick for each body
-  for_each_struct(given.pushes, given.push_count, most, "push_count", "pushes", [&](const mjenv_push& one) {
-    const auto refuse = [&](const std::string& why) {
-      fail(MJENV_E_VALUE, "pushes[" + std::to_string(pushes_.size()) + "]: " + why);
+void Perturbation::take_pushes(const PerturbationSettings& given, const Model& model) {
+  for (const PushSettings& one : given.pushes) {
+    const auto refuse = [&](const std::string& why) { fail(MJENV_E_VALUE, one.place + ": " + why); };
+    const auto check_steps = [&](const char* what, std::int64_t least, std::int64_t most) {
+      if (least < 1 || least > most || most > kMaxInterval)
+        refuse(std::string(what) + " is [" + std::to_string(least) + ", " + std::to_string(most) +
+               "], but 1 <= least <= most <= 2^52 must hold");
     };
-    if (one.body < 1 || one.body >= model.nbody())
-      refuse("body is " + std::to_string(one.body) + ", not 1 to " + std::to_string(model.nbody() - 1));
-    const bool is_kick = one.is_kick != 0;
     for (const Push& other : pushes_)
-      if (other.body == one.body && other.is_kick() == is_kick)
+      if (other.body == one.body && other.is_kick() == one.is_kick)
         refuse("body " + std::to_string(one.body) + " is in the list twice");
-    if (one.min_steps < 1 || one.min_steps > one.max_steps || one.max_steps > kMaxInterval)
-      refuse("min_steps is " + std::to_string(one.min_steps) + " and max_steps " + std::to_string(one.max_steps) +
-             ", but 1 <= min_steps <= max_steps <= 2^52 must hold");
-    const bool is_one_step = one.min_duration == 0 && one.max_duration == 0;
-    if (!is_one_step &&
-        (one.min_duration < 1 || one.min_duration > one.max_duration || one.max_duration > kMaxInterval))
-      refuse("min_duration is " + std::to_string(one.min_duration) + " and max_duration " +
-             std::to_string(one.max_duration) +
-             ", but 1 <= min_duration <= max_duration <= 2^52 must hold, or both be 0");
-    if (is_kick && !is_one_step && one.max_duration != 1) refuse("a kick lasts one step");
-    Push push{one.body, one.min_steps, one.max_steps, 1, 1, {}, {}};
-    if (!is_one_step) push.min_duration = one.min_duration, push.max_duration = one.max_duration;
-    if (is_kick) push.dof = model.free_dof(one.body);
-    if (is_kick && push.dof < 0)
+    check_steps("every", one.min_steps, one.max_steps);
+    check_steps("duration", one.min_duration, one.max_duration);
+    if (one.is_kick && one.max_duration != 1) refuse("a kick lasts one step");
+    Push push{one.body, one.min_steps, one.max_steps, one.min_duration, one.max_duration, one.low, one.high};
+    if (one.is_kick) push.dof = model.free_dof(one.body);
+    if (one.is_kick && push.dof < 0)
       refuse("body " + std::to_string(one.body) + " has no free joint, so its velocity is not in qvel");
     for (std::size_t i = 0; i < push.low.size(); ++i) {
-      push.low[i] = one.low[i];
-      push.high[i] = one.high[i];
       const double range = push.high[i] - push.low[i];
       if (std::signbit(range) || !std::isfinite(range))
         refuse(element_is("low", i, push.low[i]) + " and " + element_is("high", i, push.high[i]) +
                ", but they must be finite, and low not above high");
     }
     pushes_.push_back(push);
-  });
+  }
 }
 
 void Perturbation::place(const OwnArrays& layout) noexcept {

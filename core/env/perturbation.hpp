@@ -1,4 +1,4 @@
-// Noise, delays and pushes (mjenv_perturb).
+// Noise, delays and pushes (mjenv_randomize).
 #pragma once
 
 #include <array>
@@ -9,18 +9,18 @@
 #include "engine/action.hpp"
 #include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
-#include "mjenv/mjenv.h"
+#include "env/draw_document.hpp"
 #include "numpy/random.hpp"
 
 namespace mjenv::core {
 
-// The settings of mjenv_perturb. For them each row has a record of doubles: the phase, the state of the pushes, the
+// For noise, delays and pushes each row has a record of doubles: the phase, the state of the pushes, the
 // delayed actions and observations, and the last observation that the caller saw.
 class Perturbation {
  public:
   // Perturbs nothing.
   Perturbation() = default;
-  Perturbation(const mjenv_perturbation& given, const Model& model, std::int64_t action_count,
+  Perturbation(const PerturbationSettings& given, const Model& model, std::int64_t action_count,
                std::int64_t observation_count);
 
   // Whether pushes write xfrc_applied.
@@ -110,7 +110,7 @@ class Perturbation {
   std::size_t delays_ = 0, actions_ = 0, observations_ = 0, last_ = 0;
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 
-  void take_pushes(const mjenv_perturbation& given, const Model& model);
+  void take_pushes(const PerturbationSettings& given, const Model& model);
   static double interval(const Push& push, np::Generator& rng);
   // Decides what a push does in a step, and counts down its two numbers in the record, `left` and `lasts`.
   void push(const Push& push, double& left, double& lasts, np::Generator& rng, Work::Pushes& to) const;

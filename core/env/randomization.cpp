@@ -2,19 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
-#include "engine/work.hpp"
 #include "error.hpp"
 #include "hash.hpp"
-#include "structs.hpp"
 
 namespace mjenv::core {
 namespace {
 
-constexpr std::int64_t kMaxItems = 10'000;
-constexpr std::int64_t kMaxParameters = 100'000;
 // The least part of a normal distribution that truncation may leave. A draw then takes 1000 attempts on average.
 constexpr double kLeastMass = 1e-3;
 
@@ -42,14 +37,14 @@ std::uint64_t hash_of(const std::vector<T>& list, std::uint64_t start) {
 
 double Randomization::Item::next(const double* p, np::Generator& rng) const {
   switch (distribution) {
-    case MJENV_DISTRIBUTION_LOG_UNIFORM: return std::exp(rng.uniform(std::log(p[0]), std::log(p[1])));
-    case MJENV_DISTRIBUTION_NORMAL: return p[0] + p[1] * rng.normal();
-    case MJENV_DISTRIBUTION_TRUNCATED_NORMAL:
+    case Distribution::log_uniform: return std::exp(rng.uniform(std::log(p[0]), std::log(p[1])));
+    case Distribution::normal: return p[0] + p[1] * rng.normal();
+    case Distribution::truncated_normal:
       for (;;) {
         const double drawn = p[0] + p[1] * rng.normal();
         if (p[2] <= drawn && drawn <= p[3]) return drawn;
       }
-    case MJENV_DISTRIBUTION_CHOICE:
+    case Distribution::choice:
       return choices[static_cast<std::size_t>(rng.integers(0, static_cast<std::int64_t>(choices.size())))];
     default: return rng.uniform(p[0], p[1]);
   }
@@ -58,58 +53,49 @@ double Randomization::Item::next(const double* p, np::Generator& rng) const {
 double Randomization::Item::value(std::size_t i, double drawn) const {
   drawn *= factor;
   switch (effect) {
-    case MJENV_EFFECT_SCALE: return originals[i] * drawn;
-    case MJENV_EFFECT_OFFSET: return originals[i] + drawn;
+    case Effect::scale: return originals[i] * drawn;
+    case Effect::offset: return originals[i] + drawn;
     default: return drawn;
   }
 }
 
-Randomization::Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model) {
-  std::size_t index = 0;
-  for_each_struct(items, count, kMaxItems, "count", "items", [&](const mjenv_randomization& given) {
-    const std::string name = "items[" + std::to_string(index++) + "]";
-    if (!given.array) fail(MJENV_E_ARGUMENT, name + ".array is NULL");
+Randomization::Randomization(const std::vector<DrawSettings>& items) {
+  for (const DrawSettings& given : items) {
     try {
-      add(given, model);
+      add(given);
     } catch (const Error& error) {
-      fail(error.status(), name + ", " + quoted(given.array) + ": " + error.what());
+      fail(error.status(), given.place + ": " + error.what());
     }
-  });
+  }
 }
 
-void Randomization::add(const mjenv_randomization& given, const Model& model) {
-  Item item = item_of(given, model);
+void Randomization::add(const DrawSettings& given) {
+  Item item = item_of(given);
   if (item.repeats) {
-    if (items_.empty()) refuse("it repeats the item before, but there is none");
     const auto drawn = std::find_if(items_.rbegin(), items_.rend(), [](const Item& one) { return !one.repeats; });
     if (!drawn->shared) item.per_draw = per_draw(item, drawn->elements.size());
-    if (!is_real(item.array)) refuse("it holds integers, which can only be drawn with MJENV_DISTRIBUTION_CHOICE");
-    item.is_checked = item.is_checked || drawn->distribution == MJENV_DISTRIBUTION_NORMAL;
+    if (!is_real(item.array)) refuse("it holds integers, which can only be drawn by choices");
+    item.is_checked = item.is_checked || drawn->distribution == Distribution::normal;
     if (item.array.checks_elements_alone()) check_ends(item, *drawn, ranges_.data() + drawn->first);
   } else {
-    check_range("parameter_count", given.parameter_count, 1, kMaxParameters, MJENV_E_SIZE);
-    const bool is_choice = item.distribution == MJENV_DISTRIBUTION_CHOICE;
-    const std::int64_t needed = item.distribution == MJENV_DISTRIBUTION_TRUNCATED_NORMAL ? 4 : 2;
-    if (!is_choice) check_count("parameter_count", given.parameter_count, needed);
-    if (!given.parameters) fail(MJENV_E_ARGUMENT, "parameters is NULL");
-    const double* const end = given.parameters + given.parameter_count;
-    if (is_choice) {
-      item.choices.assign(given.parameters, end);
+    if (item.distribution == Distribution::choice) {
+      item.choices = given.parameters;
     } else {
       item.first = ranges_.size();
-      item.count = static_cast<std::size_t>(given.parameter_count);
-      ranges_.insert(ranges_.end(), given.parameters, end);
+      item.count = given.parameters.size();
+      ranges_.insert(ranges_.end(), given.parameters.begin(), given.parameters.end());
     }
-    check_parameters(item, given.parameters);
-    if (item.array.checks_elements_alone()) check_ends(item, item, given.parameters);
-    const std::vector<double> parameters(given.parameters, end);
-    fingerprint_ = hash_of(parameters, fingerprint_);
+    check_parameters(item, given.parameters.data());
+    if (item.array.checks_elements_alone()) check_ends(item, item, given.parameters.data());
+    fingerprint_ = hash_of(given.parameters, fingerprint_);
   }
-  const std::vector<std::int32_t> kinds{item.distribution, item.effect, item.shared, given.constants != 0,
+  const std::vector<std::int32_t> kinds{static_cast<std::int32_t>(item.distribution),
+                                        static_cast<std::int32_t>(item.effect), item.shared, given.constants,
                                         item.repeats};
-  fingerprint_ = hash(given.array, item.array.original.name.size(), hash_of(kinds, fingerprint_));
+  const std::string& name = item.array.original.name;
+  fingerprint_ = hash(name.data(), name.size(), hash_of(kinds, fingerprint_));
   fingerprint_ = hash(&item.factor, sizeof item.factor, hash_of(item.elements, fingerprint_));
-  computes_constants_ = computes_constants_ || (given.constants != 0 && !item.elements.empty());
+  computes_constants_ = computes_constants_ || (given.constants && !item.elements.empty());
   items_.push_back(std::move(item));
 }
 
@@ -123,58 +109,30 @@ std::size_t Randomization::per_draw(const Item& item, std::size_t draws) {
   for (std::size_t i = 0; fits && each > 0 && i < elements.size(); ++i)
     fits = elements[i] / columns == elements[i - i % each] / columns;
   if (!fits)
-    fail(MJENV_E_SIZE, "element_count is " + std::to_string(elements.size()) + ", not " + std::to_string(draws) +
+    fail(MJENV_E_SIZE, std::to_string(elements.size()) + " elements, not " + std::to_string(draws) +
                            ", as many as the item before draws, nor as many elements of one row of the array for each");
   return each;
 }
 
-Randomization::Item Randomization::item_of(const mjenv_randomization& given, const Model& model) {
+Randomization::Item Randomization::item_of(const DrawSettings& given) {
   Item item{};
-  if (StateLayout(model).part(given.array))
-    fail(MJENV_E_NAME, "it is part of the state, but only arrays of the mjModel are drawn");
-  if (!core::find(model.arrays(), given.array)) {
-    const std::vector<std::string> all = writable_names(model), likely = nearest(given.array, all);
-    fail(MJENV_E_NAME, "mjModel has no array of this name, and only its arrays can be drawn; " +
-                           (likely.empty() ? "those that can be drawn are " + listed(all)
-                                           : "is one of these meant? " + listed(likely)));
-  }
-  item.array = OwnArray::written(model, given.array);
-  if (given.distribution < MJENV_DISTRIBUTION_UNIFORM || given.distribution > MJENV_DISTRIBUTION_CHOICE)
-    fail(MJENV_E_ARGUMENT, "no distribution " + std::to_string(given.distribution));
-  if (given.effect < MJENV_EFFECT_VALUE || given.effect > MJENV_EFFECT_OFFSET)
-    fail(MJENV_E_ARGUMENT, "no effect " + std::to_string(given.effect));
+  item.array = given.array;
   item.distribution = given.distribution;
   item.effect = given.effect;
-  item.repeats = given.repeats != 0;
-  item.shared = given.shared != 0 && !item.repeats;
-  item.factor = given.factor == 0 ? 1 : given.factor;
-  if (!std::isfinite(item.factor)) refuse("the factor is " + number(item.factor));
-  take_elements(item, given);
-  item.is_checked = item.distribution == MJENV_DISTRIBUTION_NORMAL || !item.array.checks_elements_alone() ||
+  item.repeats = given.repeats;
+  item.shared = given.shared;
+  item.factor = given.factor;
+  item.elements = given.elements;
+  std::vector<double> all(item.array.original.count());
+  item.array.original.read(all.data());
+  for (const std::size_t element : item.elements) item.originals.push_back(all[element]);
+  item.is_checked = item.distribution == Distribution::normal || !item.array.checks_elements_alone() ||
                     item.array.refuses_originals();
   return item;
 }
 
-void Randomization::take_elements(Item& item, const mjenv_randomization& given) {
-  const std::size_t count = item.array.original.count();
-  std::vector<double> all(count);
-  item.array.original.read(all.data());
-  if (!given.elements) {
-    check_count("element_count", given.element_count, 0);
-    item.elements.resize(count);
-    std::iota(item.elements.begin(), item.elements.end(), std::size_t{0});
-  } else {
-    check_range("element_count", given.element_count, 0, static_cast<std::int64_t>(count), MJENV_E_SIZE);
-    for (std::int64_t i = 0; i < given.element_count; ++i) {
-      check_index("element", given.elements[i], count);
-      item.elements.push_back(static_cast<std::size_t>(given.elements[i]));
-    }
-  }
-  for (const std::size_t element : item.elements) item.originals.push_back(all[element]);
-}
-
 void Randomization::check_parameters(const Item& item, const double* p) {
-  const bool is_choice = item.distribution == MJENV_DISTRIBUTION_CHOICE;
+  const bool is_choice = item.distribution == Distribution::choice;
   for (std::size_t i = 0; i < (is_choice ? item.choices.size() : item.count); ++i)
     if (!std::isfinite(p[i])) refuse("a parameter is " + number(p[i]));
   const auto check_range = [](double low, double high) {
@@ -182,21 +140,20 @@ void Randomization::check_parameters(const Item& item, const double* p) {
     if (!std::isfinite(high - low)) refuse("high - low is not finite");
   };
   switch (item.distribution) {
-    case MJENV_DISTRIBUTION_LOG_UNIFORM:
+    case Distribution::log_uniform:
       if (p[0] <= 0) refuse("low is " + number(p[0]) + ", but must be positive for its logarithm");
       [[fallthrough]];
-    case MJENV_DISTRIBUTION_UNIFORM: check_range(p[0], p[1]); break;
-    case MJENV_DISTRIBUTION_TRUNCATED_NORMAL: check_range(p[2], p[3]); [[fallthrough]];
-    case MJENV_DISTRIBUTION_NORMAL:
+    case Distribution::uniform: check_range(p[0], p[1]); break;
+    case Distribution::truncated_normal: check_range(p[2], p[3]); [[fallthrough]];
+    case Distribution::normal:
       if (p[1] < 0) refuse("the standard deviation is " + number(p[1]) + ", but must not be negative");
       break;
     default: break;
   }
-  if (item.distribution == MJENV_DISTRIBUTION_TRUNCATED_NORMAL && mass_within(p[0], p[1], p[2], p[3]) < kLeastMass)
+  if (item.distribution == Distribution::truncated_normal && mass_within(p[0], p[1], p[2], p[3]) < kLeastMass)
     refuse("less than a thousandth of the draws of normal(" + number(p[0]) + ", " + number(p[1]) + ") lie in " +
            number(p[2]) + " to " + number(p[3]));
-  if (!is_real(item.array) && !is_choice)
-    refuse("it holds integers, which can only be drawn with MJENV_DISTRIBUTION_CHOICE");
+  if (!is_real(item.array) && !is_choice) refuse("it holds integers, which can only be drawn by choices");
 }
 
 // Throws if MuJoCo cannot compute with the smallest or the largest value that can be drawn, or with a value of a
@@ -205,10 +162,10 @@ void Randomization::check_parameters(const Item& item, const double* p) {
 void Randomization::check_ends(const Item& item, const Item& drawn, const double* p) {
   std::vector<double> ends;
   switch (drawn.distribution) {
-    case MJENV_DISTRIBUTION_NORMAL: ends = {p[0]}; break;
-    case MJENV_DISTRIBUTION_TRUNCATED_NORMAL: ends = {p[2], p[3]}; break;
-    case MJENV_DISTRIBUTION_LOG_UNIFORM: ends = {std::exp(std::log(p[0])), std::exp(std::log(p[1]))}; break;
-    case MJENV_DISTRIBUTION_CHOICE: ends = drawn.choices; break;
+    case Distribution::normal: ends = {p[0]}; break;
+    case Distribution::truncated_normal: ends = {p[2], p[3]}; break;
+    case Distribution::log_uniform: ends = {std::exp(std::log(p[0])), std::exp(std::log(p[1]))}; break;
+    case Distribution::choice: ends = drawn.choices; break;
     default: ends = {p[0], p[1]};
   }
   std::vector<double> values(item.array.original.count());

@@ -8,7 +8,7 @@
 
 #include "engine/own_array.hpp"
 #include "engine/own_arrays.hpp"
-#include "mjenv/mjenv.h"
+#include "env/draw_document.hpp"
 #include "numpy/random.hpp"
 
 namespace mjenv::core {
@@ -17,10 +17,10 @@ class Randomization {
  public:
   // Draws nothing.
   Randomization() = default;
-  // Copies the list. Throws if MuJoCo cannot compute with the smallest or the largest value of an item, a value of
-  // CHOICE, or the mean of NORMAL. This is not checked for quaternions and directions. If other values of an item might
-  // be invalid, `draw` checks each value (Item::is_checked).
-  Randomization(const mjenv_randomization* items, std::int64_t count, const Model& model);
+  // Throws if MuJoCo cannot compute with the smallest or the largest value of an item, a choice, or the mean of a normal
+  // distribution. This is not checked for quaternions and directions. If other values of an item might be invalid,
+  // `draw` checks each value (Item::is_checked).
+  explicit Randomization(const std::vector<DrawSettings>& items);
 
   bool empty() const { return items_.empty(); }
   // Whether mj_setConst is called after the draws.
@@ -53,15 +53,15 @@ class Randomization {
  private:
   struct Item {
     OwnArray array;
-    mjenv_distribution distribution;
-    mjenv_effect effect;
+    Distribution distribution;
+    Effect effect;
     bool shared, repeats;
     std::size_t per_draw = 1;  // how many of its elements use each draw of the item that it repeats
     bool is_checked;           // whether `draw` checks each value, because it may draw an invalid one
     double factor;
     std::vector<std::size_t> elements;
     std::vector<double> originals;     // the model's own values of these elements
-    std::vector<double> choices;       // the values of CHOICE
+    std::vector<double> choices;       // to choose from
     std::size_t first = 0, count = 0;  // where ranges_ has the parameters of other distributions
 
     double next(const double* parameters, np::Generator& rng) const;
@@ -75,10 +75,9 @@ class Randomization {
   bool computes_constants_ = false;
   std::uint64_t fingerprint_ = 0;
 
-  void add(const mjenv_randomization& given, const Model& model);
-  static Item item_of(const mjenv_randomization& given, const Model& model);
+  void add(const DrawSettings& given);
+  static Item item_of(const DrawSettings& given);
   static std::size_t per_draw(const Item& item, std::size_t draws);
-  static void take_elements(Item& item, const mjenv_randomization& given);
   static void check_parameters(const Item& item, const double* parameters);
   static void check_ends(const Item& item, const Item& drawn, const double* parameters);
   // The index behind the last of the items that repeat the one at `begin`.

@@ -89,18 +89,6 @@ int main(void) {
   VALUE(MJENV_KIND_STRING);
   VALUE(MJENV_KIND_STRING_OR_INT);
 
-  ENUM(mjenv_distribution);
-  VALUE(MJENV_DISTRIBUTION_UNIFORM);
-  VALUE(MJENV_DISTRIBUTION_LOG_UNIFORM);
-  VALUE(MJENV_DISTRIBUTION_NORMAL);
-  VALUE(MJENV_DISTRIBUTION_TRUNCATED_NORMAL);
-  VALUE(MJENV_DISTRIBUTION_CHOICE);
-
-  ENUM(mjenv_effect);
-  VALUE(MJENV_EFFECT_VALUE);
-  VALUE(MJENV_EFFECT_SCALE);
-  VALUE(MJENV_EFFECT_OFFSET);
-
   STRUCT(mjenv_option);
   FIELD(mjenv_option, struct_size);
   FIELD(mjenv_option, kind);
@@ -173,50 +161,6 @@ int main(void) {
   FIELD(mjenv_batch, final_obs);
   FIELD(mjenv_batch, final_info);
   FIELD(mjenv_batch, arrays);
-
-  STRUCT(mjenv_randomization);
-  FIELD(mjenv_randomization, struct_size);
-  FIELD(mjenv_randomization, distribution);
-  FIELD(mjenv_randomization, array);
-  FIELD(mjenv_randomization, elements);
-  FIELD(mjenv_randomization, element_count);
-  FIELD(mjenv_randomization, parameters);
-  FIELD(mjenv_randomization, parameter_count);
-  FIELD(mjenv_randomization, effect);
-  FIELD(mjenv_randomization, shared);
-  FIELD(mjenv_randomization, constants);
-  FIELD(mjenv_randomization, repeats);
-  FIELD(mjenv_randomization, factor);
-
-  STRUCT(mjenv_push);
-  FIELD(mjenv_push, struct_size);
-  FIELD(mjenv_push, body);
-  FIELD(mjenv_push, min_steps);
-  FIELD(mjenv_push, max_steps);
-  FIELD(mjenv_push, low);
-  FIELD(mjenv_push, high);
-  FIELD(mjenv_push, is_kick);
-  FIELD(mjenv_push, reserved);
-  FIELD(mjenv_push, min_duration);
-  FIELD(mjenv_push, max_duration);
-
-  STRUCT(mjenv_perturbation);
-  FIELD(mjenv_perturbation, struct_size);
-  FIELD(mjenv_perturbation, reserved);
-  FIELD(mjenv_perturbation, action_noise);
-  FIELD(mjenv_perturbation, action_noise_count);
-  FIELD(mjenv_perturbation, observation_noise);
-  FIELD(mjenv_perturbation, observation_noise_count);
-  FIELD(mjenv_perturbation, action_delay);
-  FIELD(mjenv_perturbation, observation_delay);
-  FIELD(mjenv_perturbation, pushes);
-  FIELD(mjenv_perturbation, push_count);
-  FIELD(mjenv_perturbation, first_action);
-  FIELD(mjenv_perturbation, first_action_count);
-  FIELD(mjenv_perturbation, max_action_delay);
-  FIELD(mjenv_perturbation, max_observation_delay);
-  FIELD(mjenv_perturbation, redraws_delays);
-  FIELD(mjenv_perturbation, reserved_end);
 
   ENUM(mjenv_gl);
   VALUE(MJENV_GL_AUTO);

@@ -37,40 +37,6 @@ static mjenv_status reset_with(mjenv_env* env, void* given) {
   return mjenv_reset(env, NULL, given);
 }
 
-static mjenv_status randomize_with(mjenv_env* env, void* given) {
-  static const double range[] = {1, 2};
-  const mjenv_randomization item = {((mjenv_randomization*)given)->struct_size,
-                                    MJENV_DISTRIBUTION_UNIFORM,
-                                    "body_mass",
-                                    NULL,
-                                    0,
-                                    range,
-                                    2,
-                                    MJENV_EFFECT_SCALE,
-                                    0,
-                                    0,
-                                    0,
-                                    1};
-  const size_t size = item.struct_size / sizeof(void*) * sizeof(void*);  // the library reads whole words
-  memcpy(given, &item, size < sizeof item ? size : sizeof item);
-  return mjenv_randomize(env, given, 1);
-}
-
-static mjenv_status perturb_with(mjenv_env* env, void* given) {
-  const mjenv_perturbation perturbation = {.struct_size = ((mjenv_perturbation*)given)->struct_size};
-  const size_t size = perturbation.struct_size / sizeof(void*) * sizeof(void*);  // the library reads whole words
-  memcpy(given, &perturbation, size < sizeof perturbation ? size : sizeof perturbation);
-  return mjenv_perturb(env, given);
-}
-
-static mjenv_status push_with(mjenv_env* env, void* given) {
-  const mjenv_push push = {((mjenv_push*)given)->struct_size, 1, 1, 2, {0}, {0}, 0, 0, 0, 0};
-  const size_t size = push.struct_size / sizeof(void*) * sizeof(void*);  // the library reads whole words
-  memcpy(given, &push, size < sizeof push ? size : sizeof push);
-  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation, .pushes = given, .push_count = 1};
-  return mjenv_perturb(env, &perturbation);
-}
-
 static const struct call calls[] = {
     {"spec", 96, sizeof(mjenv_spec), spec_of, false},
     {"option", 56, sizeof(mjenv_option), option_of, false},
@@ -79,9 +45,6 @@ static const struct call calls[] = {
     {"info", 40, sizeof(mjenv_info), info_of, false},
     {"out", 136, sizeof(mjenv_batch), reset_with, true},
     {"settings", 128, sizeof(mjenv_render_settings), settings_of, false},
-    {"items[0]", 64, sizeof(mjenv_randomization), randomize_with, true},
-    {"perturbation", 72, sizeof(mjenv_perturbation), perturb_with, true},
-    {"pushes[0]", 120, sizeof(mjenv_push), push_with, true},
 };
 
 // The struct, with guards behind the bytes that the caller knows.
@@ -130,19 +93,6 @@ static void test_initialisers(void** state) {
   batch.rows = 1;
   batch.obs_count = 11;
   batch.obs = obs;
-  mjenv_randomization item = MJENV_RANDOMIZATION_INIT;
-  const double range[] = {1, 2};
-  item.array = "body_mass";
-  item.parameters = range;
-  item.parameter_count = 2;
-  assert_ok(mjenv_randomize(env, &item, 1));
-  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-  assert_ok(mjenv_perturb(env, &perturbation));
-  mjenv_push push = MJENV_PUSH_INIT;
-  push.body = 1;
-  perturbation.pushes = &push;
-  perturbation.push_count = 1;
-  assert_ok(mjenv_perturb(env, &perturbation));
   assert_ok(mjenv_reset(env, NULL, &batch));
   mjenv_option option = MJENV_OPTION_INIT;
   mjenv_field field = MJENV_FIELD_INIT;

@@ -181,23 +181,16 @@ static void test_send_and_recv(void** state) {
 }
 
 // Nor do steps with noise, delays and pushes allocate anything.
+#define PERTURBATION                                                                                     \
+  "\"noise\": {\"action\": 0.1, \"observation\": 0.1}, \"delay\": {\"action\": 2, \"observation\": 2}, " \
+  "\"push\": {\"body\": 1, \"every\": [1, 2], \"force\": [[-1, 1], [0, 0], [0, 0]]}"
+
 static void test_perturbed_steps(void** state) {
   (void)state;
   mjenv_env* env = env_of_id("Hopper-v5", 2);
-  const double noise[] = {0.1}, action[6] = {0};
-  const mjenv_push push = {
-      .struct_size = sizeof push, .body = 1, .min_steps = 1, .max_steps = 2, .low = {-1}, .high = {1}};
-  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
-                                           .action_noise = noise,
-                                           .action_noise_count = 1,
-                                           .observation_noise = noise,
-                                           .observation_noise_count = 1,
-                                           .action_delay = 2,
-                                           .observation_delay = 2,
-                                           .pushes = &push,
-                                           .push_count = 1};
+  const double action[6] = {0};
   struct outputs* out = outputs_of(env);
-  assert_ok(mjenv_perturb(env, &perturbation));
+  assert_ok(mjenv_randomize(env, "{" PERTURBATION "}"));
   assert_ok(mjenv_reset(env, NULL, &out->batch));
   mjenv_status status = mjenv_step(env, NULL, action, 6, MJENV_DTYPE_FLOAT64, &out->batch);
   start_counting();
@@ -225,12 +218,9 @@ static void test_halves(void** state) {
   assert_ok(mjenv_options_set_integer(options, "history", 3));
   mjenv_env* env = env_of_options(options, ROWS);
   struct outputs* out = outputs_of(env);
-  const double noise = 0.1, action[3 * ROWS] = {0};
+  const double action[3 * ROWS] = {0};
   double seen[3 * ROWS];
-  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-  perturbation.action_noise = perturbation.observation_noise = &noise;
-  perturbation.action_noise_count = perturbation.observation_noise_count = 1;
-  assert_ok(mjenv_perturb(env, &perturbation));
+  assert_ok(mjenv_randomize(env, "{\"noise\": {\"action\": 0.1, \"observation\": 0.1}}"));
   const mjenv_batch given = {.struct_size = sizeof given, .rows = ROWS, .reward = seen};
   mjenv_status status = MJENV_OK;
   start_counting();
@@ -253,46 +243,20 @@ static void test_halves(void** state) {
 static void test_randomised(void** state) {
   const char* autoreset = *state;
   enum { ROWS = 4, STEPS = 40 };
-  static const double scale[] = {0.9, 1.1}, around[] = {1, 0.02}, quat[] = {1, 0.01}, choices[] = {0, 1};
-  const mjenv_randomization items[] = {{.struct_size = sizeof *items,
-                                        .distribution = MJENV_DISTRIBUTION_UNIFORM,
-                                        .effect = MJENV_EFFECT_SCALE,
-                                        .array = "body_mass",
-                                        .parameters = scale,
-                                        .parameter_count = 2,
-                                        .constants = 1},
-                                       {.struct_size = sizeof *items,
-                                        .distribution = MJENV_DISTRIBUTION_NORMAL,
-                                        .effect = MJENV_EFFECT_SCALE,
-                                        .array = "geom_friction",
-                                        .parameters = around,
-                                        .parameter_count = 2},
-                                       {.struct_size = sizeof *items,
-                                        .distribution = MJENV_DISTRIBUTION_NORMAL,
-                                        .effect = MJENV_EFFECT_SCALE,
-                                        .array = "body_quat",
-                                        .parameters = quat,
-                                        .parameter_count = 2},
-                                       {.struct_size = sizeof *items,
-                                        .distribution = MJENV_DISTRIBUTION_CHOICE,
-                                        .effect = MJENV_EFFECT_VALUE,
-                                        .array = "jnt_limited",
-                                        .parameters = choices,
-                                        .parameter_count = 2}};
-  const double noise[] = {0.1}, action[3 * ROWS] = {0};
-  const mjenv_push push = {
-      .struct_size = sizeof push, .body = 1, .min_steps = 1, .max_steps = 2, .low = {-1}, .high = {1}};
-  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
-                                           .action_noise = noise,
-                                           .action_noise_count = 1,
-                                           .observation_noise = noise,
-                                           .observation_noise_count = 1,
-                                           .action_delay = 2,
-                                           .observation_delay = 2,
-                                           .pushes = &push,
-                                           .push_count = 1};
+#define MASS       \
+  "{" PERTURBATION \
+  ", \"randomize\": {\"body_mass\": {\"kind\": \"scale\", \"low\": 0.9, \"high\": 1.1, \"set_constants\": true}"
+#define NORMAL(array, std) \
+  ", \"" array "\": {\"kind\": \"scale\", \"distribution\": \"normal\", \"mean\": 1, \"std\": " std "}"
+  static const char* const documents[] = {
+      MASS "}}",
+      MASS NORMAL("geom_friction", "0.02") "}}",
+      MASS NORMAL("geom_friction", "0.02") NORMAL("body_quat", "0.01") "}}",
+      MASS NORMAL("geom_friction", "0.02") NORMAL("body_quat", "0.01") ", \"jnt_limited\": {\"choices\": [0, 1]}}}",
+  };
+  const double action[3 * ROWS] = {0};
   for (int together = 0; together < 2; ++together) {
-    for (size_t count = 1; count <= COUNT(items); ++count) {  // with few arrays of their own, lanes can compute them
+    for (size_t count = 0; count < COUNT(documents); ++count) {  // with few arrays of their own, lanes can compute them
       mjenv_options* options = options_of_id("Hopper-v5");
       assert_ok(mjenv_options_set_string(options, "autoreset_mode", autoreset));
       assert_ok(mjenv_options_set_integer(options, "max_episode_steps", 3));
@@ -302,8 +266,7 @@ static void test_randomised(void** state) {
       seed_rows(env, 5);
       assert_ok(mjenv_reset(env, NULL, &out->batch));
       assert_ok(set_constants(env, 1));
-      assert_ok(mjenv_randomize(env, items, count));
-      assert_ok(mjenv_perturb(env, &perturbation));
+      assert_ok(mjenv_randomize(env, documents[count]));
       mjenv_status status = MJENV_OK;
       start_counting();  // from the first reset on
       status = mjenv_reset(env, NULL, &out->batch);

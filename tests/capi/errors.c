@@ -343,10 +343,6 @@ static void test_negative_counts(void** state) {
     assert_refused(wanted, mjenv_simulate(b->env, 0, values, n, 1), "count of ctrl");
     assert_refused(wanted, mjenv_snapshot(b->env, 0, values, n, &count), "less than 0");
     assert_refused(wanted, mjenv_restore(b->env, 0, values, n), "count of image");
-    assert_refused(wanted, mjenv_randomize(b->env, NULL, n), "count");
-    mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-    perturbation.push_count = n;
-    assert_refused(wanted, mjenv_perturb(b->env, &perturbation), "push_count");
   }
   assert_ok(mjenv_send(b->env, NULL, 0, values, b->nu * rows_of(b->env), MJENV_DTYPE_FLOAT64));
   for (size_t i = 0; i < COUNT(negative); ++i) {

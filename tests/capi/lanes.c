@@ -93,40 +93,22 @@ static void roll_out(struct player* p, const double* action, size_t count) {
   assert_ok(mjenv_rollout(p->env, action, count * ROLLOUT, MJENV_DTYPE_FLOAT64, ROLLOUT, &batch));
 }
 
+#define NO_PERTURBATION "{\"noise\": null, \"delay\": null, \"push\": null}"
+
 // From the next reset on.
 static void perturb(mjenv_env* env) {
-  static const double noises[] = {0.1};
-  static const mjenv_push push = {.struct_size = sizeof push,
-                                  .body = 1,
-                                  .min_steps = 1,
-                                  .max_steps = 3,
-                                  .low = {-9, 0, 0},
-                                  .high = {9, 0, 0, 0, 1}};
-  const mjenv_perturbation perturbation = {.struct_size = sizeof perturbation,
-                                           .action_noise = noises,
-                                           .action_noise_count = 1,
-                                           .observation_noise = noises,
-                                           .observation_noise_count = 1,
-                                           .action_delay = 1,
-                                           .pushes = &push,
-                                           .push_count = 1};
-  assert_ok(mjenv_perturb(env, &perturbation));
+  assert_ok(mjenv_randomize(env,
+                            "{\"noise\": {\"action\": 0.1, \"observation\": 0.1}, \"delay\": {\"action\": 1}, \"push\":"
+                            "{\"body\": 1, \"every\": [1, 3], \"force\": [[-9, 9], [0, 0], [0, 0]],"
+                            " \"torque\": [[0, 0], [0, 1], [0, 0]]}}"));
 }
 
 // Rows draw values that lanes can have of their own.
 static void randomise(mjenv_env* env) {
-  static const double scales[] = {0.5, 1.5};
-  static const char* const arrays[] = {"body_mass", "dof_damping", "geom_friction", "opt.gravity", "actuator_gear"};
-  mjenv_randomization items[COUNT(arrays)];
-  for (size_t i = 0; i < COUNT(items); ++i)
-    items[i] = (mjenv_randomization){.struct_size = sizeof *items,
-                                     .distribution = MJENV_DISTRIBUTION_UNIFORM,
-                                     .array = arrays[i],
-                                     .parameters = scales,
-                                     .parameter_count = COUNT(scales),
-                                     .effect = MJENV_EFFECT_SCALE,
-                                     .constants = i == 0};
-  assert_ok(mjenv_randomize(env, items, COUNT(items)));
+#define SCALE "{\"kind\": \"scale\", \"low\": 0.5, \"high\": 1.5"
+  assert_ok(mjenv_randomize(env, "{\"randomize\": {\"body_mass\": " SCALE
+                                 ", \"set_constants\": true}, \"dof_damping\": " SCALE "}, \"geom_friction\": " SCALE
+                                 "}, \"opt.gravity\": " SCALE "}, \"actuator_gear\": " SCALE "}}}"));
 }
 
 static void fill_array(mjenv_env* env, int64_t row, const char* array, double value) {
@@ -186,7 +168,7 @@ static void disturb(struct player* p, int step) {
     perturb(p->env);
     assert_ok(mjenv_reset(p->env, NULL, NULL));
   }
-  if (step == 37) assert_ok(mjenv_perturb(p->env, NULL));
+  if (step == 37) assert_ok(mjenv_randomize(p->env, NO_PERTURBATION));
   if (step == 38) scale_array(p->env, 0, "body_mass", 1.5);  // from now on rows have models of their own
   if (step == 40) {
     randomise(p->env);
@@ -388,16 +370,13 @@ static void test_forces(void** state) {
   assert_lanes(env, 2, "");
   const float action[ROWS * 3] = {0};
 
-  const mjenv_push push = {
-      .struct_size = sizeof push, .body = 1, .min_steps = 2, .max_steps = 2, .low = {1}, .high = {2}};
-  const mjenv_perturbation pushes = {.struct_size = sizeof pushes, .pushes = &push, .push_count = 1};
-  assert_ok(mjenv_perturb(env, &pushes));
+  assert_ok(mjenv_randomize(env, "{\"push\": {\"body\": 1, \"every\": 2, \"force\": [[1, 2], [0, 0], [0, 0]]}}"));
   assert_ok(mjenv_reset(env, NULL, NULL));
   for (int step = 0; step < 4; ++step) {  // the second and the fourth push
     assert_ok(mjenv_step(env, NULL, action, COUNT(action), MJENV_DTYPE_FLOAT32, NULL));
     assert_lanes(env, 2, "");
   }
-  assert_ok(mjenv_perturb(env, NULL));
+  assert_ok(mjenv_randomize(env, NO_PERTURBATION));
   assert_lanes(env, 2, "");
 
   assert_ok(mjenv_send(env, NULL, 0, action, COUNT(action), MJENV_DTYPE_FLOAT32));

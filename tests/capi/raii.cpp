@@ -340,27 +340,16 @@ TEST(says_whether_there_are_lanes) {
 TEST(resets_draw) {
   mjenv::Env env("Reacher-v5", 2);
   mjenv::Batch out = env.batch();
-  const std::vector<double> range{0.5, 1.5}, noise{0.1};
-  mjenv_randomization item = MJENV_RANDOMIZATION_INIT;
-  item.distribution = MJENV_DISTRIBUTION_UNIFORM;
-  item.array = "body_mass";
-  item.parameters = range.data();
-  item.parameter_count = 2;
-  item.effect = MJENV_EFFECT_SCALE;
-  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-  perturbation.observation_noise = noise.data();
-  perturbation.observation_noise_count = 1;
-  env.randomize(std::vector<mjenv_randomization>{item});
-  env.perturb(perturbation);
+  env.randomize(R"({"randomize": {"body_mass": {"kind": "scale", "low": 0.5, "high": 1.5}}})");
+  env.randomize(R"({"noise": {"observation": 0.1}})");
   env.reset(out);
   const std::vector<double> mass = env.read(0, "body_mass");
   EXPECT(!same_bits(mass, env.read(1, "body_mass")));
-  env.randomize(std::vector<mjenv_randomization>{});
-  env.perturb();
+  EXPECT(env.randomization().find("\"observation\":0.1") != std::string::npos);
+  env.randomize(R"({"randomize": null, "noise": null})");
   env.reset(out);
   EXPECT(same_bits(env.read(0, "body_mass"), mass));
-  item.array = "no_such";
-  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.randomize(std::vector<mjenv_randomization>{item}); }));
+  EXPECT(refused(MJENV_E_NAME, "no_such", [&] { env.randomize(R"({"randomize": {"no_such": {}}})"); }));
   return "";
 }
 

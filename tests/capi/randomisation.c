@@ -15,27 +15,19 @@ static double uniform(double low, double high) {
 
 // ---- Settings ----
 
-#define ITEM .struct_size = sizeof(mjenv_randomization)
-#define PARAMETERS(...) \
-  .parameters = (const double[]){__VA_ARGS__}, .parameter_count = COUNT(((const double[]){__VA_ARGS__}))
-
 static void randomize(mjenv_env* env) {
-  static const int64_t z[] = {2};
-  const mjenv_randomization items[] = {
-      {ITEM, MJENV_DISTRIBUTION_UNIFORM, "geom_friction", PARAMETERS(0.5, 1.5), .effect = MJENV_EFFECT_SCALE},
-      {ITEM, MJENV_DISTRIBUTION_LOG_UNIFORM, "body_mass", PARAMETERS(0.5, 2), .effect = MJENV_EFFECT_SCALE, .shared = 1,
-       .constants = 1},
-      {ITEM, MJENV_DISTRIBUTION_NORMAL, "opt.gravity", z, 1, PARAMETERS(0, 0.5), .effect = MJENV_EFFECT_OFFSET},
-      {ITEM, MJENV_DISTRIBUTION_TRUNCATED_NORMAL, "dof_damping", PARAMETERS(1, 0.2, 0.9, 1.4),
-       .effect = MJENV_EFFECT_SCALE},
-      {ITEM, MJENV_DISTRIBUTION_CHOICE, "opt.timestep", PARAMETERS(0.008, 0.01, 0.002), .effect = MJENV_EFFECT_VALUE},
-      {ITEM, MJENV_DISTRIBUTION_UNIFORM, "tendon_stiffness", PARAMETERS(0, 1), .effect = MJENV_EFFECT_VALUE},
-  };
-  assert_ok(mjenv_randomize(env, items, COUNT(items)));
+  assert_ok(mjenv_randomize(
+      env,
+      "{\"randomize\": {\"geom_friction\": {\"kind\": \"scale\", \"low\": 0.5, \"high\": 1.5},"
+      "\"body_mass\": {\"kind\": \"scale\", \"distribution\": \"log_uniform\", \"low\": 0.5, \"high\": 2,"
+      " \"shared\": true, \"set_constants\": true},"
+      "\"opt.gravity\": {\"kind\": \"offset\", \"distribution\": \"normal\", \"mean\": 0, \"std\": 0.5,"
+      " \"elements\": [2]},"
+      "\"dof_damping\": {\"kind\": \"scale\", \"distribution\": \"truncated_normal\", \"mean\": 1, \"std\": 0.2,"
+      " \"low\": 0.9, \"high\": 1.4},"
+      "\"opt.timestep\": {\"choices\": [0.008, 0.01, 0.002]},"
+      "\"tendon_stiffness\": {\"low\": 0, \"high\": 1}}}"));
 }
-
-#define PERTURBATION .struct_size = sizeof(mjenv_perturbation)
-#define PUSH .struct_size = sizeof(mjenv_push)
 
 // Whether body 1 has a free joint, so that it can be kicked.
 static bool has_free_trunk(mjenv_env* env) {
@@ -47,25 +39,22 @@ static bool has_free_trunk(mjenv_env* env) {
 }
 
 static void perturb(mjenv_env* env) {
-  static const double action_noise[] = {0.1}, observation_noise[] = {0.02};
-  const mjenv_push pushes[] = {
-      {PUSH, .body = 1, .min_steps = 2, .max_steps = 7, .low = {-20, -20}, .high = {20, 20, 5}},
-      {PUSH, .body = 2, .min_steps = 1, .max_steps = 1, .low = {0, 0, 0, -1, -1, -1}, .high = {0, 0, 0, 1, 1, 1}},
-      {PUSH, .body = 3, .min_steps = 1, .max_steps = 3, .low = {-3}, .high = {3}, .min_duration = 1, .max_duration = 4},
-      {PUSH, .body = 1, .min_steps = 1, .max_steps = 4, .low = {-1, 0, 0, -1}, .high = {1, 0, 0, 1}, .is_kick = 1},
-  };
-  const mjenv_perturbation perturbation = {PERTURBATION,
-                                           .action_noise = action_noise,
-                                           .action_noise_count = 1,
-                                           .observation_noise = observation_noise,
-                                           .observation_noise_count = 1,
-                                           .action_delay = 2,
-                                           .observation_delay = 1,
-                                           .max_observation_delay = 3,
-                                           .pushes = pushes,
-                                           .push_count = COUNT(pushes) - !has_free_trunk(env)};
-  assert_ok(mjenv_perturb(env, &perturbation));
+  char document[1000];
+  snprintf(document, sizeof document,
+           "{\"noise\": {\"action\": 0.1, \"observation\": 0.02}, \"delay\": {\"action\": 2, \"observation\": [1, 3]},"
+           "\"push\": [{\"body\": 1, \"every\": [2, 7], \"force\": [[-20, 20], [-20, 20], [0, 5]]},"
+           "{\"body\": 2, \"every\": 1, \"torque\": [[-1, 1], [-1, 1], [-1, 1]]},"
+           "{\"body\": 3, \"every\": [1, 3], \"duration\": [1, 4], \"force\": [[-3, 3], [0, 0], [0, 0]]}%s]}",
+           has_free_trunk(env) ? ", {\"body\": 1, \"every\": [1, 4], \"velocity\": [[-1, 1], [0, 0], [0, 0]],"
+                                 " \"angular_velocity\": [[-1, 1], [0, 0], [0, 0]]}"
+                               : "");
+  assert_ok(mjenv_randomize(env, document));
 }
+
+// Documents in which nothing is drawn, and nothing perturbed.
+#define MASSES(draw) "{\"randomize\": {\"body_mass\": {\"kind\": \"scale\", " draw "}}}"
+#define NO_DRAWS "{\"randomize\": null}"
+#define NO_PERTURBATION "{\"noise\": null, \"delay\": null, \"push\": null}"
 
 static mjenv_env* plain_env(const char* id, int threads, int64_t rows, const char* mode) {
   mjenv_options* options = options_of_id(id);
@@ -190,8 +179,7 @@ static void test_rows(void** state) {
   memcpy(seen, out->obs, obs_count * sizeof *seen);
   assert_ok(mjenv_restore(many, MJENV_ALL_ROWS, image, size));
   assert_ok(mjenv_send(many, NULL, 0, action, ROWS * nu, MJENV_DTYPE_FLOAT64));
-  assert_refused(MJENV_E_PENDING, mjenv_randomize(many, NULL, 0), "under way");
-  assert_refused(MJENV_E_PENDING, mjenv_perturb(many, NULL), "under way");
+  assert_refused(MJENV_E_PENDING, mjenv_randomize(many, "{}"), "under way");
   int64_t received[ROWS];
   assert_ok(mjenv_recv(many, ROWS, -1, received, ROWS, &count, &out->batch));
   assert_same_bits("rewards of sent rows", out->reward, rewards, ROWS);
@@ -257,8 +245,8 @@ static void test_begin_with_a_reset(void** state) {
   double *force = read_array(env, 0, "xfrc_applied", &count), *friction = read_array(env, 0, "geom_friction", &count);
   assert_true(force[2 * 6 + 4] != 0);
   free(force);
-  assert_ok(mjenv_perturb(env, NULL));
-  assert_ok(mjenv_randomize(env, NULL, 0));
+  assert_ok(mjenv_randomize(env, NO_PERTURBATION));
+  assert_ok(mjenv_randomize(env, NO_DRAWS));
   double* kept = read_array(env, 0, "geom_friction", &count);
   assert_same_bits("geom_friction", kept, friction, count);
   force = read_array(env, 0, "xfrc_applied", &count);
@@ -276,9 +264,10 @@ static void test_removed(void** state) {
   mjenv_env *env = plain_env("Hopper-v5", 2, ROWS, "next_step"), *plain = plain_env("Hopper-v5", 1, ROWS, "next_step");
   randomize(env);
   perturb(env);
-  assert_ok(mjenv_randomize(env, NULL, 0));
-  const mjenv_perturbation none = {PERTURBATION};
-  assert_ok(mjenv_perturb(env, &none));
+  assert_ok(mjenv_randomize(env, NULL));
+  const char* document;
+  assert_ok(mjenv_randomization(env, &document));
+  assert_string_equal(document, "{}");
   seed_rows(env, 1);
   seed_rows(plain, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
@@ -345,19 +334,16 @@ static void test_images(void** state) {
   }
   unsigned char* image = image_of(plain, 0, &size);
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(drawing, 0, image, size), "without randomisation", "mjenv_randomize");
-  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(perturbed, 0, image, size), "without noise", "mjenv_perturb");
+  assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(perturbed, 0, image, size), "without noise", "mjenv_randomize");
   free(image);
   image = image_of(drawing, 0, &size);
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(plain, 0, image, size), "with randomisation", "has none");
-  const mjenv_randomization item = {ITEM, MJENV_DISTRIBUTION_UNIFORM, "body_mass", PARAMETERS(1, 2),
-                                    .effect = MJENV_EFFECT_SCALE};
-  assert_ok(mjenv_randomize(drawing, &item, 1));
+  assert_ok(mjenv_randomize(drawing, MASSES("\"low\": 1, \"high\": 2")));
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(drawing, 0, image, size), "with other randomisation");
   free(image);
   image = image_of(perturbed, 0, &size);
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(plain, 0, image, size), "with noise, delays or pushes", "has none");
-  const mjenv_perturbation other = {PERTURBATION, .action_delay = 1};
-  assert_ok(mjenv_perturb(perturbed, &other));
+  assert_ok(mjenv_randomize(perturbed, "{\"noise\": null, \"push\": null, \"delay\": {\"action\": 1}}"));
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(perturbed, 0, image, size), "with other noise");
   free(image);
   for (size_t i = 0; i < COUNT(envs); ++i) mjenv_destroy(envs[i]);
@@ -436,7 +422,7 @@ static void test_refused_ranges(void** state) {
   assert_true(row[1] == 0.5);
   assert_ok(mjenv_read(env, 2, "draws[0]", row, 2, &count));
   assert_true(row[1] == 1.5);
-  assert_ok(mjenv_randomize(env, NULL, 0));
+  assert_ok(mjenv_randomize(env, NO_DRAWS));
   assert_refused(MJENV_E_NAME, mjenv_write(env, NULL, "draws[0]", none, 2), "0 item(s)");
   mjenv_destroy(env);
 }
@@ -446,36 +432,25 @@ static void test_refused_ranges(void** state) {
 static void test_refused_repeats(void** state) {
   (void)state;
   mjenv_env* env = plain_env("Hopper-v5", 1, 2, "disabled");
-  static const int64_t two[] = {1, 2};
-  const mjenv_randomization masses = {
-      ITEM, MJENV_DISTRIBUTION_UNIFORM, "body_mass", two, 2, PARAMETERS(1, 2), .effect = MJENV_EFFECT_SCALE};
-  mjenv_randomization items[] = {masses, masses};
-  items[1].repeats = 1;
-  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items + 1, 1), "items[0]", "repeats the item before");
-  items[1].factor = NAN;
-  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "factor is nan");
-  items[1].factor = -1;
-  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "body_mass[1]");
-  items[1].factor = 0;  // 1
-  items[1].element_count = 1;
-  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 1");
-  items[1].array = "body_inertia";
-  static const int64_t columns[] = {3, 4, 6, 7, 8, 9};
-  items[1].elements = columns;
-  items[1].element_count = 4;
-  assert_ok(mjenv_randomize(env, items, 2));
-  items[1].element_count = 5;
-  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 5, not 2", "one row");
-  items[1].element_count = 6;  // body 1 has the elements 3 to 5
-  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, items, 2), "items[1]", "element_count is 6, not 2", "one row");
-  items[1].array = "geom_contype";
-  items[1].elements = two;
-  items[1].element_count = 2;
-  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, items, 2), "items[1]", "integers");
-  items[1].array = "body_inertia";
-  items[1].element_count = 1;
-  items[0].shared = 1;
-  assert_ok(mjenv_randomize(env, items, 2));
+#define TWO(first, array, second)                                                                             \
+  "{\"randomize\": {\"body_mass\": {\"kind\": \"scale\", \"low\": 1, \"high\": 2, \"elements\": [1, 2]" first \
+  "}, \"" array "\": {\"kind\": \"same\"" second "}}}"
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, "{\"randomize\": {\"body_mass\": {\"kind\": \"same\"}}}"),
+                 "randomize.body_mass", "there is none");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, TWO("", "body_inertia", ", \"factor\": 0")), "must not be 0");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, TWO("", "body_ipos", ", \"elements\": [3, 6], \"factor\": 1e999")),
+                 "no JSON");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, TWO("", "body_inertia", ", \"elements\": [3, 6], \"factor\": -1")),
+                 "randomize.body_inertia", "body_inertia[");
+  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, TWO("", "body_inertia", ", \"elements\": 3")), "1 elements, not 2");
+  assert_ok(mjenv_randomize(env, TWO("", "body_inertia", ", \"elements\": [3, 4, 6, 7]")));
+  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, TWO("", "body_inertia", ", \"elements\": [3, 4, 6, 7, 8]")),
+                 "5 elements, not 2", "one row");
+  assert_refused(MJENV_E_SIZE,  // body 1 has the elements 3 to 5
+                 mjenv_randomize(env, TWO("", "body_inertia", ", \"elements\": [3, 4, 6, 7, 8, 9]")),
+                 "6 elements, not 2", "one row");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, TWO("", "geom_contype", ", \"elements\": [1, 2]")), "integers");
+  assert_ok(mjenv_randomize(env, TWO(", \"shared\": true", "body_inertia", ", \"elements\": [3]")));
   double range[2] = {1, 2};
   int64_t count;
   assert_refused(MJENV_E_NAME, mjenv_read(env, 0, "draws[1]", range, 2, &count), "\"body_inertia\" repeats");
@@ -492,11 +467,9 @@ static void test_refused_draws_beside_the_models_own(void** state) {
   static const char xml[] =
       "<mujoco><option density='-1'/><worldbody><body><joint/><geom size='.1'/></body></worldbody></mujoco>";
   mjenv_env* env = env_of_model(xml);
-  const mjenv_randomization item = {
-      ITEM, MJENV_DISTRIBUTION_UNIFORM, "opt.density", NULL, 0, PARAMETERS(-1, 5), .effect = MJENV_EFFECT_VALUE};
   const double negative = -0.5;
   assert_refused(MJENV_E_VALUE, write_row(env, 0, "opt.density", &negative, 1), "opt.density");
-  assert_ok(mjenv_randomize(env, &item, 1));
+  assert_ok(mjenv_randomize(env, "{\"randomize\": {\"opt.density\": {\"low\": -1, \"high\": 5}}}"));
   seed_rows(env, 1);
   int refused = 0, drawn = 0;
   for (int attempt = 0; attempt < 60; ++attempt) {
@@ -519,19 +492,13 @@ static void test_refused_draws_beside_the_models_own(void** state) {
 static void test_refused_draws(void** state) {
   (void)state;
   mjenv_env *env = plain_env("Hopper-v5", 2, ROWS, "disabled"), *same = plain_env("Hopper-v5", 1, ROWS, "disabled");
-  const mjenv_randomization item = {ITEM,
-                                    MJENV_DISTRIBUTION_NORMAL,
-                                    "body_mass",
-                                    (const int64_t[]){1, 2},
-                                    2,
-                                    PARAMETERS(1, 1),
-                                    .effect = MJENV_EFFECT_SCALE};
   struct outputs* out = outputs_of(env);
   seed_rows(env, 1);
   seed_rows(same, 1);
   assert_ok(mjenv_reset(env, NULL, NULL));
   assert_ok(mjenv_reset(same, NULL, NULL));
-  assert_ok(mjenv_randomize(env, &item, 1));
+  assert_ok(
+      mjenv_randomize(env, MASSES("\"distribution\": \"normal\", \"mean\": 1, \"std\": 1, \"elements\": [1, 2]")));
   int refused = 0, drawn = 0;
   for (int attempt = 0; attempt < 20; ++attempt) {
     for (int row = 0; row < ROWS; ++row) {
@@ -564,132 +531,194 @@ static void test_refused_draws(void** state) {
 
 // ---- Bad input ----
 
-static void test_refused_randomizations(void** state) {
+static void test_refused_documents(void** state) {
   (void)state;
-  mjenv_env* env = plain_env("Hopper-v5", 1, 2, "disabled");
-  const int64_t past[] = {0, 100000}, negative[] = {-1};
-  const double range[] = {0.5, 1.5};
-  const mjenv_randomization good = {ITEM,
-                                    MJENV_DISTRIBUTION_UNIFORM,
-                                    "body_mass",
-                                    .parameters = range,
-                                    .parameter_count = 2,
-                                    .effect = MJENV_EFFECT_SCALE};
-  assert_refused(MJENV_E_ARGUMENT, mjenv_randomize(NULL, &good, 1), "env");
-  assert_refused(MJENV_E_ARGUMENT, mjenv_randomize(env, NULL, 1), "items");
-  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, &good, INT64_MAX), "count is");
-  mjenv_randomization item;
-#define REFUSED(status, change, ...)                                       \
-  do {                                                                     \
-    item = good;                                                           \
-    change;                                                                \
-    const mjenv_randomization items[] = {good, item};                      \
-    assert_refused((status), mjenv_randomize(env, items, 2), __VA_ARGS__); \
-  } while (0)
-#define DRAWN(...) \
-  item.parameters = (const double[]){__VA_ARGS__}, item.parameter_count = COUNT(((const double[]){__VA_ARGS__}))
-  REFUSED(MJENV_E_ARGUMENT, item.struct_size = 8, "items[1]", "struct_size");
-  REFUSED(MJENV_E_ARGUMENT, item.array = NULL, "items[1]", "array");
-  REFUSED(MJENV_E_NAME, item.array = "no_such_array", "items[1]", "no_such_array");
-  REFUSED(MJENV_E_NAME, item.array = "gravity", "items[1], \"gravity\"", "is one of these meant? opt.gravity");
-  REFUSED(MJENV_E_NAME, item.array = "mass", "is one of these meant? body_mass");
-  REFUSED(MJENV_E_NAME, item.array = "geom_frictoin", "is one of these meant? geom_friction");
-  REFUSED(MJENV_E_NAME, item.array = "xpos", "those that can be drawn are", "body_pos");
-  REFUSED(MJENV_E_NAME, item.array = "body_parentid", "structure");
-  REFUSED(MJENV_E_NAME, item.array = "xfrc_applied", "mjModel");
-  REFUSED(MJENV_E_NAME, item.array = "qpos", "\"qpos\"");
-  REFUSED(MJENV_E_ARGUMENT, item.distribution = 0, "no distribution 0");
-  REFUSED(MJENV_E_ARGUMENT, item.distribution = 6, "no distribution 6");
-  REFUSED(MJENV_E_ARGUMENT, item.effect = 0, "no effect 0");
-  REFUSED(MJENV_E_ARGUMENT, item.parameters = NULL, "parameters");
-  REFUSED(MJENV_E_SIZE, item.parameter_count = 3, "parameter_count is 3");
-  REFUSED(MJENV_E_SIZE, item.parameter_count = -1, "parameter_count is -1");
-  REFUSED(MJENV_E_SIZE, (item.distribution = MJENV_DISTRIBUTION_CHOICE, item.parameter_count = 0), "parameter_count");
-  REFUSED(MJENV_E_SIZE, (item.distribution = MJENV_DISTRIBUTION_CHOICE, item.parameter_count = INT64_MAX), "body_mass");
-  REFUSED(MJENV_E_SIZE, item.element_count = 1, "element_count");
-  REFUSED(MJENV_E_SIZE, (item.elements = past, item.element_count = INT64_MAX), "element_count");
-  REFUSED(MJENV_E_VALUE, (item.elements = past, item.element_count = 2), "body_mass", "element 100000");
-  REFUSED(MJENV_E_VALUE, (item.elements = negative, item.element_count = 1), "element -1");
-  REFUSED(MJENV_E_VALUE, DRAWN(1.5, 0.5), "body_mass", "above high");
-  REFUSED(MJENV_E_VALUE, DRAWN(NAN, 0.5), "a parameter is nan");
-  REFUSED(MJENV_E_VALUE, DRAWN(0.5, INFINITY), "a parameter is inf");
-  REFUSED(MJENV_E_VALUE, DRAWN(-1, 1), "body_mass[", "negative");
-  REFUSED(MJENV_E_VALUE, DRAWN(0, 1), "body_mass[", "positive");
-  REFUSED(MJENV_E_VALUE, (item.array = "opt.gravity", DRAWN(-1.7e308, 1.7e308)), "not finite");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_LOG_UNIFORM, DRAWN(0, 1)), "logarithm");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_NORMAL, DRAWN(1, -1)), "standard deviation");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_NORMAL, DRAWN(-1, 1)), "negative");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_CHOICE, DRAWN(1, 2, -3)), "negative");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_TRUNCATED_NORMAL, DRAWN(0, 1, 20, 30)), "thousandth");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_TRUNCATED_NORMAL, DRAWN(0, 0, 1, 2)), "thousandth");
-  REFUSED(MJENV_E_VALUE, (item.distribution = MJENV_DISTRIBUTION_TRUNCATED_NORMAL, DRAWN(1, 1, 2, 1)), "above high");
-  REFUSED(MJENV_E_VALUE, item.array = "geom_contype", "MJENV_DISTRIBUTION_CHOICE");
-  REFUSED(MJENV_E_VALUE,
-          (item.array = "geom_contype", item.distribution = MJENV_DISTRIBUTION_CHOICE, DRAWN(1, 0.5),
-           item.effect = MJENV_EFFECT_VALUE),
-          "integer");
+  static const struct {
+    mjenv_status status;
+    const char *document, *words[2];
+  } cases[] = {
+      {MJENV_E_VALUE, " ", {"no JSON"}},
+      {MJENV_E_VALUE, "{\"noise\": {}} {}", {"no JSON"}},
+      {MJENV_E_VALUE, "{", {"no JSON", "line 1, column 2"}},
+      {MJENV_E_VALUE, "{\"noise\": {\"action\": 1e999}}", {"no JSON"}},
+      {MJENV_E_VALUE, "{\"noise\": {\"action\": NaN}}", {"no JSON"}},
+      {MJENV_E_SIZE, "[[[[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]]]]", {"more than 16 brackets"}},
+      {MJENV_E_TYPE, "[]", {"an object"}},
+      {MJENV_E_NAME, "{\"noise\": {}, \"noise\": {}}", {"\"noise\" twice"}},
+      {MJENV_E_NAME, "{\"noises\": {}}", {"noises", "is one of these meant? noise"}},
+      {MJENV_E_NAME, "{\"x\": {}}", {"\"x\"", "there are randomize, noise, delay, push"}},
+      {MJENV_E_TYPE, "{\"randomize\": []}", {"randomize:"}},
+      {MJENV_E_TYPE, "{\"randomize\":{\"body_mass\":2}}", {"randomize.body_mass"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"no_such_array\":{\"low\":1,\"high\":2}}}", {"randomize.no_such_array"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"gravity\":{\"low\":1,\"high\":2}}}", {"is one of these meant? opt.gravity"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"mass\":{\"low\":1,\"high\":2}}}", {"is one of these meant? body_mass"}},
+      {MJENV_E_NAME,
+       "{\"randomize\":{\"geom_frictoin\":{\"low\":1,\"high\":2}}}",
+       {"is one of these meant? geom_friction"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"xpos\":{\"low\":1,\"high\":2}}}", {"those that can be drawn are", "body_pos"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"body_parentid\":{\"low\":1,\"high\":2}}}", {"structure"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"xfrc_applied\":{\"low\":1,\"high\":2}}}", {"mjModel"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"qpos\":{\"low\":1,\"high\":2}}}", {"qpos"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"beta\"}}}",
+       {"randomize.body_mass.distribution", "beta"}},
+      {MJENV_E_VALUE, "{\"randomize\":{\"body_mass\":{\"kind\":\"other\"}}}", {"randomize.body_mass.kind"}},
+      {MJENV_E_NAME, "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"lowest\":1}}}", {"lowest"}},
+      {MJENV_E_TYPE, "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1}}}", {"low, high"}},
+      {MJENV_E_TYPE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":\"1\",\"high\":2}}}",
+       {"randomize.body_mass.low", "a number"}},
+      {MJENV_E_SIZE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"choices\":[]}}}",
+       {"randomize.body_mass.choices"}},
+      {MJENV_E_TYPE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"shared\":1}}}",
+       {"randomize.body_mass.shared"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"elements\":[0,100000]}}}",
+       {"randomize.body_mass.elements[1]", "100000"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"elements\":-1}}}",
+       {"element -1"}},
+      {MJENV_E_TYPE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"elements\":9223372036854775808}}}",
+       {"an integer"}},
+      {MJENV_E_TYPE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"elements\":1.5}}}",
+       {"an integer"}},
+      {MJENV_E_TYPE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"geom\":1}}}",
+       {"not selected by geom"}},
+      {MJENV_E_NAME,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"body\":[\"torso\",\"arm\"]}}}",
+       {"randomize.body_mass.body[1]", "arm"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"body\":99}}}",
+       {"no element"}},
+      {MJENV_E_TYPE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"body\":1,\"elements\":1}}}",
+       {"give one of"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"columns\":0}}}",
+       {"no columns"}},
+      {MJENV_E_VALUE, "{\"randomize\":{\"geom_friction\":{\"low\":1,\"high\":2,\"columns\":3}}}", {"3 columns"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1,\"high\":2,\"body\":\"torso\\u0000\"}}}",
+       {"null character"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":1.5,\"high\":0.5}}}",
+       {"body_mass", "above high"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":-1,\"high\":1}}}",
+       {"body_mass[", "negative"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":0,\"high\":1}}}",
+       {"body_mass[", "positive"}},
+      {MJENV_E_VALUE, "{\"randomize\":{\"opt.gravity\":{\"low\":-1.7e308,\"high\":1.7e308}}}", {"not finite"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"log_uniform\",\"low\":0,\"high\":1}}}",
+       {"logarithm"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"normal\",\"mean\":1,\"std\":-1}}}",
+       {"standard deviation"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"normal\",\"mean\":-1,\"std\":1}}}",
+       {"negative"}},
+      {MJENV_E_VALUE, "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"choices\":[1,2,-3]}}}", {"negative"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"truncated_normal\",\"mean\":0,\"std\":1,"
+       "\"low\":20,\"high\":30}}}",
+       {"thousandth"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"truncated_normal\",\"mean\":0,\"std\":0,"
+       "\"low\":1,\"high\":2}}}",
+       {"thousandth"}},
+      {MJENV_E_VALUE,
+       "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"distribution\":\"truncated_normal\",\"mean\":1,\"std\":1,"
+       "\"low\":2,\"high\":1}}}",
+       {"above high"}},
+      {MJENV_E_VALUE, "{\"randomize\":{\"geom_contype\":{\"low\":1,\"high\":2}}}", {"integers"}},
+      {MJENV_E_VALUE, "{\"randomize\":{\"geom_contype\":{\"choices\":[1,0.5]}}}", {"integer"}},
+      {MJENV_E_SIZE, "{\"noise\":{\"action\":[0.1,0.1]}}", {"noise.action: 2 numbers, 3 or 1 expected"}},
+      {MJENV_E_SIZE, "{\"noise\":{\"action\":[]}}", {"0 numbers"}},
+      {MJENV_E_VALUE, "{\"noise\":{\"action\":[0.1,-1,0]}}", {"noise.action[1]"}},
+      {MJENV_E_SIZE, "{\"noise\":{\"observation\":[1,2,3]}}", {"noise.observation: 3 numbers, 11 or 1 expected"}},
+      {MJENV_E_VALUE, "{\"delay\":{\"action\":-1}}", {"delay.action"}},
+      {MJENV_E_VALUE, "{\"delay\":{\"observation\":9223372036854775807}}", {"delay.observation"}},
+      {MJENV_E_VALUE, "{\"delay\":{\"action\":[3,2]}}", {"wrong order"}},
+      {MJENV_E_VALUE, "{\"delay\":{\"observation\":[0,1000001]}}", {"1000001"}},
+      {MJENV_E_TYPE, "{\"delay\":{\"action\":[1,2,3]}}", {"pair"}},
+      {MJENV_E_VALUE, "{\"delay\":{\"redraw\":\"episode\"}}", {"reset, step"}},
+      {MJENV_E_SIZE, "{\"delay\":{\"action\":1,\"first_action\":[1,2]}}", {"delay.first_action"}},
+      {MJENV_E_TYPE, "{\"push\":{}}", {"no body"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":0}]}", {"push[0].body: body 0"}},
+      {MJENV_E_VALUE, "{\"push\":{\"body\":100}}", {"push.body: body 100"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":1}]}", {"push[1]", "twice"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":2,\"every\":[0,1]}]}", {"every is [0, 1]"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":2,\"every\":[3,2]}]}", {"wrong order"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":2,\"every\":[1,9223372036854775807]}]}", {"every"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":2,\"force\":[[0,0],[0,0],[1,0]]}]}", {"low[2]"}},
+      {MJENV_E_TYPE, "{\"push\":[{\"body\":1},{\"body\":2,\"force\":[[0,0],[0,0]]}]}", {"push[1].force"}},
+      {MJENV_E_TYPE, "{\"push\":[{\"body\":1},{\"body\":2,\"force\":[[0,0],[0,0],[1]]}]}", {"push[1].force[2]"}},
+      {MJENV_E_VALUE,
+       "{\"push\":[{\"body\":1},{\"body\":2,\"velocity\":[[0,1],[0,0],[0,0]]}]}",
+       {"push[1]", "body 2 has no free joint"}},
+      {MJENV_E_VALUE,
+       "{\"push\":[{\"body\":1},{\"body\":2,\"force\":[[0,1],[0,0],[0,0]],\"velocity\":[[0,1],[0,0],[0,0]]}]}",
+       {"two pushes"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":2,\"duration\":[0,2]}]}", {"duration is [0, 2]"}},
+      {MJENV_E_VALUE, "{\"push\":[{\"body\":1},{\"body\":2,\"duration\":[1,9223372036854775807]}]}", {"duration"}},
+  };
+  mjenv_env *env = plain_env("Hopper-v5", 1, 2, "disabled"), *plain = plain_env("Hopper-v5", 1, 2, "disabled");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_randomize(NULL, "{}"), "env");
+  // Too many bytes, too many values, a long text.
+  static const struct {
+    const char *begin, *again, *words;
+    int times;
+  } huge[] = {{"1", " ", "16777216", 1 << 24}, {"[1", ",1", "1000000", 1000000}, {"\"", "x", "1000", 1001}};
+  for (size_t i = 0; i < COUNT(huge); ++i) {
+    const size_t width = strlen(huge[i].again);
+    char *document = allocate(huge[i].times * width + 4), *end = stpcpy(document, huge[i].begin);
+    for (int k = 0; k < huge[i].times; ++k, end += width) memcpy(end, huge[i].again, width);
+    strcpy(end, i == 2 ? "\"" : "");
+    assert_refused(MJENV_E_SIZE, mjenv_randomize(env, document), "more than", huge[i].words);
+    free(document);
+  }
+  for (size_t i = 0; i < COUNT(cases); ++i) {
+    const char* second = cases[i].words[1] ? cases[i].words[1] : "";
+    assert_refused(cases[i].status, mjenv_randomize(env, cases[i].document), cases[i].words[0], second);
+  }
   // Nothing was set.
-  mjenv_env* plain = plain_env("Hopper-v5", 1, 2, "disabled");
   int64_t size, same_size;
   free(image_of(env, 0, &size));
   free(image_of(plain, 0, &same_size));
   assert_int_equal(size, same_size);
+  const char* document;
+  assert_ok(mjenv_randomization(env, &document));
+  assert_string_equal(document, "{}");
   mjenv_destroy(env);
   mjenv_destroy(plain);
 }
 
-static void test_refused_perturbations(void** state) {
+// A part that a document lacks stays, and what is set is a document that sets it again.
+static void test_parts(void** state) {
   (void)state;
-  mjenv_env* env = plain_env("Hopper-v5", 1, 2, "disabled");
-  const double noise[] = {0.1, 0.1, 0.1}, negative[] = {0.1, -1, 0}, not_a_number[] = {NAN};
-  const mjenv_push push = {PUSH, .body = 1, .min_steps = 1, .max_steps = 2, .high = {1}};
-  const mjenv_perturbation good = {PERTURBATION, .action_noise = noise, .action_noise_count = 3, .pushes = &push,
-                                   .push_count = 1};
-  assert_refused(MJENV_E_ARGUMENT, mjenv_perturb(NULL, &good), "env");
-  mjenv_perturbation given;
-  mjenv_push pushes[2];
-#undef REFUSED
-#define REFUSED(status, change, ...)                                   \
-  do {                                                                 \
-    given = good;                                                      \
-    pushes[0] = pushes[1] = push;                                      \
-    pushes[1].body = 2;                                                \
-    given.pushes = pushes;                                             \
-    given.push_count = 2;                                              \
-    change;                                                            \
-    assert_refused((status), mjenv_perturb(env, &given), __VA_ARGS__); \
-  } while (0)
-  REFUSED(MJENV_E_ARGUMENT, given.struct_size = 8, "perturbation", "struct_size");
-  REFUSED(MJENV_E_ARGUMENT, given.action_noise = NULL, "action_noise");
-  REFUSED(MJENV_E_SIZE, given.action_noise_count = 2, "action_noise_count");
-  REFUSED(MJENV_E_SIZE, given.action_noise_count = -1, "action_noise_count");
-  REFUSED(MJENV_E_VALUE, given.action_noise = negative, "action_noise[1]");
-  REFUSED(MJENV_E_VALUE, (given.observation_noise = not_a_number, given.observation_noise_count = 1),
-          "observation_noise[0]");
-  REFUSED(MJENV_E_SIZE, (given.observation_noise = noise, given.observation_noise_count = 3), "observation_noise");
-  REFUSED(MJENV_E_VALUE, given.action_delay = -1, "action_delay");
-  REFUSED(MJENV_E_VALUE, given.observation_delay = INT64_MAX, "observation_delay");
-  REFUSED(MJENV_E_VALUE, (given.action_delay = 3, given.max_action_delay = 2), "max_action_delay is 2, not 3");
-  REFUSED(MJENV_E_VALUE, given.max_action_delay = -1, "max_action_delay is -1");
-  REFUSED(MJENV_E_VALUE, given.max_observation_delay = 1000001, "max_observation_delay is 1000001");
-  REFUSED(MJENV_E_ARGUMENT, given.pushes = NULL, "pushes");
-  REFUSED(MJENV_E_SIZE, given.push_count = -1, "push_count");
-  REFUSED(MJENV_E_SIZE, given.push_count = INT64_MAX, "push_count");
-  REFUSED(MJENV_E_ARGUMENT, pushes[0].struct_size = 8, "pushes[0]", "struct_size");
-  REFUSED(MJENV_E_VALUE, pushes[1].body = 0, "pushes[1]", "body is 0");
-  REFUSED(MJENV_E_VALUE, pushes[1].body = 100, "body is 100");
-  REFUSED(MJENV_E_VALUE, pushes[1].body = 1, "twice");
-  REFUSED(MJENV_E_VALUE, pushes[1].min_steps = 0, "min_steps is 0");
-  REFUSED(MJENV_E_VALUE, pushes[1].min_steps = 3, "min_steps is 3");
-  REFUSED(MJENV_E_VALUE, pushes[1].max_steps = INT64_MAX, "max_steps");
-  REFUSED(MJENV_E_VALUE, pushes[1].low[2] = 1, "low[2]");
-  REFUSED(MJENV_E_VALUE, pushes[1].low[5] = NAN, "low[5]");
-  REFUSED(MJENV_E_VALUE, pushes[1].high[0] = INFINITY, "high[0]");
-  REFUSED(MJENV_E_VALUE, pushes[1].is_kick = 1, "pushes[1]", "body 2 has no free joint");
-  REFUSED(MJENV_E_VALUE, pushes[1].max_duration = 2, "min_duration is 0 and max_duration 2");
-  REFUSED(MJENV_E_VALUE, (pushes[1].min_duration = 3, pushes[1].max_duration = 2), "min_duration is 3");
-  REFUSED(MJENV_E_VALUE, (pushes[1].min_duration = 1, pushes[1].max_duration = INT64_MAX), "max_duration");
+  mjenv_env *env = plain_env("Hopper-v5", 1, 2, "disabled"), *same = plain_env("Hopper-v5", 1, 2, "disabled");
+  const char* document;
+  assert_ok(mjenv_randomize(env, MASSES("\"low\": 0.1, \"high\": 2, \"body\": null")));
+  assert_ok(mjenv_randomize(env, "{\"push\": {\"body\": \"torso\"}, \"noise\": {\"action\": [0.1, 0, 1e-3]}}"));
+  assert_ok(mjenv_randomization(env, &document));
+  assert_string_equal(document,
+                      "{\"randomize\":{\"body_mass\":{\"kind\":\"scale\",\"low\":0.1,\"high\":2}},"
+                      "\"noise\":{\"action\":[0.1,0,0.001]},\"push\":{\"body\":\"torso\"}}");
+  assert_ok(mjenv_randomize(same, document));
+  int64_t size;
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  unsigned char* image = image_of(env, 0, &size);
+  assert_ok(mjenv_restore(same, 0, image, size));
+  free(image);
   mjenv_destroy(env);
+  mjenv_destroy(same);
 }
 
 // A body can have a force and a kick, so there can be more pushes than bodies.
@@ -700,12 +729,10 @@ static void test_force_and_kick_of_each_body(void** state) {
                                      "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body><body pos='1 0 0'>"
                                      "<freejoint/><geom size='.1'/></body></worldbody></mujoco>"));
   mjenv_env* env = env_of_options(options, 1);
-  mjenv_push pushes[4];
-  for (int32_t i = 0; i < 4; ++i)
-    pushes[i] = (mjenv_push){PUSH,       .body = 1 + i / 2, .min_steps = 1,  .max_steps = 1,
-                             .low = {1}, .high = {1},       .is_kick = i % 2};
-  const mjenv_perturbation all = {PERTURBATION, .pushes = pushes, .push_count = 4};
-  assert_ok(mjenv_perturb(env, &all));
+#define ONE "[[1, 1], [0, 0], [0, 0]]"
+  assert_ok(mjenv_randomize(
+      env, "{\"push\": [{\"body\": 1, \"every\": 1, \"force\": " ONE "}, {\"body\": 1, \"every\": 1, \"velocity\": " ONE
+           "}, {\"body\": 2, \"every\": 1, \"force\": " ONE "}, {\"body\": 2, \"every\": 1, \"velocity\": " ONE "}]}"));
   assert_ok(mjenv_reset(env, NULL, NULL));
   const double action[1] = {0};
   assert_ok(mjenv_step(env, NULL, action, 0, MJENV_DTYPE_FLOAT64, NULL));
@@ -741,16 +768,11 @@ static void test_cost_of_constants(void** state) {
       "width='800' height='800'/></asset><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>";
   double seconds[2];
   for (int32_t constants = 0; constants < 2; ++constants) {
-    const mjenv_randomization item = {ITEM,
-                                      MJENV_DISTRIBUTION_UNIFORM,
-                                      "body_mass",
-                                      PARAMETERS(0.5, 1.5),
-                                      .effect = MJENV_EFFECT_SCALE,
-                                      .constants = constants};
     mjenv_options* options = options_of_id("Model-v0");
     assert_ok(mjenv_options_set_string(options, "xml_string", xml));
     mjenv_env* env = env_of_options(options, 100);
-    assert_ok(mjenv_randomize(env, &item, 1));
+    assert_ok(mjenv_randomize(env, constants ? MASSES("\"low\": 0.5, \"high\": 1.5, \"set_constants\": true")
+                                             : MASSES("\"low\": 0.5, \"high\": 1.5")));
     assert_ok(mjenv_reset(env, NULL, NULL));
     seconds[constants] = reset_seconds(env);
     mjenv_destroy(env);
@@ -779,8 +801,8 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_refused_repeats),
       cmocka_unit_test(test_refused_draws),
       cmocka_unit_test(test_refused_draws_beside_the_models_own),
-      cmocka_unit_test(test_refused_randomizations),
-      cmocka_unit_test(test_refused_perturbations),
+      cmocka_unit_test(test_refused_documents),
+      cmocka_unit_test(test_parts),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

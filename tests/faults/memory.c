@@ -197,26 +197,23 @@ static mjenv_status first_snapshot(void) {
   return status;
 }
 
-static const double half[2] = {0.5, 1.5};
-static const mjenv_randomization items[2] = {
-    {sizeof items[0], MJENV_DISTRIBUTION_UNIFORM, "geom_friction", NULL, 0, half, 2, MJENV_EFFECT_SCALE, 0, 1, 0, 1},
-    {sizeof items[0], MJENV_DISTRIBUTION_NORMAL, "body_mass", NULL, 0, (const double[]){1, 0}, 2, MJENV_EFFECT_SCALE, 0,
-     0, 0, 1},
-};
-
-static mjenv_status randomize(void) { return mjenv_randomize(s.random, items, 2); }
+static mjenv_status randomize(void) {
+  return mjenv_randomize(s.random,
+                         "{\"randomize\": {\"geom_friction\": {\"kind\": \"scale\", \"low\": 0.5, \"high\": 1.5,"
+                         " \"set_constants\": true}, \"body_mass\": {\"kind\": \"scale\", \"distribution\": \"normal\","
+                         " \"mean\": 1, \"std\": 0}}}");
+}
 
 static mjenv_status bad_randomize(void) {
-  mjenv_randomization item = items[0];
-  item.array = "an array that there is not";
-  return mjenv_randomize(s.random, &item, 1);
+  return mjenv_randomize(s.random, "{\"randomize\": {\"an array that there is not\": {\"low\": 0, \"high\": 1}}}");
 }
 
 static mjenv_status perturb(void) {
-  const mjenv_push push = {sizeof push, 1, 1, 1, {0}, {1, 2, 3}, 0, 0, 0, 0};
-  const mjenv_perturbation perturbation = {
-      sizeof perturbation, 0, half, 1, half, 1, 2, 3, &push, 1, half, 1, 4, 5, 1, 0};
-  return mjenv_perturb(s.random, &perturbation);
+  return mjenv_randomize(
+      s.random,
+      "{\"noise\": {\"action\": 0.5, \"observation\": 0.5}, \"delay\": {\"action\": [2, 4],"
+      " \"observation\": [3, 5], \"first_action\": 0.5, \"redraw\": \"step\"}, \"push\": {\"body\": 1,"
+      " \"every\": 1, \"force\": [[0, 1], [0, 2], [0, 3]]}}");
 }
 
 // The step frees what the resets have kept of the rows, so that as many blocks are left as before.

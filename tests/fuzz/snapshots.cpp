@@ -94,26 +94,10 @@ struct Sample {
 };
 
 void perturb(mjenv_env* env) {
-  const double numbers[] = {0.5, 1.5};
-  mjenv_randomization item = MJENV_RANDOMIZATION_INIT;
-  item.distribution = MJENV_DISTRIBUTION_UNIFORM;
-  item.array = "body_mass";
-  item.parameters = numbers;
-  item.parameter_count = 2;
-  item.effect = MJENV_EFFECT_SCALE;
-  REQUIRE(mjenv_randomize(env, &item, 1) == MJENV_OK);
-  mjenv_push push = MJENV_PUSH_INIT;
-  push.body = 1;
-  push.min_steps = push.max_steps = 1;
-  push.high[0] = 1;
-  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-  perturbation.action_noise = perturbation.observation_noise = numbers;
-  perturbation.action_noise_count = perturbation.observation_noise_count = 1;
-  perturbation.action_delay = perturbation.observation_delay = 2;
-  perturbation.max_observation_delay = 4;
-  perturbation.pushes = &push;
-  perturbation.push_count = 1;
-  REQUIRE(mjenv_perturb(env, &perturbation) == MJENV_OK);
+  REQUIRE(mjenv_randomize(env, R"({"randomize": {"body_mass": {"kind": "scale", "low": 0.5, "high": 1.5}},
+                                   "noise": {"action": 0.5, "observation": 0.5},
+                                   "delay": {"action": 2, "observation": [2, 4]},
+                                   "push": {"body": 1, "every": 1, "force": [[0, 1], [0, 0], [0, 0]]}})") == MJENV_OK);
 }
 
 // Gives row 0 all that its derived arrays can be computed from.

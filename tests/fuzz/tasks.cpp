@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <limits>
+#include <sstream>
 
 #include "target.hpp"
 
@@ -327,18 +328,12 @@ struct Parts {
 };
 
 void perturb(mjenv_env* env, Bytes& bytes) {
-  const double noise = value(bytes), first = value(bytes);
-  mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-  perturbation.action_noise = perturbation.observation_noise = &noise;
-  perturbation.action_noise_count = perturbation.observation_noise_count = 1;
-  perturbation.action_delay = static_cast<std::int64_t>(bytes.below(3));
-  perturbation.observation_delay = static_cast<std::int64_t>(bytes.below(3));
-  perturbation.max_action_delay = static_cast<std::int64_t>(bytes.below(5));
-  perturbation.max_observation_delay = static_cast<std::int64_t>(bytes.below(5));
-  perturbation.redraws_delays = bytes.flag() ? 1 : 0;
-  perturbation.first_action = &first;
-  perturbation.first_action_count = 1;
-  check(mjenv_perturb(env, &perturbation));
+  std::ostringstream text;  // with inf and nan, which JSON cannot have, now and then
+  text << R"({"noise": {"action": )" << value(bytes) << R"(, "observation": 0.5}, "delay": {"action": [)"
+       << bytes.below(3) << ", " << bytes.below(5) << R"(], "observation": [)" << bytes.below(3) << ", "
+       << bytes.below(5) << R"(], "first_action": )" << value(bytes) << R"(, "redraw": ")"
+       << (bytes.flag() ? "step" : "reset") << "\"}}";
+  check(mjenv_randomize(env, text.str().c_str()));
 }
 
 void use(const std::string& id, Plan& plan) {

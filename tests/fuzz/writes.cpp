@@ -200,63 +200,49 @@ class Writes {
     return values;
   }
 
+  std::string numbers(std::size_t most) {
+    std::string list;
+    for (const double one : some_values(most)) list += (list.empty() ? "" : ",") + std::to_string(one);
+    return "[" + list + "]";
+  }
+  std::string range() {
+    const int least = bytes_.take<std::int8_t>() % 5;
+    return "[" + std::to_string(least) + "," + std::to_string(least + bytes_.take<std::int8_t>() % 6) + "]";
+  }
+  template <std::size_t count>
+  std::string one_of(const char* const (&words)[count]) {
+    return words[bytes_.below(count)];
+  }
+
   void randomize() {
-    struct Draw {
-      std::string array;
-      std::vector<std::int64_t> elements;
-      std::vector<double> parameters;
-    };
-    std::vector<Draw> draws(bytes_.below(4));
-    std::vector<mjenv_randomization> items(draws.size());
-    for (std::size_t i = 0; i < draws.size(); ++i) {
-      Draw& draw = draws[i];
-      draw.array = name();
-      draw.parameters = some_values(5);
-      for (std::size_t count = bytes_.below(4); count > 0; --count) draw.elements.push_back(bytes_.take<std::int8_t>());
-      mjenv_randomization& item = items[i];
-      item.struct_size = sizeof item;
-      item.distribution = static_cast<mjenv_distribution>(bytes_.below(7));
-      item.array = draw.array.c_str();
-      item.elements = draw.elements.empty() ? nullptr : draw.elements.data();
-      item.element_count = static_cast<std::int64_t>(draw.elements.size());
-      item.parameters = draw.parameters.data();
-      item.parameter_count = static_cast<std::int64_t>(draw.parameters.size());
-      item.effect = static_cast<mjenv_effect>(bytes_.below(5));
-      item.shared = bytes_.flag();
-      item.constants = bytes_.flag();
-      item.repeats = bytes_.below(3) == 0;
-      item.factor = bytes_.flag() ? value(1) : 0;
+    std::string draws;
+    for (std::size_t count = bytes_.below(4); count > 0; --count) {
+      draws += (draws.empty() ? "\"" : ",\"") + name() + R"(":{"kind":)" +
+               one_of({"\"value\"", "\"scale\"", "\"offset\"", "\"same\"", "null", "1"}) + ",";
+      draws += one_of({R"("low":0.5,"high":1.5)", R"("distribution":"log_uniform","low":0.5,"high":1.5)",
+                       R"("distribution":"normal","mean":1,"std":1)", R"("factor":-0.5)",
+                       R"("distribution":"truncated_normal","mean":1,"std":1,"low":0,"high":2)"});
+      if (bytes_.below(4) == 0) draws += R"(,"choices":)" + numbers(5);
+      if (bytes_.flag()) draws += R"(,"elements":)" + range();
+      draws += one_of({"", R"(,"shared":true)", R"(,"set_constants":true)", R"(,"body":1)", R"(,"columns":0)"}) + "}";
     }
-    replace([&] { return mjenv_randomize(env_.get(), items.data(), items.size()); });
+    set("{\"randomize\":{" + draws + "}}");
   }
 
   void perturb() {
-    const std::vector<double> action_noise = some_values(3), observation_noise = some_values(2);
-    std::vector<mjenv_push> pushes(bytes_.below(3));
-    for (mjenv_push& push : pushes) {
-      push.struct_size = sizeof push;
-      push.body = bytes_.take<std::int8_t>() % 8;
-      push.min_steps = bytes_.take<std::int8_t>() % 4;
-      push.max_steps = push.min_steps + bytes_.take<std::int8_t>() % 4;
-      for (std::size_t i = 0; i < 6; ++i) {
-        push.low[i] = value(1);
-        push.high[i] = bytes_.flag() ? push.low[i] : value(1);
-      }
-    }
-    mjenv_perturbation perturbation = MJENV_PERTURBATION_INIT;
-    perturbation.action_noise = action_noise.data();
-    perturbation.action_noise_count = static_cast<std::int64_t>(action_noise.size());
-    perturbation.observation_noise = observation_noise.data();
-    perturbation.observation_noise_count = static_cast<std::int64_t>(observation_noise.size());
-    perturbation.action_delay = bytes_.take<std::int8_t>() % 5;
-    perturbation.observation_delay = bytes_.take<std::int8_t>() % 5;
-    perturbation.max_action_delay = bytes_.take<std::int8_t>() % 6;
-    perturbation.max_observation_delay = bytes_.take<std::int8_t>() % 6;
-    perturbation.redraws_delays = bytes_.flag();
-    perturbation.pushes = pushes.data();
-    perturbation.push_count = static_cast<std::int64_t>(pushes.size());
-    const bool any = bytes_.below(5) != 0;
-    replace([&] { return mjenv_perturb(env_.get(), any ? &perturbation : nullptr); });
+    std::string pushes;
+    for (std::size_t count = bytes_.below(3); count > 0; --count)
+      pushes += (pushes.empty() ? "" : ",") + (R"({"body":)" + std::to_string(bytes_.take<std::int8_t>() % 8)) +
+                R"(,"every":)" + range() + one_of({"", R"(,"duration":2)"}) +
+                one_of({R"(,"force":)", R"(,"velocity":)", R"(,"torque":)"}) + "[" + numbers(2) + ",[0,0],[0,1]]}";
+    if (bytes_.below(5) == 0) return set(R"({"noise":null,"delay":null,"push":null})");
+    set(R"({"noise":{"action":)" + numbers(3) + R"(,"observation":)" + numbers(2) + R"(},"delay":{"action":)" +
+        range() + R"(,"observation":)" + range() + R"(,"redraw":")" + one_of({"reset", "step"}) + R"("},"push":[)" +
+        pushes + "]}");
+  }
+
+  void set(const std::string& document) {
+    replace([&] { return mjenv_randomize(env_.get(), document.c_str()); });
   }
 
   std::vector<double> actions() {
@@ -278,8 +264,7 @@ class Writes {
     const double timestep = 0.001;
     REQUIRE(check(mjenv_write(env_.get(), nullptr, "opt.timestep", &timestep, 1)) == MJENV_E_PENDING);
     REQUIRE(check(mjenv_set_constants(env_.get(), nullptr)) == MJENV_E_PENDING);
-    REQUIRE(check(mjenv_randomize(env_.get(), nullptr, 0)) == MJENV_E_PENDING);
-    REQUIRE(check(mjenv_perturb(env_.get(), nullptr)) == MJENV_E_PENDING);
+    REQUIRE(check(mjenv_randomize(env_.get(), "{}")) == MJENV_E_PENDING);
     std::int64_t rows[kRows];
     std::int64_t count = 0;
     check(mjenv_recv(env_.get(), kRows, -1, rows, kRows, &count, &out_.batch));

@@ -495,10 +495,7 @@ static void test_failing_noisy_observation(void** state) {
   (void)state;
   mjenv_env* env = env_of_options(probe("observe_fails"), ROWS);
   struct played* p = played();
-  const double noise = 0.5;
-  const mjenv_perturbation noisy = {
-      .struct_size = sizeof noisy, .observation_noise = &noise, .observation_noise_count = 1};
-  assert_ok(mjenv_perturb(env, &noisy));
+  assert_ok(mjenv_randomize(env, "{\"noise\": {\"observation\": 0.5}}"));
   assert_ok(mjenv_reset(env, NULL, NULL));
   send_there(env, BAD);
   assert_ok(step_all(env, p));

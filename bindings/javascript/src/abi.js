@@ -75,20 +75,6 @@ export const Kind = /** @type {const} */ ({
   STRING_OR_INT: 5,
 });
 
-export const Distribution = /** @type {const} */ ({
-  UNIFORM: 1,
-  LOG_UNIFORM: 2,
-  NORMAL: 3,
-  TRUNCATED_NORMAL: 4,
-  CHOICE: 5,
-});
-
-export const Effect = /** @type {const} */ ({
-  VALUE: 1,
-  SCALE: 2,
-  OFFSET: 3,
-});
-
 export const Label = /** @type {const} */ ({
   NONE: 0,
   BODY: 1,
@@ -196,53 +182,6 @@ export const mjenv_batch = struct(96, {
   arrays: { offset: 88, type: "uint32", length: 0 },
 });
 
-export const mjenv_randomization = struct(64, {
-  struct_size: { offset: 0, type: "uint32", length: 0 },
-  distribution: { offset: 4, type: "int32", length: 0 },
-  array: { offset: 8, type: "uint32", length: 0 },
-  elements: { offset: 12, type: "uint32", length: 0 },
-  element_count: { offset: 16, type: "int64", length: 0 },
-  parameters: { offset: 24, type: "uint32", length: 0 },
-  parameter_count: { offset: 32, type: "int64", length: 0 },
-  effect: { offset: 40, type: "int32", length: 0 },
-  shared: { offset: 44, type: "int32", length: 0 },
-  constants: { offset: 48, type: "int32", length: 0 },
-  repeats: { offset: 52, type: "int32", length: 0 },
-  factor: { offset: 56, type: "float64", length: 0 },
-});
-
-export const mjenv_push = struct(144, {
-  struct_size: { offset: 0, type: "uint32", length: 0 },
-  body: { offset: 4, type: "int32", length: 0 },
-  min_steps: { offset: 8, type: "int64", length: 0 },
-  max_steps: { offset: 16, type: "int64", length: 0 },
-  low: { offset: 24, type: "float64", length: 6 },
-  high: { offset: 72, type: "float64", length: 6 },
-  is_kick: { offset: 120, type: "int32", length: 0 },
-  reserved: { offset: 124, type: "int32", length: 0 },
-  min_duration: { offset: 128, type: "int64", length: 0 },
-  max_duration: { offset: 136, type: "int64", length: 0 },
-});
-
-export const mjenv_perturbation = struct(112, {
-  struct_size: { offset: 0, type: "uint32", length: 0 },
-  reserved: { offset: 4, type: "int32", length: 0 },
-  action_noise: { offset: 8, type: "uint32", length: 0 },
-  action_noise_count: { offset: 16, type: "int64", length: 0 },
-  observation_noise: { offset: 24, type: "uint32", length: 0 },
-  observation_noise_count: { offset: 32, type: "int64", length: 0 },
-  action_delay: { offset: 40, type: "int64", length: 0 },
-  observation_delay: { offset: 48, type: "int64", length: 0 },
-  pushes: { offset: 56, type: "uint32", length: 0 },
-  push_count: { offset: 64, type: "int64", length: 0 },
-  first_action: { offset: 72, type: "uint32", length: 0 },
-  first_action_count: { offset: 80, type: "int64", length: 0 },
-  max_action_delay: { offset: 88, type: "int64", length: 0 },
-  max_observation_delay: { offset: 96, type: "int64", length: 0 },
-  redraws_delays: { offset: 104, type: "int32", length: 0 },
-  reserved_end: { offset: 108, type: "int32", length: 0 },
-});
-
 /**
  * The library's functions. Pointers are addresses in the library's memory.
  *
@@ -304,6 +243,6 @@ export const mjenv_perturbation = struct(112, {
  * @property {(env: number, mask: number, from: bigint) => number} mjenv_copy_row
  * @property {(env: number, row: bigint, image: number, capacity_bytes: bigint, size_bytes: number) => number} mjenv_snapshot
  * @property {(env: number, row: bigint, image: number, size_bytes: bigint) => number} mjenv_restore
- * @property {(env: number, items: number, count: bigint) => number} mjenv_randomize
- * @property {(env: number, perturbation: number) => number} mjenv_perturb
+ * @property {(env: number, document: number) => number} mjenv_randomize
+ * @property {(env: number, document: number) => number} mjenv_randomization
  */

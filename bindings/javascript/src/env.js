@@ -1,19 +1,6 @@
 // An environment of one or many rows.
 
-import {
-  Distribution,
-  Dtype,
-  Effect,
-  Role,
-  Status,
-  mjenv_batch,
-  mjenv_field,
-  mjenv_info,
-  mjenv_perturbation,
-  mjenv_push,
-  mjenv_randomization,
-  mjenv_space,
-} from "./abi.js";
+import { Dtype, Role, Status, mjenv_batch, mjenv_field, mjenv_info, mjenv_space } from "./abi.js";
 import { bytes, checkLength, doubles, flags, int64, integer, numbers } from "./arguments.js";
 import { MjenvError } from "./errors.js";
 import { describeOptions, optionValue, setOption, withOptions } from "./options.js";
@@ -41,46 +28,14 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  */
 
 /**
- * A draw of resets for an array of the model.
+ * Draws, noise, delays and pushes, as docs/randomisation.md describes them: `{ noise: { action: 0.1 } }`. A part that is
+ * left out stays, and null removes it.
  *
- * @typedef {object} Randomization
- * @property {string} array the array's name in MuJoCo: "geom_friction"
- * @property {Lowercase<keyof typeof Distribution>} [distribution] "uniform" if left out
- * @property {readonly number[]} [parameters] of the distribution, in the order that mjenv.h gives
- * @property {Lowercase<keyof typeof Effect>} [effect] how the draw gives the new value; "value" if left out
- * @property {readonly number[]} [elements] which elements of the array; all if left out
- * @property {boolean} [shared] one draw for all elements
- * @property {boolean} [constants] whether mj_setConst is called after the draws
- * @property {boolean} [repeats] takes the draws of the item before and draws nothing; needs no parameters
- * @property {number} [factor] each draw is multiplied by it; 1 if left out
- */
-
-/**
- * Pushes of a body at random times: a force, or a kick.
- *
- * @typedef {object} Push
- * @property {number} body the index of a body
- * @property {number} minSteps
- * @property {number} maxSteps
- * @property {readonly number[]} low the lowest force (N) and torque (N m), 6 numbers; of a kick the least that is added
- *   to the 6 numbers in qvel of the body's free joint
- * @property {readonly number[]} high the highest
- * @property {boolean} [isKick]
- * @property {number | readonly number[]} [duration] how many steps a force lasts, or the least and the most; 1 if left
- *   out
- */
-
-/**
- * Noise, delays and pushes.
- *
- * @typedef {object} Perturbation
- * @property {number | readonly number[]} [actionNoise] standard deviations
- * @property {number | readonly number[]} [observationNoise] standard deviations
- * @property {number | readonly number[]} [actionDelay] steps; or the least and the most, from which resets draw it
- * @property {number | readonly number[]} [observationDelay] steps, or the least and the most
- * @property {boolean} [redrawDelays] such delays are drawn anew for each step
- * @property {number | readonly number[]} [firstAction] what the task gets until the first delayed action arrives
- * @property {readonly Push[]} [pushes]
+ * @typedef {object} Draws
+ * @property {Record<string, object> | null} [randomize]
+ * @property {{ action?: number | number[], observation?: number | number[] } | null} [noise]
+ * @property {object | null} [delay]
+ * @property {object | readonly object[] | null} [push]
  */
 
 /** @typedef {Float64ArrayConstructor | Float32ArrayConstructor | Uint8ArrayConstructor | Int32ArrayConstructor} View */
@@ -826,106 +781,31 @@ export class Env {
   // ---- Randomisation ----
 
   /**
-   * Says what each reset draws for arrays of the model.
+   * Replaces parts of the draws, noise, delays and pushes from each row's next reset on.
    *
-   * @param {readonly Randomization[]} items replaces the list; an empty one: nothing
+   * @param {Draws | string | null} document an object, or its JSON; null removes all parts
    */
-  randomize(items) {
-    const given = Array.from(items, ({ elements, parameters = [], ...others }) => ({
-      ...others,
-      elements: elements && BigInt64Array.from(elements, (element) => int64(element, "an element")),
-      parameters: doubles(parameters, "parameters"),
-    }));
+  randomize(document) {
+    // JSON has no typed arrays, and would say null for numbers that it does not have. As texts they are refused.
+    const plain = (/** @type {string} */ _name, /** @type {unknown} */ value) => {
+      if (ArrayBuffer.isView(value)) return Array.from(/** @type {any} */ (value));
+      const isNumber = typeof value === "bigint" || (typeof value === "number" && !Number.isFinite(value));
+      return isNumber ? String(value) : value;
+    };
+    const text = typeof document === "string" ? document : document ? JSON.stringify(document, plain) : "";
     const handle = this.#open;
-    const library = this.#library;
-    library.scope((scratch) => {
-      const list = scratch.allocate(mjenv_randomization.size * given.length);
-      given.forEach((item, index) => {
-        const { array, distribution = "uniform", parameters, effect = "value", elements, shared, constants } = item;
-        const { repeats, factor = 1 } = item;
-        library.write(list + index * mjenv_randomization.size, mjenv_randomization, {
-          distribution: numberOf(Distribution, distribution, "distribution"),
-          array: scratch.text(String(array)),
-          elements: elements ? scratch.copy(elements) : 0,
-          element_count: elements?.length ?? 0,
-          parameters: scratch.copy(parameters),
-          parameter_count: parameters.length,
-          effect: numberOf(Effect, effect, "effect"),
-          shared: Number(Boolean(shared)),
-          constants: Number(Boolean(constants)),
-          repeats: Number(Boolean(repeats)),
-          factor,
-        });
-      });
-      library.check(library.functions.mjenv_randomize(handle, list, BigInt(given.length)));
-    });
+    this.#library.scope((scratch) =>
+      this.#library.check(this.#library.functions.mjenv_randomize(handle, scratch.text(text))),
+    );
   }
 
-  /**
-   * Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on.
-   *
-   * @param {Perturbation | null} perturbation null: none
-   */
-  perturb(perturbation) {
+  /** The document of all parts that are set, as JSON. */
+  get randomization() {
     const library = this.#library;
-    if (perturbation === null) return library.check(library.functions.mjenv_perturb(this.#open, 0));
-    const { actionNoise = [], observationNoise = [], actionDelay = 0, observationDelay = 0 } = perturbation;
-    const { firstAction = [], redrawDelays = false } = perturbation;
-    const delay = (/** @type {number | readonly number[]} */ given, /** @type {string} */ what) => {
-      const steps = typeof given === "object" ? Array.from(given) : [given];
-      if (steps.length !== 1) checkLength(steps, 2, what, "numbers are wanted: the least and the most steps");
-      return steps.map((step) => int64(step, what));
-    };
-    const [ofActions, ofObservations] = [
-      delay(actionDelay, "actionDelay"),
-      delay(observationDelay, "observationDelay"),
-    ];
-    const noise = (/** @type {number | ArrayLike<number>} */ given) =>
-      doubles(typeof given === "number" ? [given] : given, "standard deviations");
-    const [onActions, onObservations] = [noise(actionNoise), noise(observationNoise)];
-    const first = doubles(typeof firstAction === "number" ? [firstAction] : firstAction, "numbers of the first action");
-    const pushes = Array.from(
-      perturbation.pushes ?? [],
-      ({ body, minSteps, maxSteps, low, high, isKick, duration }) => {
-        const lasts = delay(duration ?? 1, "duration");
-        checkLength(low, 6, "low of a push", "numbers are wanted");
-        checkLength(high, 6, "high of a push", "numbers are wanted");
-        return {
-          body: int64(body, "the body of a push"),
-          min_steps: int64(minSteps, "minSteps"),
-          max_steps: int64(maxSteps, "maxSteps"),
-          low: doubles(low, "forces of a push"),
-          high: doubles(high, "forces of a push"),
-          is_kick: Number(Boolean(isKick)),
-          min_duration: lasts[0],
-          max_duration: lasts[lasts.length - 1],
-        };
-      },
-    );
-    const members = {
-      action_noise_count: onActions.length,
-      observation_noise_count: onObservations.length,
-      action_delay: ofActions[0],
-      observation_delay: ofObservations[0],
-      max_action_delay: ofActions[1] ?? 0n,
-      max_observation_delay: ofObservations[1] ?? 0n,
-      redraws_delays: Number(Boolean(redrawDelays)),
-      push_count: pushes.length,
-      first_action_count: first.length,
-    };
-    const handle = this.#open;
-    library.scope((scratch) => {
-      const forces = scratch.allocate(mjenv_push.size * pushes.length);
-      pushes.forEach((push, index) => library.write(forces + index * mjenv_push.size, mjenv_push, push));
-      const pointer = scratch.allocate(mjenv_perturbation.size);
-      library.write(pointer, mjenv_perturbation, {
-        ...members,
-        action_noise: scratch.copy(onActions),
-        observation_noise: scratch.copy(onObservations),
-        pushes: forces,
-        first_action: scratch.copy(first),
-      });
-      library.check(library.functions.mjenv_perturb(handle, pointer));
+    return library.scope((scratch) => {
+      const to = scratch.allocate(4);
+      library.check(library.functions.mjenv_randomization(this.#open, to));
+      return library.text(library.number(to, "uint32"));
     });
   }
 

@@ -19,9 +19,7 @@ export { ALL_ROWS, DIVERGED, Env, MjenvError };
 /** @typedef {import("./env.js").Field} Field */
 /** @typedef {import("./env.js").Fields} Fields */
 /** @typedef {import("./env.js").Mask} Mask */
-/** @typedef {import("./env.js").Perturbation} Perturbation */
-/** @typedef {import("./env.js").Push} Push */
-/** @typedef {import("./env.js").Randomization} Randomization */
+/** @typedef {import("./env.js").Draws} Draws */
 /** @typedef {import("./env.js").Seed} Seed */
 /** @typedef {import("./env.js").Settings} Settings */
 /** @typedef {import("./errors.js").ErrorCode} ErrorCode */

@@ -296,49 +296,45 @@ test("a delay that needs more memory than there is", () => {
   const xml = `<mujoco><compiler inertiafromgeom='false'/><worldbody>${body}</worldbody></mujoco>`;
   withEnv("Model-v0", { xml_string: xml, trust_xml: "yes" }, (env) => {
     env.reset();
-    const error = refusal(() => env.perturb({ observationDelay: 1_000_000 }));
+    const error = refusal(() => env.randomize({ delay: { observation: 1_000_000 } }));
     assert.equal(error.code, "MJENV_E_MEMORY");
     assert.match(error.message, /noise, delays or pushes need 34401 MB/);
-    env.perturb({ observationDelay: 1 });
+    env.randomize({ delay: { observation: 1 } });
     env.reset();
   });
 });
 
-test("resets draw what randomize says, and perturb adds noise", () =>
+test("resets draw what randomize says, with noise, delays and pushes", () =>
   withEnv("Ant-v5", {}, (env) => {
     const [mass] = env.read("body_mass").slice(1);
-    env.randomize([
-      {
-        array: "body_mass",
-        distribution: "uniform",
-        parameters: [2, 3],
-        effect: "scale",
-        elements: [1],
-        constants: true,
+    env.randomize({
+      randomize: {
+        body_mass: { kind: "scale", low: 2, high: 3, body: "torso", set_constants: true },
+        "opt.gravity": { choices: [-5], elements: 2 },
       },
-      { array: "opt.gravity", distribution: "choice", parameters: [-5], elements: [2] },
-    ]);
+    });
     env.reset({ seed: 0 });
     assert.ok(env.read("body_mass")[1] >= 2 * mass && env.read("body_mass")[1] <= 3 * mass);
     assert.equal(env.read("opt.gravity")[2], -5);
-    env.randomize([]);
-    const noise = { actionNoise: 0.1, observationNoise: Array(105).fill(0.5), actionDelay: 1, observationDelay: 0 };
-    const low = [100, 0, 0, 0, 0, 0];
-    env.perturb({ ...noise, pushes: [{ body: 1, minSteps: 1, maxSteps: 1, low, high: low }] });
+    const noise = { action: 0.1, observation: Array(105).fill(0.5) };
+    const [strong, fast] = [100, 5].map((x) => [[x, x], [0, 0], [0, 0]]); // prettier-ignore
+    const force = { body: 1, every: 1, force: strong };
+    env.randomize({ randomize: null, noise, delay: { action: 1 }, push: force });
     env.reset({ seed: 0 });
     env.step(new Float64Array(8));
     assert.equal(env.read("xfrc_applied")[6], 100);
-    const kick = { body: 1, minSteps: 1, maxSteps: 1, low: [5, 0, 0, 0, 0, 0], high: [5, 0, 0, 0, 0, 0], isKick: true };
     const speed = env.read("qvel")[0];
-    env.perturb({ pushes: [kick, { body: 1, minSteps: 1, maxSteps: 1, low, high: low, duration: [2, 3] }] });
+    const kick = { body: 1, every: 1, velocity: fast };
+    env.randomize({ noise: null, delay: null, push: [kick, { ...force, duration: [2, 3] }] });
     env.reset({ seed: 0 });
     env.step(new Float64Array(8));
     assert.ok(env.read("qvel")[0] > speed + 2);
-    env.perturb({ ...noise, pushes: [{ body: 1, minSteps: 1, maxSteps: 1, low, high: low }] });
+    env.randomize(JSON.stringify({ noise, delay: { action: 1 }, push: force }));
     env.reset({ seed: 0 });
     env.step(new Float64Array(8));
     assert.notDeepEqual(env.observations.slice(0, 13), env.read("qpos").slice(2));
-    env.perturb(null);
+    assert.deepEqual(JSON.parse(env.randomization), { noise, delay: { action: 1 }, push: force });
+    env.randomize(null);
     env.reset({ seed: 0 });
     assert.deepEqual(env.observations.slice(0, 13), env.read("qpos").slice(2));
   }));
@@ -400,19 +396,12 @@ test("views of the memory are arguments as good as copies when it grows", async 
     env.copyRow(1, { mask: given(env.truncated) });
     env.observe();
     found.push(env.observations.slice());
-    env.randomize([
-      {
-        array: "opt.gravity",
-        distribution: "choice",
-        parameters: given(env.observations.subarray(0, 1)),
-        elements: given(env.wasReset.subarray(0, 1)),
-      },
-    ]);
-    const force = env.observations.subarray(11, 17);
-    env.perturb({
-      actionNoise: given(env.observations.subarray(0, 1)),
-      observationNoise: given(env.observations.subarray(0, 1)),
-      pushes: [{ body: 1, minSteps: 1, maxSteps: 1, low: given(force), high: given(force) }],
+    const noise = given(env.observations.subarray(0, 1));
+    const force = Array.from(given(env.observations.subarray(11, 14)), (x) => [x, x]);
+    env.randomize({
+      randomize: { "opt.gravity": { choices: noise, elements: given(env.wasReset.subarray(0, 1)) } },
+      noise: { action: noise, observation: noise },
+      push: { body: 1, every: 1, force },
     });
     env.reset();
     found.push(env.observations.slice(), env.read("opt.gravity", 2));
@@ -448,14 +437,8 @@ test("sizes and numbers beyond those of WebAssembly are refused, and do not wrap
     refused(() => env.step("1".repeat(34)), "MJENV_E_TYPE", /actions/);
     refused(() => env.step(new BigInt64Array(34)), "MJENV_E_TYPE", /BigInt/);
     refused(() => env.reset({ mask: { length: 2 ** 32 + 2 } }), "MJENV_E_SIZE", /mask/);
-    const item = { array: "body_mass", distribution: "uniform", parameters: [1, 2] };
-    refused(() => env.randomize([{ ...item, elements: [2n ** 64n] }]), "MJENV_E_VALUE", /element.*64 bits/);
-    const push = { body: 1, minSteps: 1, maxSteps: 2, low: Array(6).fill(0), high: Array(6).fill(0) };
-    env.perturb({ pushes: [push] });
-    refused(() => env.perturb({ pushes: [{ ...push, body: 2 ** 32 + 1 }] }), "MJENV_E_VALUE", /body is 4294967297/);
-    refused(() => env.perturb({ pushes: [{ ...push, minSteps: 2n ** 64n + 1n }] }), "MJENV_E_VALUE", /minSteps/);
-    refused(() => env.perturb({ pushes: [{ ...push, maxSteps: undefined }] }), "MJENV_E_VALUE", /maxSteps/);
-    refused(() => env.perturb({ actionDelay: 2n ** 64n }), "MJENV_E_VALUE", /actionDelay/);
+    refused(() => env.randomize({ push: { body: 2 ** 32 + 1 } }), "MJENV_E_VALUE", /push.body: body 4294967297/);
+    refused(() => env.randomize('{"delay": {"action": 18446744073709551616}}'), "MJENV_E_TYPE", /delay.action/);
     refused(() => mjenv.make("Ant-v5\0"), "MJENV_E_VALUE", /NUL/);
     env.step(new Float64Array(34));
   }));
@@ -572,11 +555,10 @@ test("what is wrong is refused by an error that names it", () =>
     refused(() => env.copyRow(0, { mask: [1] }), "MJENV_E_SIZE", /mask/);
     refused(() => env.copyRow(0, [0, 1]), "MJENV_E_NAME", /copyRow has no setting/);
     refused(() => env.copyRow(2), "MJENV_E_VALUE", /2/);
-    const item = { array: "body_mass", parameters: [1, 2] };
-    refused(() => env.randomize([{ ...item, distribution: "even" }]), "MJENV_E_NAME", /"uniform"/);
-    refused(() => env.randomize([{ ...item, distribution: "uniform", elements: [99] }]), "MJENV_E_VALUE", /99/);
-    refused(() => env.perturb({ actionNoise: -1 }), "MJENV_E_VALUE", /-1/);
-    refused(() => env.perturb({ pushes: [{ body: 1, low: [1], high: [1] }] }), "MJENV_E_SIZE", /6 numbers/);
+    refused(() => env.randomize({ randomize: { body_mass: { distribution: "even" } } }), "MJENV_E_VALUE", /uniform/);
+    refused(() => env.randomize({ noise: { action: -1 } }), "MJENV_E_VALUE", /noise.action/);
+    refused(() => env.randomize({ noise: { action: NaN } }), "MJENV_E_TYPE", /noise.action.*NaN/);
+    refused(() => env.randomize("{"), "MJENV_E_VALUE", /no JSON/);
     env.step(zeros);
   }));
 

@@ -26,9 +26,8 @@ const hindsight: Float64Array = env.computeReward([1, 2], Float64Array.of(1, 3),
 env.seed(3, { mask: [0, 1] });
 const diverged: boolean = env.statuses[0] === DIVERGED;
 const shapes: number[][] = env.fields("model").map((field) => field.shape);
-env.randomize([{ array: "geom_friction", distribution: "uniform", parameters: [0.5, 1], effect: "scale" }]);
-env.perturb({ actionNoise: 0.1, pushes: [{ body: 1, minSteps: 1, maxSteps: 9, low: [], high: [] }] });
-env.perturb(null);
+env.randomize({ randomize: { geom_friction: { low: 0.5, high: 1 } }, noise: { action: 0.1 }, push: null });
+env.randomize('{"noise": null}');
 try {
   env.free();
 } catch (error) {

@@ -46,7 +46,7 @@ export seed!, reset!, step!, observe, observe!
 export observation_space, action_space, seed_actions!, sample_actions, sample_actions!
 export rollout, rollout!, send!, recv!
 export object_count, object_index, object_name, set_state!, simulate!, snapshot, restore!, copy_row!, set_stream!
-export write!, set_constants!, randomize!, perturb!, lanes, lane_stages
+export write!, set_constants!, randomize!, randomization, lanes, lane_stages
 export Renderer, render, render_depth, render_both, render_segmentation, Window, draw!
 
 include("capi.jl")

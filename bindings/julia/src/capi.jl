@@ -67,20 +67,6 @@ end
     MJENV_KIND_STRING_OR_INT = 5
 end
 
-@enum mjenv_distribution::Int32 begin
-    MJENV_DISTRIBUTION_UNIFORM = 1
-    MJENV_DISTRIBUTION_LOG_UNIFORM = 2
-    MJENV_DISTRIBUTION_NORMAL = 3
-    MJENV_DISTRIBUTION_TRUNCATED_NORMAL = 4
-    MJENV_DISTRIBUTION_CHOICE = 5
-end
-
-@enum mjenv_effect::Int32 begin
-    MJENV_EFFECT_VALUE = 1
-    MJENV_EFFECT_SCALE = 2
-    MJENV_EFFECT_OFFSET = 3
-end
-
 @enum mjenv_gl::Int32 begin
     MJENV_GL_AUTO = 0
     MJENV_GL_EGL = 1
@@ -220,53 +206,6 @@ Base.@kwdef struct mjenv_batch
     final_obs::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     final_info::Ptr{Float64} = Ptr{Float64}(C_NULL)
     arrays::Ptr{Float64} = Ptr{Float64}(C_NULL)
-end
-
-Base.@kwdef struct mjenv_randomization
-    struct_size::UInt32 = sizeof(mjenv_randomization)
-    distribution::Int32 = 0
-    array::Cstring = Cstring(C_NULL)
-    elements::Ptr{Int64} = Ptr{Int64}(C_NULL)
-    element_count::Int64 = 0
-    parameters::Ptr{Float64} = Ptr{Float64}(C_NULL)
-    parameter_count::Int64 = 0
-    effect::Int32 = 0
-    shared::Int32 = 0
-    constants::Int32 = 0
-    repeats::Int32 = 0
-    factor::Float64 = 0
-end
-
-Base.@kwdef struct mjenv_push
-    struct_size::UInt32 = sizeof(mjenv_push)
-    body::Int32 = 0
-    min_steps::Int64 = 0
-    max_steps::Int64 = 0
-    low::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
-    high::NTuple{6, Float64} = (0, 0, 0, 0, 0, 0)
-    is_kick::Int32 = 0
-    reserved::Int32 = 0
-    min_duration::Int64 = 0
-    max_duration::Int64 = 0
-end
-
-Base.@kwdef struct mjenv_perturbation
-    struct_size::UInt32 = sizeof(mjenv_perturbation)
-    reserved::Int32 = 0
-    action_noise::Ptr{Float64} = Ptr{Float64}(C_NULL)
-    action_noise_count::Int64 = 0
-    observation_noise::Ptr{Float64} = Ptr{Float64}(C_NULL)
-    observation_noise_count::Int64 = 0
-    action_delay::Int64 = 0
-    observation_delay::Int64 = 0
-    pushes::Ptr{mjenv_push} = Ptr{mjenv_push}(C_NULL)
-    push_count::Int64 = 0
-    first_action::Ptr{Float64} = Ptr{Float64}(C_NULL)
-    first_action_count::Int64 = 0
-    max_action_delay::Int64 = 0
-    max_observation_delay::Int64 = 0
-    redraws_delays::Int32 = 0
-    reserved_end::Int32 = 0
 end
 
 Base.@kwdef struct mjenv_render_settings
@@ -557,7 +496,7 @@ const FUNCTIONS = (
     :mjenv_observe, :mjenv_begin, :mjenv_act, :mjenv_advance, :mjenv_finish, :mjenv_compute_reward, :mjenv_read,
     :mjenv_object_count, :mjenv_object_index, :mjenv_object_name, :mjenv_set_state, :mjenv_write, :mjenv_write_row,
     :mjenv_set_constants, :mjenv_set_constants_row, :mjenv_simulate, :mjenv_copy_row, :mjenv_snapshot, :mjenv_restore,
-    :mjenv_randomize, :mjenv_perturb, :mjenv_render_defaults, :mjenv_renderer_create, :mjenv_renderer_destroy,
+    :mjenv_randomize, :mjenv_randomization, :mjenv_render_defaults, :mjenv_renderer_create, :mjenv_renderer_destroy,
     :mjenv_renderer_gl, :mjenv_render, :mjenv_render_segmentation, :mjenv_window_create, :mjenv_window_destroy,
     :mjenv_window_is_open, :mjenv_window_draw, :mjenv_register_task, :mjenv_load_tasks, :mjenv_task_functions
 )
@@ -675,10 +614,10 @@ mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) =
     ccall(address(env, 56), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}), env, row, image, capacity_bytes, size_bytes)
 mjenv_restore(env, row, image, size_bytes) =
     ccall(address(env, 57), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64), env, row, image, size_bytes)
-mjenv_randomize(env, items, count) =
-    ccall(address(env, 58), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_randomization}, Int64), env, items, count)
-mjenv_perturb(env, perturbation) =
-    ccall(address(env, 59), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_perturbation}), env, perturbation)
+mjenv_randomize(env, document) =
+    ccall(address(env, 58), mjenv_status, (Ptr{mjenv_env}, Cstring), env, document)
+mjenv_randomization(env, document) =
+    ccall(address(env, 59), mjenv_status, (Ptr{mjenv_env}, Ptr{Cstring}), env, document)
 mjenv_render_defaults(env, settings) =
     ccall(address(env, 60), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}), env, settings)
 mjenv_renderer_create(env, settings, renderer) =

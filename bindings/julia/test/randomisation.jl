@@ -1,20 +1,17 @@
 # Tests resets that draw models, and noise, delays and pushes. tests/live compares the draws with Gymnasium's.
 
-function drawing_hopper(rows)
-    env = Env("Hopper-v5"; rows = rows)
-    randomize!(
-        env,
-        [
-            MJEnv.Draw(:body_mass, :scale, 0.5, 1.5; elements = [2, 3], constants = true),
-            MJEnv.Draw(:geom_friction, :scale, 0.5, 2; distribution = :log_uniform, shared = true),
-            MJEnv.Draw("opt.timestep", :value, 0.001, 0.002, 0.001, 0.002, 0.001; distribution = :choice),
-        ],
-    )
-    push = MJEnv.Push(object_index(env, :body, "torso"), fill(-1, 6), ones(6); every = (1, 1))
-    noise = (action_noise = 0.1, observation_noise = 0.01)
-    perturb!(env; noise..., action_delay = 1:2, observation_delay = 2, pushes = [push])
-    return seed!(env, 3)
-end
+const DRAWS = """{
+    "randomize": {
+        "body_mass": {"kind": "scale", "low": 0.5, "high": 1.5, "elements": [1, 2], "set_constants": true},
+        "geom_friction": {"kind": "scale", "distribution": "log_uniform", "low": 0.5, "high": 2, "shared": true},
+        "opt.timestep": {"choices": [0.001, 0.002, 0.001, 0.002, 0.001]}
+    },
+    "noise": {"action": 0.1, "observation": 0.01},
+    "delay": {"action": [1, 2], "observation": 2},
+    "push": {"body": "torso", "every": 1, "force": [[-1, 1], [-1, 1], [-1, 1]], "torque": [[-1, 1], [-1, 1], [-1, 1]]}
+}"""
+
+drawing_hopper(rows) = seed!(randomize!(Env("Hopper-v5"; rows = rows), DRAWS), 3)
 
 @testset "rows draw as environments of one row" begin
     many, one, own = drawing_hopper(2), drawing_hopper(1), read(Env("Hopper-v5"), :body_mass)
@@ -31,17 +28,18 @@ end
     restore!(one, snapshot(many; rows = 1))
     @test read(one, :geom_friction) == read(many, :geom_friction)
     image = snapshot(many; rows = 1)
-    @test randomize!(many, []) === many
-    @test perturb!(many) === many
+    @test occursin("\"body\":\"torso\"", randomization(many))
+    @test randomize!(many, """{"randomize": null, "noise": null, "delay": null, "push": null}""") === many
+    @test randomization(many) == "{}"
     @test refuses(() -> restore!(many, image), MJEnv.MJENV_E_SNAPSHOT, "randomisation")
 end
 
 @testset "forces last, and kicks change velocities" begin
     env = Env("Ant-v5")
-    torso, ahead = object_index(env, :body, "torso"), [5, 0, 0, 0, 0, 0]
-    force = MJEnv.Push(torso, ahead, ahead; every = (1, 1), duration = (3, 3))
-    kick = MJEnv.Push(torso, ahead, ahead; every = (5, 5), kick = true)
-    perturb!(env; pushes = [force, kick])
+    ahead = "[[5, 5], [0, 0], [0, 0]]"
+    force = """{"body": "torso", "every": 1, "duration": 3, "force": $ahead}"""
+    kick = """{"body": "torso", "every": 5, "velocity": $ahead}"""
+    randomize!(env, """{"push": [$force, $kick]}""")
     reset!(seed!(env, 3))
     speeds = map(1:5) do _
         step!(env, zeros(8))
@@ -49,13 +47,16 @@ end
         read(env, :qvel)[1]
     end
     @test speeds[4] < 2 < speeds[5]
-    @test refuses(() -> perturb!(env; pushes = [kick, kick]), MJEnv.MJENV_E_VALUE, "twice")
+    @test refuses(() -> randomize!(env, """{"push": [$kick, $kick]}"""), MJEnv.MJENV_E_VALUE, "twice")
 end
 
 @testset "one draw for several arrays, from ranges of rows" begin
     env = Env("Hopper-v5"; rows = 3)
-    gain = MJEnv.Draw(:actuator_gainprm, :value, 20, 40; elements = [1, 11, 21])
-    randomize!(env, [gain, MJEnv.Same(:actuator_biasprm, :value; factor = -1, elements = [2, 12, 22])])
+    randomize!(
+        env,
+        """{"randomize": {"actuator_gainprm": {"low": 20, "high": 40, "columns": 0},
+                          "actuator_biasprm": {"kind": "same", "factor": -1, "columns": 1}}}""",
+    )
     write!(env, "draws[0]", [50, 60]; rows = 2)
     @test read(env, "draws[0]"; row = 2) == [50, 60]
     reset!(seed!(env, 1))
@@ -65,25 +66,14 @@ end
         @test gains == -read(env, :actuator_biasprm; row)[2, :] && all(low .<= gains .<= high)
     end
     @test refuses(() -> write!(env, "draws[0]", [2, 1]; rows = 3), MJEnv.MJENV_E_VALUE, "draws[0]", "above high")
-    @test_throws ArgumentError perturb!(env; action_delay = 2:1)
-    @test perturb!(env; action_delay = 0:2, observation_delay = 1:3, redraw_delays = true) === env
 end
 
 @testset "what cannot be drawn" begin
-    env = Env("Hopper-v5")
-    draws(arguments...; keywords...) = () -> randomize!(env, [MJEnv.Draw(arguments...; keywords...)])
-    @test refuses(draws(:body_maas, :scale, 1, 2), MJEnv.MJENV_E_NAME, "body_maas")
-    @test refuses(draws(:body_mass, :scale, 2, 1), MJEnv.MJENV_E_VALUE, "above high")
-    @test refuses(draws(:body_mass, :scale, 1, 2; elements = [0]), MJEnv.MJENV_E_VALUE, "element -1")
-    @test refuses(draws(:body_mass, :scale; distribution = :choice), MJEnv.MJENV_E_SIZE, "parameter_count")
-    @test_throws ArgumentError MJEnv.Draw(:body_mass, :times, 1, 2)
-    @test_throws ArgumentError MJEnv.Draw(:body_mass, :scale, 1, 2; distribution = :beta)
-    @test refuses(() -> perturb!(env; action_noise = -1), MJEnv.MJENV_E_VALUE, "action_noise")
-    @test refuses(() -> perturb!(env; observation_noise = [1, 2]), MJEnv.MJENV_E_SIZE, "observation_noise")
-    @test refuses(() -> perturb!(env; action_delay = -1), MJEnv.MJENV_E_VALUE, "action_delay")
-    push = MJEnv.Push(1, zeros(6), ones(6))
-    @test refuses(() -> perturb!(env; pushes = [push]), MJEnv.MJENV_E_VALUE, "body is 0")
-    @test_throws DimensionMismatch MJEnv.Push(2, zeros(3), ones(3))
+    refused(document, status, words...) = refuses(() -> randomize!(Env("Hopper-v5"), document), status, words...)
+    @test refused("""{"randomize": {"body_maas": {}}}""", MJEnv.MJENV_E_NAME, "randomize.body_maas")
+    @test refused("""{"randomize": {"body_mass": {"low": 2, "high": 1}}}""", MJEnv.MJENV_E_VALUE, "above high")
+    @test refused("""{"noise": {"observation": [1, 2]}}""", MJEnv.MJENV_E_SIZE, "noise.observation")
+    @test refused("{", MJEnv.MJENV_E_VALUE, "no JSON")
 end
 
 @testset "lanes" begin

@@ -259,86 +259,6 @@ typedef struct mjenv_batch {
   double *arrays; /* MJENV_ROLE_ARRAYS's fields */
 } mjenv_batch;
 
-/* The distribution from which a value is drawn (mjenv_randomize), by methods of NumPy's Generator. */
-typedef int32_t mjenv_distribution;
-enum mjenv_distribution_value {
-  MJENV_DISTRIBUTION_UNIFORM = 1,          /* parameters low, high: uniform(low, high) */
-  MJENV_DISTRIBUTION_LOG_UNIFORM = 2,      /* parameters low, high: exp(uniform(log(low), log(high))), 0 < low */
-  MJENV_DISTRIBUTION_NORMAL = 3,           /* parameters mean, std: normal(mean, std) */
-  MJENV_DISTRIBUTION_TRUNCATED_NORMAL = 4, /* parameters mean, std, low, high: normal(mean, std), drawn again until it
-                                              lies in [low, high]. Refused if less than a thousandth of the draws
-                                              would lie there */
-  MJENV_DISTRIBUTION_CHOICE = 5            /* parameters: n values: values[integers(n)] */
-};
-
-/* How a drawn value changes an element. The model's own value is the one that was loaded with the model. */
-typedef int32_t mjenv_effect;
-enum mjenv_effect_value {
-  MJENV_EFFECT_VALUE = 1, /* the value that is drawn */
-  MJENV_EFFECT_SCALE = 2, /* the model's own value, times the one that is drawn */
-  MJENV_EFFECT_OFFSET = 3 /* the model's own value, plus the one that is drawn */
-};
-
-/* What a reset draws for one array of the mjModel (mjenv_randomize). */
-typedef struct mjenv_randomization {
-  uint32_t struct_size;
-  mjenv_distribution distribution;
-  const char *array;        /* an array that mjenv_write can write: "geom_friction"; of integers only with CHOICE */
-  const int64_t *elements;  /* [element_count] the indices of its elements, in the order of the draws; NULL: all */
-  int64_t element_count;    /* 0 if elements is NULL */
-  const double *parameters; /* [parameter_count] of the distribution */
-  int64_t parameter_count;
-  mjenv_effect effect;
-  int32_t shared;    /* 1: one draw for all elements; 0: one draw each */
-  int32_t constants; /* 1: after all draws, mj_setConst(model, MjData(model)) computes the model's constants */
-  int32_t repeats;   /* 1: draws nothing, but uses the draws of the item before: its i-th element uses the draw for that
-                        item's i-th element, or the shared draw. For example, an actuator's kp is drawn for gainprm, and
-                        used again, with the factor -1, for biasprm. If it has n times as many elements, each n of them,
-                        which must be in one row of the array, use one draw: a body's three of body_inertia use that of
-                        body_mass. distribution, parameters and shared are not used */
-  double factor;     /* each draw is multiplied by it; 0 means 1 */
-} mjenv_randomization;
-
-/* A push, which acts on a body now and then (mjenv_perturb): a force or a kick. A force replaces the body's
- * xfrc_applied while it lasts; afterwards xfrc_applied is 0. A kick is added to the six numbers in qvel of the body's
- * free joint before the step. */
-typedef struct mjenv_push {
-  uint32_t struct_size;
-  int32_t body; /* the index of a body; not 0, the world */
-  /* How many steps after a reset, or after the last step of a push, the next push begins:
-   * integers(min_steps, max_steps + 1), where 1 <= min_steps <= max_steps. */
-  int64_t min_steps;
-  int64_t max_steps;
-  double low[6]; /* uniform(low, high): the force and torque (N, N m), or the change of qvel (m/s, rad/s) */
-  double high[6];
-  int32_t is_kick;  /* 1: a kick; 0: a force */
-  int32_t reserved; /* 0 */
-  /* How many steps a force lasts: integers(min_duration, max_duration + 1). Both 0: one step, as every kick. */
-  int64_t min_duration;
-  int64_t max_duration;
-} mjenv_push;
-
-/* Noise, delays and pushes (mjenv_perturb). A struct of zeros has none. */
-typedef struct mjenv_perturbation {
-  uint32_t struct_size;
-  int32_t reserved;                /* 0 */
-  const double *action_noise;      /* [action_noise_count] standard deviations of what is added to the action */
-  int64_t action_noise_count;      /* 0: no noise; 1: the same for all numbers of an action; or one for each */
-  const double *observation_noise; /* [observation_noise_count] the same for the observation */
-  int64_t observation_noise_count; /* 0, 1, or the count of the task's observation, without time and history */
-  int64_t action_delay;            /* how many steps an action takes until it reaches the task */
-  int64_t observation_delay;       /* how many steps an observation takes until it reaches the caller */
-  const mjenv_push *pushes;        /* [push_count], at most one of each kind for a body */
-  int64_t push_count;
-  const double *first_action;    /* [first_action_count] what reaches the task until the first delayed action does */
-  int64_t first_action_count;    /* 0: zeros; 1: the same for all numbers of an action; or one for each */
-  int64_t max_action_delay;      /* 0: the delay is action_delay. Else it is drawn:
-                                 integers(action_delay, max_action_delay + 1) */
-  int64_t max_observation_delay; /* the same for the observation */
-  int32_t redraws_delays;        /* 1: such delays are drawn anew for each step; 0: at each reset */
-  int32_t reserved_end;          /* 0 */
-} mjenv_perturbation;
-
 /* The library that provides OpenGL. */
 typedef int32_t mjenv_gl;
 enum mjenv_gl_value {
@@ -457,11 +377,6 @@ typedef struct mjenv_render_settings {
 #define MJENV_BATCH_INIT \
   {sizeof(mjenv_batch), MJENV_DTYPE_FLOAT64, 0, 0, 0, 0, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, \
    NULL, NULL}
-#define MJENV_RANDOMIZATION_INIT \
-  {sizeof(mjenv_randomization), MJENV_DISTRIBUTION_UNIFORM, NULL, NULL, 0, NULL, 0, MJENV_EFFECT_VALUE, 0, 0, 0, 1}
-#define MJENV_PUSH_INIT \
-  {sizeof(mjenv_push), 0, 1, 1, {0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}, 0, 0, 0, 0}
-#define MJENV_PERTURBATION_INIT {sizeof(mjenv_perturbation), 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0, 0, 0, 0, 0}
 #define MJENV_RENDER_SETTINGS_INIT \
   {sizeof(mjenv_render_settings), MJENV_GL_AUTO, 480, 480, MJENV_CAMERA_FREE, 1000, 4, 1, 1, 0, NULL, \
    {MJENV_NAN, MJENV_NAN, MJENV_NAN}, MJENV_NAN, MJENV_NAN, MJENV_NAN, \
@@ -789,14 +704,18 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
  * Resets draw values of the mjModel; actions and observations get noise and delays; bodies are pushed. All of this
  * draws from the row's own random stream, as a wrapper around Gymnasium's environment would (docs/randomisation.md). */
 
-/* Sets what resets draw for arrays of the mjModel: items[count], in this order, instead of earlier items; count 0:
- * nothing. The values take effect in the first step of an episode. Errors: NAME, VALUE (an element, a parameter, or a
- * value that can be drawn), SIZE. */
-MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const mjenv_randomization *items, int64_t count);
+/* Replaces draws, noise, delays and pushes by those of a JSON document (docs/randomisation.md):
+ *   {"randomize": {"body_mass": {"kind": "scale", "low": 0.8, "high": 1.2}},
+ *    "noise": {"action": 0.02, "observation": 0.01},
+ *    "delay": {"action": 1, "observation": [0, 2]},
+ *    "push": [{"body": "torso", "force": [[-50, 50], [-50, 50], [0, 0]], "every": [100, 200]}]}
+ * Parts that the document lacks stay, null removes a part, and NULL or an empty text all. Rows draw from their next
+ * reset on. If the document has noise, delays or pushes, all present ones end at once, and begin again with each row's
+ * next reset. Errors, which name the place in the document: NAME, TYPE, VALUE (also: it is no JSON), SIZE. */
+MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const char *document);
 
-/* Ends the present noise, delays and pushes at once, and sets others, which act on each row from its next reset on.
- * NULL: none. Errors: VALUE, SIZE (a count). */
-MJENV_API mjenv_status mjenv_perturb(mjenv_env *env, const mjenv_perturbation *perturbation);
+/* Returns the document with all parts that are set, "{}" if none is. It is valid until the next mjenv_randomize. */
+MJENV_API mjenv_status mjenv_randomization(const mjenv_env *env, const char **document);
 
 /* ---- Pictures ----
  * A picture equals Gymnasium's render() after the last reset, step or set_state, pixel for pixel, if both draw with the

@@ -352,14 +352,15 @@ class Env {
   void set_constants() { check(mjenv_set_constants(handle(), nullptr)); }
   void set_constants(Span<const std::uint8_t> mask) { check(mjenv_set_constants(handle(), of(mask))); }
   void set_constants(std::int64_t row) { check(mjenv_set_constants_row(handle(), row)); }
-  /* Replaces what resets draw. With an empty list they draw nothing. */
-  void randomize(Span<const mjenv_randomization> items) {
-    check(mjenv_randomize(handle(), items.data(), int64(items.size())));
+  /* Replaces the parts of the document of draws, noise, delays and pushes that this one has. */
+  void randomize(const std::string &document) {
+    with_text(document, [&](const char *text) { return mjenv_randomize(handle(), text); });
   }
-  /* Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on. Without an
-   * argument there are none. */
-  void perturb(const mjenv_perturbation &perturbation) { check(mjenv_perturb(handle(), &perturbation)); }
-  void perturb() { check(mjenv_perturb(handle(), nullptr)); }
+  std::string randomization() const {
+    const char *document = nullptr;
+    check(mjenv_randomization(handle(), &document));
+    return document;
+  }
   void simulate(std::int64_t row, Span<const double> ctrl, std::int64_t frames) {
     check(mjenv_simulate(handle(), row, ctrl.data(), int64(ctrl.size()), frames));
   }

@@ -146,66 +146,6 @@ pub struct mjenv_batch {
     pub arrays: *mut f64,
 }
 impl Default for mjenv_batch { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
-pub type mjenv_distribution = i32;
-pub const MJENV_DISTRIBUTION_UNIFORM: mjenv_distribution = 1;
-pub const MJENV_DISTRIBUTION_LOG_UNIFORM: mjenv_distribution = 2;
-pub const MJENV_DISTRIBUTION_NORMAL: mjenv_distribution = 3;
-pub const MJENV_DISTRIBUTION_TRUNCATED_NORMAL: mjenv_distribution = 4;
-pub const MJENV_DISTRIBUTION_CHOICE: mjenv_distribution = 5;
-pub type mjenv_effect = i32;
-pub const MJENV_EFFECT_VALUE: mjenv_effect = 1;
-pub const MJENV_EFFECT_SCALE: mjenv_effect = 2;
-pub const MJENV_EFFECT_OFFSET: mjenv_effect = 3;
-#[repr(C)]
-pub struct mjenv_randomization {
-    pub struct_size: u32,
-    pub distribution: mjenv_distribution,
-    pub array: *const ::std::os::raw::c_char,
-    pub elements: *const i64,
-    pub element_count: i64,
-    pub parameters: *const f64,
-    pub parameter_count: i64,
-    pub effect: mjenv_effect,
-    pub shared: i32,
-    pub constants: i32,
-    pub repeats: i32,
-    pub factor: f64,
-}
-impl Default for mjenv_randomization { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
-#[repr(C)]
-pub struct mjenv_push {
-    pub struct_size: u32,
-    pub body: i32,
-    pub min_steps: i64,
-    pub max_steps: i64,
-    pub low: [f64; 6usize],
-    pub high: [f64; 6usize],
-    pub is_kick: i32,
-    pub reserved: i32,
-    pub min_duration: i64,
-    pub max_duration: i64,
-}
-impl Default for mjenv_push { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
-#[repr(C)]
-pub struct mjenv_perturbation {
-    pub struct_size: u32,
-    pub reserved: i32,
-    pub action_noise: *const f64,
-    pub action_noise_count: i64,
-    pub observation_noise: *const f64,
-    pub observation_noise_count: i64,
-    pub action_delay: i64,
-    pub observation_delay: i64,
-    pub pushes: *const mjenv_push,
-    pub push_count: i64,
-    pub first_action: *const f64,
-    pub first_action_count: i64,
-    pub max_action_delay: i64,
-    pub max_observation_delay: i64,
-    pub redraws_delays: i32,
-    pub reserved_end: i32,
-}
-impl Default for mjenv_perturbation { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 pub type mjenv_gl = i32;
 pub const MJENV_GL_AUTO: mjenv_gl = 0;
 pub const MJENV_GL_EGL: mjenv_gl = 1;
@@ -353,8 +293,8 @@ extern "C" {
     pub fn mjenv_copy_row(env: *mut mjenv_env, mask: *const u8, from: i64) -> mjenv_status;
     pub fn mjenv_snapshot(env: *mut mjenv_env, row: i64, image: *mut ::std::os::raw::c_void, capacity_bytes: i64, size_bytes: *mut i64) -> mjenv_status;
     pub fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const ::std::os::raw::c_void, size_bytes: i64) -> mjenv_status;
-    pub fn mjenv_randomize(env: *mut mjenv_env, items: *const mjenv_randomization, count: i64) -> mjenv_status;
-    pub fn mjenv_perturb(env: *mut mjenv_env, perturbation: *const mjenv_perturbation) -> mjenv_status;
+    pub fn mjenv_randomize(env: *mut mjenv_env, document: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_randomization(env: *const mjenv_env, document: *mut *const ::std::os::raw::c_char) -> mjenv_status;
     pub fn mjenv_render_defaults(env: *const mjenv_env, settings: *mut mjenv_render_settings) -> mjenv_status;
     pub fn mjenv_renderer_create(env: *mut mjenv_env, settings: *const mjenv_render_settings, renderer: *mut *mut mjenv_renderer) -> mjenv_status;
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);

@@ -112,7 +112,6 @@ pub use {
     env::{Env, Lanes, Seed},
     error::{Error, ErrorKind, Result},
     options::{Kind, OptionInfo, Options, Value},
-    randomization::{Distribution, Effect, Perturbation, Push, Randomization},
     registration::{load_tasks, register},
     render::{Camera, Frame, Gl, Image, Label, RenderSettings, Renderer, Window},
     rows::Rows,

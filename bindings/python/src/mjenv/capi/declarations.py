@@ -81,20 +81,6 @@ class Kind(IntEnum):
     STRING_OR_INT = 5
 
 
-class Distribution(IntEnum):
-    UNIFORM = 1
-    LOG_UNIFORM = 2
-    NORMAL = 3
-    TRUNCATED_NORMAL = 4
-    CHOICE = 5
-
-
-class Effect(IntEnum):
-    VALUE = 1
-    SCALE = 2
-    OFFSET = 3
-
-
 class Gl(IntEnum):
     AUTO = 0
     EGL = 1
@@ -245,59 +231,6 @@ class mjenv_batch(Structure):
         ("final_obs", c_void_p),
         ("final_info", POINTER(c_double)),
         ("arrays", POINTER(c_double)),
-    )
-
-
-class mjenv_randomization(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("distribution", c_int32),
-        ("array", c_char_p),
-        ("elements", POINTER(c_int64)),
-        ("element_count", c_int64),
-        ("parameters", POINTER(c_double)),
-        ("parameter_count", c_int64),
-        ("effect", c_int32),
-        ("shared", c_int32),
-        ("constants", c_int32),
-        ("repeats", c_int32),
-        ("factor", c_double),
-    )
-
-
-class mjenv_push(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("body", c_int32),
-        ("min_steps", c_int64),
-        ("max_steps", c_int64),
-        ("low", c_double * 6),
-        ("high", c_double * 6),
-        ("is_kick", c_int32),
-        ("reserved", c_int32),
-        ("min_duration", c_int64),
-        ("max_duration", c_int64),
-    )
-
-
-class mjenv_perturbation(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("reserved", c_int32),
-        ("action_noise", POINTER(c_double)),
-        ("action_noise_count", c_int64),
-        ("observation_noise", POINTER(c_double)),
-        ("observation_noise_count", c_int64),
-        ("action_delay", c_int64),
-        ("observation_delay", c_int64),
-        ("pushes", POINTER(mjenv_push)),
-        ("push_count", c_int64),
-        ("first_action", POINTER(c_double)),
-        ("first_action_count", c_int64),
-        ("max_action_delay", c_int64),
-        ("max_observation_delay", c_int64),
-        ("redraws_delays", c_int32),
-        ("reserved_end", c_int32),
     )
 
 
@@ -486,10 +419,10 @@ class Library(CDLL):
         self.mjenv_snapshot.restype = c_int32
         self.mjenv_restore.argtypes = (c_void_p, c_int64, c_void_p, c_int64)
         self.mjenv_restore.restype = c_int32
-        self.mjenv_randomize.argtypes = (c_void_p, POINTER(mjenv_randomization), c_int64)
+        self.mjenv_randomize.argtypes = (c_void_p, c_char_p)
         self.mjenv_randomize.restype = c_int32
-        self.mjenv_perturb.argtypes = (c_void_p, POINTER(mjenv_perturbation))
-        self.mjenv_perturb.restype = c_int32
+        self.mjenv_randomization.argtypes = (c_void_p, POINTER(c_char_p))
+        self.mjenv_randomization.restype = c_int32
         self.mjenv_render_defaults.argtypes = (c_void_p, POINTER(mjenv_render_settings))
         self.mjenv_render_defaults.restype = c_int32
         self.mjenv_renderer_create.argtypes = (c_void_p, POINTER(mjenv_render_settings), POINTER(c_void_p))

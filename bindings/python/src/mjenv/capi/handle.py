@@ -29,10 +29,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from mjenv import errors
-    from mjenv.capi import draw_lists, dtypes
+    from mjenv.capi import draw_document, dtypes
     from mjenv.capi.dtypes import Float64Array
 else:
-    np, draw_lists, dtypes, errors = map(lazy, ("numpy", "mjenv.capi.draw_lists", "mjenv.capi.dtypes", "mjenv.errors"))
+    np, draw_document, dtypes, errors = map(
+        lazy, ("numpy", "mjenv.capi.draw_document", "mjenv.capi.dtypes", "mjenv.errors")
+    )
 
 GoalRewards = Callable[[Any, Any, Any], "NDArray[Any]"]
 # What mjenv_get_stream reads of a RandomState.
@@ -267,10 +269,9 @@ class Rows:
         self._read_into(self._init_qpos, 0, "qpos0", len(self._init_qpos))
         # Whether the task computes the rewards of goals. The library refuses even no goals if it does not.
         self.has_goals: bool = engine.mjenv_compute_reward(self._pointer, nq, nq, 0, nq, 0) == Status.OK
-        if options.get("randomize") is not None:
-            self.randomize(options["randomize"])
-        if any(options.get(name) is not None for name in RANDOMIZING[1:]):
-            self.perturb(options.get("noise"), options.get("delay"), options.get("push"))
+        draws = {name: options[name] for name in RANDOMIZING if options.get(name) is not None}
+        if draws:
+            self.randomize(**draws)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.engine.name, self.id, self.options, self.count, self.snapshot(declarations.ALL_ROWS))
@@ -542,26 +543,26 @@ class Rows:
         else:
             self.call(self.engine.mjenv_set_constants_row, row)
 
-    def text(self, name: Any) -> bytes:
-        """The name of an array, for the library."""
-        return encoded(name, "the array")
+    def randomize(self, **parts: Any) -> None:
+        """Replaces parts of the document: randomize, or noise, delay and push."""
+        self.call(self.engine.mjenv_randomize, draw_document.written(**parts))
+        self.options.update(parts)
 
-    def randomize(self, draws: Any) -> None:
-        """Replaces the draws of resets."""
-        lists, found = draw_lists.Lists(), draw_lists.draws_of(draws)
-        items = lists.items(self, found)
-        self.call(self.engine.mjenv_randomize, items, len(found))
-        self.options["randomize"] = draws
+    def randomization(self) -> dict[str, Any]:
+        """The document of all parts that are set."""
+        document = c_char_p()
+        self.call(self.engine.mjenv_randomization, byref(document))
+        return draw_document.parts_of(document.value or b"{}")
 
     def _draw_of(self, array: str, number: int) -> tuple[str, int]:
         """The name of the array with the parameters of a draw, such as draws[0], and their number.
 
         array, number: the draw is item `number` of this array in randomize.
         """
-        draws = draw_lists.draws_of(self.options.get("randomize"))
-        found = [index for index, (name, _) in enumerate(draws) if name == array]
+        draws = draw_document.draws_of(self.options.get("randomize"))
+        found = [index for index, name in enumerate(draws) if name == array]
         if not 0 <= number < len(found):
-            names = ", ".join(dict.fromkeys(name for name, _ in draws)) or "nothing"
+            names = ", ".join(dict.fromkeys(draws)) or "nothing"
             raise errors.UnknownNameError(f"resets draw {names}, but no item {number} of {array!r}", Status.E_NAME)
         name, count = f"draws[{found[number]}]", c_int64()
         self.call(self.engine.mjenv_read, 0, name.encode(), None, 0, byref(count))
@@ -576,12 +577,6 @@ class Rows:
         """Replaces the parameters of the masked rows, of all without a mask: (n,), or (rows, n)."""
         name, _ = self._draw_of(array, number)
         self.write_rows(mask, name, parameters)
-
-    def perturb(self, noise: Any, delay: Any, push: Any) -> None:
-        """Replaces noise, delays and pushes."""
-        lists = draw_lists.Lists()
-        self.call(self.engine.mjenv_perturb, byref(lists.perturbation(self, noise, delay, push)))
-        self.options.update(noise=noise, delay=delay, push=push)
 
     @property
     def draws_in_steps(self) -> bool:

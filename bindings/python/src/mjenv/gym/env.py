@@ -247,7 +247,12 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
 
     def randomize(self, draws: Draws | None) -> None:
         """Replaces the draws of resets. Takes the values of make's keyword randomize; None: resets draw nothing."""
-        self._rows.randomize(draws)
+        self._rows.randomize(randomize=draws)
+
+    @property
+    def randomization(self) -> dict[str, Any]:
+        """All draws, noise, delays and pushes that are set, as plain values (docs/randomisation.md, the document)."""
+        return self._rows.randomization()
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
         """The parameters of the distribution from which resets draw an array: (n,), for "uniform" low and high.
@@ -268,7 +273,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
 
         Takes the values of make's keywords.
         """
-        self._rows.perturb(noise, delay, push)
+        self._rows.randomize(noise=noise, delay=delay, push=push)
         self._prepare()
 
     # ---- snapshots ----

@@ -388,7 +388,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def randomize(self, draws: Draws | None) -> None:
         """Replaces the draws of resets. Takes the values of make_vec's keyword randomize; None: resets draw nothing."""
         self._pool.check_settled()
-        self._pool.rows.randomize(draws)
+        self._pool.rows.randomize(randomize=draws)
+
+    @property
+    def randomization(self) -> dict[str, Any]:
+        """All draws, noise, delays and pushes that are set, as plain values (docs/randomisation.md, the document)."""
+        return self._pool.rows.randomization()
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
         """The parameters of each row's distribution for an array: (num_envs, n), for "uniform" low and high.
@@ -414,7 +419,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         Takes the values of make_vec's keywords.
         """
         self._pool.check_settled()
-        self._pool.rows.perturb(noise, delay, push)
+        self._pool.rows.randomize(noise=noise, delay=delay, push=push)
 
     def _changed(self) -> None:
         self._pool.stale = True

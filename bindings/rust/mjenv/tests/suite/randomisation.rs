@@ -1,38 +1,23 @@
 //! Resets that draw models, and noise, delays and pushes. tests/live compares the draws with Gymnasium's.
 
-use mjenv::{Distribution, Effect, Env, ErrorKind, Options, Perturbation, Push, Randomization};
+use mjenv::{Env, ErrorKind, Options};
 
 use crate::golden::assert_bits;
 
-fn items() -> Vec<Randomization> {
-    let choice = Distribution::Choice(vec![0.001, 0.002]);
-    let mut mass = Randomization::new("body_mass", Effect::Scale, Distribution::Uniform { low: 0.5, high: 1.5 });
-    mass.elements = Some(vec![1, 2]);
-    mass.constants = true;
-    let mut friction =
-        Randomization::new("geom_friction", Effect::Scale, Distribution::LogUniform { low: 0.5, high: 2.0 });
-    friction.shared = true;
-    vec![mass, friction, Randomization::new("opt.timestep", Effect::Value, choice)]
-}
-
-fn perturbation() -> Perturbation {
-    let push = Push { body: 1, every: (1, 1), low: [-1.0; 6], high: [1.0; 6], ..Default::default() };
-    Perturbation {
-        action_noise: vec![0.1],
-        observation_noise: vec![0.01],
-        action_delay: 1,
-        observation_delay: 2,
-        pushes: vec![push],
-        first_action: vec![0.2],
-        max_action_delay: 2,
-        ..Default::default()
-    }
-}
+const DOCUMENT: &str = r#"{
+    "randomize": {
+        "body_mass": {"kind": "scale", "low": 0.5, "high": 1.5, "elements": [1, 2], "set_constants": true},
+        "geom_friction": {"kind": "scale", "distribution": "log_uniform", "low": 0.5, "high": 2, "shared": true},
+        "opt.timestep": {"choices": [0.001, 0.002]}
+    },
+    "noise": {"action": 0.1, "observation": 0.01},
+    "delay": {"action": [1, 2], "observation": 2, "first_action": 0.2},
+    "push": {"body": "torso", "every": 1, "force": [[-1, 1], [-1, 1], [-1, 1]], "torque": [[-1, 1], [-1, 1], [-1, 1]]}
+}"#;
 
 fn hopper(rows: usize) -> Env {
     let mut env = Env::new(&Options::new("Hopper-v5").unwrap(), rows).unwrap();
-    env.randomize(&items()).unwrap();
-    env.perturb(&perturbation()).unwrap();
+    env.randomize(DOCUMENT).unwrap();
     env.seed(.., &(3..3 + rows as u64).collect::<Vec<_>>()).unwrap();
     env
 }
@@ -63,10 +48,10 @@ fn rows_draw_as_environments_of_one_row() {
 #[test]
 fn forces_last_and_kicks_change_velocities() {
     let mut env = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
-    let values = [5.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let push = |every, is_kick, duration| Push { body: 1, every, low: values, high: values, is_kick, duration };
-    let (force, kick) = (push((1, 1), false, (3, 3)), push((5, 5), true, (0, 0)));
-    env.perturb(&Perturbation { pushes: vec![force, kick], ..Default::default() }).unwrap();
+    let ahead = "[[5, 5], [0, 0], [0, 0]]";
+    let kick = format!(r#"{{"body": 1, "every": 5, "velocity": {ahead}}}"#);
+    let force = format!(r#"{{"body": 1, "every": 1, "duration": 3, "force": {ahead}}}"#);
+    env.randomize(&format!(r#"{{"push": [{force}, {kick}]}}"#)).unwrap();
     env.seed(.., &[3]).unwrap();
     let mut batch = env.batch::<f64>();
     env.reset(.., &mut batch).unwrap();
@@ -77,20 +62,16 @@ fn forces_last_and_kicks_change_velocities() {
         speeds.push(env.read(0, "qvel").unwrap()[0]);
     }
     assert!(speeds[3] < 2.0 && speeds[4] > 2.0, "{speeds:?}");
-    let twice = vec![Push { body: 1, every: (1, 1), is_kick: true, ..Default::default() }; 2];
-    let error = env.perturb(&Perturbation { pushes: twice, ..Default::default() }).unwrap_err();
+    let error = env.randomize(&format!(r#"{{"push": [{kick}, {kick}]}}"#)).unwrap_err();
     assert!(error.to_string().contains("twice"), "{error}");
 }
 
 #[test]
 fn several_arrays_take_one_draw_from_ranges_of_rows() {
     let mut env = Env::new(&Options::new("Hopper-v5").unwrap(), 3).unwrap();
-    let mut gain =
-        Randomization::new("actuator_gainprm", Effect::Value, Distribution::Uniform { low: 20.0, high: 40.0 });
-    gain.elements = Some(vec![0, 10, 20]);
-    let mut bias = Randomization::same("actuator_biasprm", Effect::Value, -1.0);
-    bias.elements = Some(vec![1, 11, 21]);
-    env.randomize(&[gain, bias]).unwrap();
+    let gain = r#""actuator_gainprm": {"low": 20, "high": 40, "columns": 0}"#;
+    let bias = r#""actuator_biasprm": {"kind": "same", "factor": -1, "columns": 1}"#;
+    env.randomize(&format!(r#"{{"randomize": {{{gain}, {bias}}}}}"#)).unwrap();
     env.seed(.., &[1, 2, 3]).unwrap();
     env.write(&[1], "draws[0]", &[50.0, 60.0]).unwrap();
     assert_eq!(env.read(1, "draws[0]").unwrap(), [50.0, 60.0]);
@@ -109,28 +90,21 @@ fn several_arrays_take_one_draw_from_ranges_of_rows() {
 fn settings_are_replaced() {
     let mut env = hopper(1);
     let image = env.snapshot(0).unwrap();
-    env.randomize(&[]).unwrap();
-    env.perturb(&Perturbation::default()).unwrap();
+    assert!(env.randomization().unwrap().contains(r#""choices":[0.001,0.002]"#));
+    env.randomize(r#"{"randomize": null, "noise": null, "delay": null, "push": null}"#).unwrap();
+    assert_eq!(env.randomization().unwrap(), "{}");
     assert_eq!(env.restore(0, &image).unwrap_err().kind(), ErrorKind::Snapshot);
 }
 
 #[test]
 fn what_cannot_be_drawn_is_refused() {
     let mut env = hopper(1);
-    let refused = |env: &mut Env, array: &str, distribution| {
-        env.randomize(&[Randomization::new(array, Effect::Scale, distribution)]).unwrap_err()
-    };
-    let uniform = |low, high| Distribution::Uniform { low, high };
-    let unknown = refused(&mut env, "body_maas", uniform(1.0, 2.0));
+    let mut refused = |document: &str| env.randomize(document).unwrap_err();
+    let unknown = refused(r#"{"randomize": {"body_maas": {"low": 1, "high": 2}}}"#);
     assert_eq!(unknown.kind(), ErrorKind::Name);
-    assert!(unknown.to_string().contains("body_maas"));
-    assert_eq!(refused(&mut env, "body_mass", uniform(2.0, 1.0)).kind(), ErrorKind::Value);
-    assert_eq!(refused(&mut env, "body_mass", uniform(-1.0, 1.0)).kind(), ErrorKind::Value);
-    assert_eq!(refused(&mut env, "body_mass", Distribution::Choice(vec![])).kind(), ErrorKind::Size);
-    let normal = Distribution::TruncatedNormal { mean: 0.0, std: 1.0, low: 20.0, high: 30.0 };
-    assert_eq!(refused(&mut env, "body_mass", normal).kind(), ErrorKind::Value);
-    let far = Perturbation { action_delay: usize::MAX, ..Perturbation::default() };
-    assert_eq!(env.perturb(&far).unwrap_err().kind(), ErrorKind::Value);
-    let noise = Perturbation { action_noise: vec![0.1, 0.1], ..Perturbation::default() };
-    assert_eq!(env.perturb(&noise).unwrap_err().kind(), ErrorKind::Size);
+    assert!(unknown.to_string().contains("randomize.body_maas"));
+    assert_eq!(refused(r#"{"randomize": {"body_mass": {"low": 2, "high": 1}}}"#).kind(), ErrorKind::Value);
+    assert_eq!(refused(r#"{"noise": {"action": [0.1, 0.1]}}"#).kind(), ErrorKind::Size);
+    assert_eq!(refused("{\0}").kind(), ErrorKind::Argument);
+    assert_eq!(refused("{").kind(), ErrorKind::Value);
 }
