@@ -45,6 +45,7 @@ export Env, Batch, MJEnvError
 export seed!, reset!, step!, observe, observe!
 export observation_space, action_space, seed_actions!, sample_actions, sample_actions!
 export rollout, rollout!, send!, recv!
+export begin!, act, advance!, finish!
 export object_count, object_index, object_name, set_state!, simulate!, snapshot, restore!, copy_row!, set_stream!
 export write!, set_constants!, randomize!, randomization, lanes, lane_stages
 export Renderer, render, render_depth, render_both, render_segmentation, Window, draw!
@@ -57,6 +58,7 @@ include("rows.jl")
 include("box.jl")
 include("env.jl")
 include("batch.jl")
+include("halves.jl")
 include("state.jl")
 include("randomisation.jl")
 include("render.jl")

@@ -18,6 +18,7 @@ const TEST_SETS = (
     "schema" => "schema.jl",
     "interface" => "interface.jl",
     "many" => "many.jl",
+    "halves" => "halves.jl",
     "rows" => "rows.jl",
     "writes" => "writes.jl",
     "randomisation" => "randomisation.jl",

@@ -13,6 +13,9 @@ use crate::error::{check, check_length, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string, lossy};
 use crate::{Batch, Dtype, Field, Options, Real, Role, Rows, Space, Spec};
 
+mod halves;
+pub use halves::Computed;
+
 /// How many rows each thread of an environment steps together, see [`Env::lanes`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]

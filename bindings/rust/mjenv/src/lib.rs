@@ -109,7 +109,7 @@ mod text;
 pub use {
     batch::{Batch, Real},
     describe::{Field, Role, Space},
-    env::{Env, Lanes, Seed},
+    env::{Computed, Env, Lanes, Seed},
     error::{Error, ErrorKind, Result},
     options::{Kind, OptionInfo, Options, Value},
     registration::{load_tasks, register},

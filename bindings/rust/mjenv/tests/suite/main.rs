@@ -3,6 +3,7 @@
 mod allocation;
 mod asynchronous;
 mod golden;
+mod halves;
 mod misuse;
 mod numpy;
 mod options;
