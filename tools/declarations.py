@@ -444,7 +444,7 @@ for guest in header.GUESTS:
     name = guest.stem
     LANGUAGES |= {
         f"python-{name}": (f"extras/{name}/python/mjenv_{name}/declarations.py", partial(python_guest_module, guest)),
-        f"julia-{name}": (f"bindings/julia/src/{name}_capi.jl", partial(julia_guest_module, guest)),
+        f"julia-{name}": (f"extras/{name}/julia/capi.jl", partial(julia_guest_module, guest)),
         f"rust-{name}": (f"extras/{name}/rust/src/sys.rs", partial(rust_guest_module, guest)),
     }
 

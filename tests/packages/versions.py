@@ -17,6 +17,11 @@ PLACES = (
     ("bindings/rust/mjenv-sys/Cargo.toml", r'(?m)^version = "(.+)"$'),
     ("bindings/rust/mjenv-ndarray/Cargo.toml", r'(?m)^version = "(.+)"$'),
     ("bindings/rust/mjenv-ndarray/Cargo.toml", r'mjenv = \{ path = "../mjenv", version = "(.+)" \}'),
+    *(
+        (str(file.relative_to(ROOT)), pattern)
+        for file in sorted(ROOT.glob("extras/*/rust/Cargo.toml"))
+        for pattern in (r'(?m)^version = "(.+)"$', r'/mjenv", version = "(.+)"', r'/mjenv-sys", version = "(.+)"')
+    ),
     ("bindings/rust/Cargo.lock", r'name = "mjenv"\nversion = "(.+)"'),
     ("bindings/rust/Cargo.lock", r'name = "mjenv-sys"\nversion = "(.+)"'),
     ("examples/rust/Cargo.lock", r'name = "mjenv"\nversion = "(.+)"'),

@@ -11,7 +11,8 @@ SOURCES = Path(__file__).resolve().parents[2] / "bindings" / "julia" / "src"
 def page() -> str:
     main = (SOURCES / "MJEnv.jl").read_text()
     files = re.findall(r'include\("(.*)"\)', main)
-    texts = [text for file in files for text in _texts((SOURCES / file).read_text())]
+    paths = [*(SOURCES / file for file in files), *sorted(SOURCES.parents[2].glob("extras/*/julia/*.jl"))]
+    texts = [text for path in paths for text in _texts(path.read_text())]
     names = {_name(text): text for text in texts}
     introduction = _linked(_texts(main)[0], set(names))
     sections = [f"## `{name}`\n\n{_linked(text, set(names))}" for name, text in names.items()]

@@ -26,7 +26,7 @@ The module does not export names that programs like to use for variables: `MJEnv
 Algorithms written for CommonRLInterface or ReinforcementLearningBase take an environment of one row: load that package
 and call `convert(CommonRLInterface.AbstractEnv, env)` or `convert(ReinforcementLearningBase.AbstractEnv, env)`.
 
-[`MJEnv.train`](@ref) trains a policy with the library's own learner, and [`MJEnv.evaluate`](@ref) plays it.
+Programs beside the library add to this module, such as `MJEnv.train`, which trains policies.
 
 Robots and tasks of your own are types derived from [`MJEnv.Task`](@ref). `MJEnv.register` gives them ids, and
 `MJEnv.load_tasks` loads plug-ins.
@@ -65,8 +65,6 @@ include("render.jl")
 include("picture.jl")
 include("extensions.jl")
 include("many.jl")
-include("learn_capi.jl")
-include("learn.jl")
 include("task/memory.jl")
 include("task/numpy.jl")
 include("task/sim.jl")
@@ -74,6 +72,17 @@ include("task/task.jl")
 include("task/builder.jl")
 include("task/locomotion.jl")
 include("task/callbacks.jl")
+
+# What programs beside the library add, in a released package or in the repository: extras/NAME/julia/NAME.jl.
+for root in (dirname(@__DIR__), REPOSITORY)
+    isfile(joinpath(root, "extras", "README.md")) || continue
+    include_dependency(joinpath(root, "extras"))
+    for name in readdir(joinpath(root, "extras"))
+        file = joinpath(root, "extras", name, "julia", "$name.jl")
+        isfile(file) && include(file)
+    end
+    break
+end
 
 # Broadcasting treats them as scalars: read.(env, [:qpos, :qvel]).
 Base.broadcastable(single::Union{Env,Batch,Renderer,Window}) = Ref(single)

@@ -48,10 +48,12 @@ Handle(engine::Engine, pointer::Ptr{T}) where {T} =
     Handle{T}(engine, Base.pointer(library_of(engine).addresses), pointer)
 Base.unsafe_convert(::Type{Ptr{T}}, handle::Handle{T}) where {T} = handle.pointer
 
+# Addresses of functions, also those of programs beside the library.
+const ADDRESSES = [library.addresses for library in LIBRARIES]
+
 # A system image may have kept the addresses of the process that built it.
 function __init__()
-    foreach(library -> fill!(library.addresses, C_NULL), LIBRARIES)
-    fill!(LEARN_ADDRESSES, C_NULL)
+    foreach(addresses -> fill!(addresses, C_NULL), ADDRESSES)
     isdefined(Base, :get_extension) || watch_packages()
     return
 end

@@ -24,7 +24,6 @@ const TEST_SETS = (
     "randomisation" => "randomisation.jl",
     "bad input" => "bad_input.jl",
     "engines" => "engines.jl",
-    "learner" => "learner.jl",
     "pictures" => "pictures.jl",
     "memory" => "memory.jl",
     "misuse" => "misuse.jl",

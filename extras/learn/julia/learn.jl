@@ -1,6 +1,9 @@
-# Trains policies with libmjenv-learn, and plays them.
+# Trains policies with libmjenv-learn, and plays them: MJEnv.train and MJEnv.evaluate.
+
+include("capi.jl")
 
 const LEARN_ADDRESSES = fill(C_NULL, length(LEARN_FUNCTIONS))  # null until the library is loaded
+push!(ADDRESSES, LEARN_ADDRESSES)
 
 # Returns the address of LEARN_FUNCTIONS[index]. The first call loads the library.
 function learn_address(index)

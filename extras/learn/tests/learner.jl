@@ -1,4 +1,8 @@
-# The learner. extras/learn/tests tests what it learns, and that it computes the same bits however it is told to.
+# MJEnv.train and what belongs to it. learner.c tests what the learner learns, and that it computes the same bits however
+# it is told to.
+
+using MJEnv
+using Test
 
 @testset "a training, its checkpoint and its policy" begin
     mktempdir() do folder
