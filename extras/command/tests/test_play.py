@@ -82,9 +82,9 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     Path("text.pkl").write_text("text")
 
 
-def printed(act: Any) -> str:
+def printed(act: Any, **options: Any) -> str:
     """What mjenv play prints of the episode in which these actions are taken."""
-    env = mjenv.make("Reacher-v5")
+    env = mjenv.make("Reacher-v5", **options)
     obs, total = env.reset(seed=4)[0], 0.0
     for _ in range(50):
         obs, reward, *_ = env.step(act(obs))
@@ -99,6 +99,13 @@ def run(*words: str) -> int:
 def test_stable_baselines3(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("--policy", "model.zip") == 0
     assert capsys.readouterr().out == printed(lambda obs: np.tanh(LINEAR @ obs))
+
+
+def test_a_document_of_draws(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("draws.json").write_text('{"noise": {"observation": 0.1}, "delay": {"action": 2}}')
+    assert run("--policy", "model.zip", "--randomize", "draws.json") == 0
+    acted = printed(lambda obs: np.tanh(LINEAR @ obs), noise=mjenv.Noise(observation=0.1), delay=mjenv.Delay(2))
+    assert capsys.readouterr().out == acted
 
 
 def test_normalizers(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import mjenv
@@ -88,6 +89,26 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="set a constructor option, one of those that mjenv info lists; commas separate the numbers of a range; "
         "can be repeated",
     )
+
+
+def add_randomize(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--randomize",
+        type=document,
+        default={},
+        metavar="FILE",
+        help="a JSON document of draws, noise, delays and pushes (docs/randomisation.md)",
+    )
+
+
+def document(file: str) -> dict[str, Any]:
+    """The parts of a document of draws, as keyword arguments of make."""
+    from mjenv.capi.draw_document import parts_of  # imports Gymnasium
+
+    try:
+        return parts_of(Path(file).read_bytes())
+    except (OSError, mjenv.Error) as error:
+        raise argparse.ArgumentTypeError(f"{file}: {error}") from None
 
 
 def add_groups(command: argparse.ArgumentParser) -> None:

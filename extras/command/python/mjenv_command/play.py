@@ -22,6 +22,7 @@ from mjenv_command.arguments import (
     Commands,
     add_groups,
     add_options,
+    add_randomize,
     groups_of,
     known_id,
     not_negative,
@@ -88,6 +89,7 @@ def add(commands: Commands) -> None:
         help="pictures per second (default: the simulation's steps per second); fewer make slow motion",
     )
     add_options(command)
+    add_randomize(command)
     command.set_defaults(run=run)
 
 
@@ -104,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
     needed("imageio", "imageio_ffmpeg" if writer_of is Mp4 else "PIL")
     if arguments.normalizer and not arguments.policy:
         raise mjenv.OptionError("--normalizer belongs to a --policy")
-    keywords = options_of(arguments.id, arguments.option, arguments.engine)
+    keywords = options_of(arguments.id, arguments.option, arguments.engine) | arguments.randomize
     with mjenv.make(
         arguments.id,
         render_mode="rgb_array",

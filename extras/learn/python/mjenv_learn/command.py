@@ -15,6 +15,7 @@ import mjenv
 from mjenv_command.arguments import (
     Commands,
     add_options,
+    add_randomize,
     known_engine,
     not_negative,
     options_of,
@@ -81,6 +82,7 @@ def add(commands: Commands) -> None:
         "--view", action="store_true", help='show the training in a browser (pip install "mjenv[view]")'
     )
     add_options(command)
+    add_randomize(command)
     settings = command.add_argument_group("settings of the learner", "Their defaults depend on the id.")
     for name, one in _described().items():
         text = f"{one.doc.decode()} ({bounds_of(one)})".replace("%", "%%")
@@ -108,6 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise mjenv.UnknownIdError(f"{error}; {resuming(folder)}") from None
     if arguments.engine is not None:
         options["engine"] = arguments.engine
+    options |= arguments.randomize
     stages = [stage_of(arguments.id, words, arguments.engine) for words in arguments.stage]
     given = {name: getattr(arguments, name) for name in _described()}
     settings = {name: value for name, value in given.items() if value is not None}

@@ -456,6 +456,18 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "holds a training" in capsys.readouterr().err
     assert main(["train", "Hopper-v5", *words, *stages, "--overwrite"]) == 0
     assert capsys.readouterr().out.endswith("--option frame_skip=3 --option healthy_z_range=0.5,inf\n")
+    parts = {"randomize": {"body_mass": {"kind": "scale", "low": 0.5, "high": 1.5}}, "noise": {"action": 0.1}}
+    (tmp_path / "draws.json").write_text(json.dumps(parts))
+    randomize = ["--randomize", str(tmp_path / "draws.json"), "--steps", "256", "--overwrite"]
+    assert main(["train", "Hopper-v5", *words, *randomize]) == 0
+    options = json.loads((tmp_path / "training.json").read_text())["options"]
+    assert {name: options[name] for name in parts} == parts
+    assert main(resume) == 0  # with the draws that the checkpoint keeps
+    for text, message in (("{", "no JSON"), ('{"noise": {}, "noise": {}}', "twice"), ('{"xml_file": "a"}', "xml_file")):
+        (tmp_path / "draws.json").write_text(text)
+        with pytest.raises(SystemExit):
+            main(["train", "Hopper-v5", *words, *randomize])
+        assert message in capsys.readouterr().err
 
 
 def test_the_command_starts_without_numpy(tmp_path: Path) -> None:

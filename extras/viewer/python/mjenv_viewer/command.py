@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import mjenv
-from mjenv_command.arguments import Commands, add_options, known_engine, not_negative, options_of, positive
+from mjenv_command.arguments import (
+    Commands,
+    add_options,
+    add_randomize,
+    known_engine,
+    not_negative,
+    options_of,
+    positive,
+)
 from mjenv_command.policies import policy_of
 
 
@@ -59,6 +67,7 @@ def add(commands: Commands) -> None:
     )
     command.add_argument("--no-browser", action="store_true", help="do not open a browser")
     add_options(command)
+    add_randomize(command)
     command.set_defaults(run=run)
 
 
@@ -69,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     viser_module()
     for file in arguments.own_tasks:
         mjenv.load_tasks(file)
-    options = options_of(arguments.id, arguments.option, arguments.engine)
+    options = options_of(arguments.id, arguments.option, arguments.engine) | arguments.randomize
     if arguments.xml is not None:
         options["xml_file"] = arguments.xml
     if arguments.engine is not None:

@@ -8,7 +8,8 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from mjenv.capi.declarations import Status
-from mjenv.errors import InvalidValueError, OptionError
+from mjenv.capi.keywords import RANDOMIZING
+from mjenv.errors import InvalidValueError, OptionError, UnknownNameError
 
 
 def _plain(value: Any) -> Any:
@@ -45,7 +46,9 @@ def parts_of(text: str | bytes) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise InvalidValueError(f"the document is no JSON: {error}", Status.E_VALUE) from None
     if not isinstance(parts, dict):
-        raise OptionError(f"a document is an object {{...}}, not {parts!r:.40}", Status.E_TYPE)
+        raise OptionError("a document of draws is an object {...}", Status.E_TYPE)
+    for name in parts.keys() - set(RANDOMIZING):
+        raise UnknownNameError(f"a document of draws has no {name!r}, but {', '.join(RANDOMIZING)}", Status.E_NAME)
     return parts
 
 
