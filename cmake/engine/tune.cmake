@@ -82,6 +82,8 @@ if(MJENV_LTO AND NOT MJENV_SANITIZE AND NOT MJENV_PGO STREQUAL generate)
 else()
   set(MJENV_USE_LTO OFF)
 endif()
+# What is optimised as a whole is also compiled in few pieces, because most of the time is that of reading headers.
+option(CMAKE_UNITY_BUILD "Compile several files of the core at once" ${MJENV_USE_LTO})
 
 if(MJENV_SYMBOLS)
   list(APPEND MJENV_TUNE -g1)
