@@ -3,11 +3,28 @@
 #include <array>
 #include <climits>
 
+#include "mjenv/task.h"
 #include "target.hpp"
 
 namespace {
 
 constexpr std::size_t kSlots = 3;
+
+// A task whose outputs the caller computes.
+bool add_halves() {
+  mjenv_task_field field = MJENV_TASK_FIELD_INIT;
+  field.name = "seen";
+  field.ndim = 1;
+  field.shape[0] = 3;
+  mjenv_task task = MJENV_TASK_INIT;
+  task.id = "Halves-v0";
+  task.model = "hopper.xml";
+  task.fields = &field;
+  task.field_count = 1;
+  task.carry_count = 2;
+  task.physics_only = 1;
+  return mjenv_register_task(&task) == MJENV_OK;
+}
 
 class Calls {
  public:
@@ -22,7 +39,7 @@ class Calls {
   struct Slot {
     std::unique_ptr<Outputs> out;
     EnvHandle env;  // destroyed first
-    std::size_t actuators = 0, nq = 0, nv = 0;
+    std::size_t actuators = 0, nq = 0, nv = 0, nu = 0;
   };
 
   Bytes bytes_;
@@ -33,8 +50,15 @@ class Calls {
   Slot& slot() { return slots_[bytes_.below(kSlots)]; }
 
   const char* id() {
-    static const char* const ids[] = {
-        "Ant-v5", "Hopper-v4", "InvertedPendulum-v5", "Reacher-v5", "Swimmer-v5", "Ant-v6", "", nullptr};
+    static const bool has_halves = add_halves();
+    static const char* const ids[] = {has_halves ? "Halves-v0" : "",
+                                      "Ant-v5",
+                                      "Hopper-v4",
+                                      "InvertedPendulum-v5",
+                                      "Reacher-v5",
+                                      "Swimmer-v5",
+                                      "Ant-v6",
+                                      nullptr};
     return bytes_.one_of(ids);
   }
   const char* option_name() {
@@ -97,6 +121,7 @@ class Calls {
     made.actuators = static_cast<std::size_t>(mjenv_field_count(env, MJENV_ROLE_ACTION));
     made.nq = number(env, "nq");
     made.nv = number(env, "nv");
+    made.nu = number(env, "nu");
   }
 
   void describe() {
@@ -188,6 +213,30 @@ class Calls {
       check(mjenv_step(s.env.get(), nullptr, maybe(drawn.data()), size(count), MJENV_DTYPE_FLOAT32, out));
     else
       check(mjenv_step(s.env.get(), nullptr, maybe(action.data()), size(count), static_cast<mjenv_dtype>(dtype), out));
+  }
+
+  // A reset or a step in parts, in any order.
+  void halves() {
+    Slot& s = slot();
+    mjenv_env* env = s.env.get();
+    const auto rows = static_cast<std::size_t>(rows_of(env)), count = rows * s.actuators;
+    const auto mask = bytes_.list<std::uint8_t>(4);
+    const auto action = bytes_.list<double>(count), qpos = bytes_.list<double>(rows * s.nq),
+               qvel = bytes_.list<double>(rows * s.nv), ctrl = bytes_.list<double>(rows * s.nu);
+    const std::uint8_t* chosen = bytes_.flag() ? nullptr : mask.data();
+    const bool has_ctrl = bytes_.flag();
+    std::vector<double> seen(count);
+    mjenv_batch changed{}, given{};
+    const mjenv_batch* out = batch(s, changed);
+    if (bytes_.flag())
+      check(mjenv_begin(env, chosen, bytes_.flag() ? qpos.data() : nullptr, at_most(qpos.size()),
+                        bytes_.flag() ? qvel.data() : nullptr, at_most(qvel.size()), out));
+    if (bytes_.flag())
+      check(mjenv_act(env, chosen, maybe(action.data()), size(count), MJENV_DTYPE_FLOAT64, maybe(seen.data())));
+    if (bytes_.flag())
+      check(mjenv_advance(env, chosen, maybe(action.data()), size(count), MJENV_DTYPE_FLOAT64,
+                          has_ctrl ? ctrl.data() : nullptr, size(ctrl.size()), out));
+    if (bytes_.flag()) check(mjenv_finish(env, chosen, batch(s, given), out));
   }
 
   void reset() {
@@ -286,8 +335,8 @@ class Calls {
       case 5: describe(); break;
       case 6: seed(); break;
       case 7: reset(); break;
-      case 8:
-      case 9: step(); break;
+      case 8: step(); break;
+      case 9: halves(); break;
       case 10: roll(); break;
       case 11: send(); break;
       case 12: receive(); break;
