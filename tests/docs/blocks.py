@@ -7,8 +7,8 @@ The rules for a document:
 - A block with title="NAME" is a file, which is written before the first `sh` block of the page runs.
 - Each `js` block is a program, which part javascript of tests/run runs (bindings/javascript/test/documents.test.js).
 - A `text` block is what the block before it prints; "..." stands for any text.
-- A comment above a block says when it runs: `<!-- long -->` only with --long; `<!-- long: training -->` only with --long,
-  as a separate program, with the Python that `tools/setup training` makes; `<!-- not run: REASON -->` never.
+- A comment above a block says when it runs: `<!-- long -->` only with --long; `<!-- long: training -->` only with
+  --long, as a separate program, with the Python that `tools/setup training` makes; `<!-- not run: REASON -->` never.
   `<!-- mujoco4 -->` only with --mujoco4, which needs build/mujoco4 and takes the Python of `tools/setup mujoco4`.
   The `python` blocks of a page that are so marked are one program, which runs in the repository.
 """

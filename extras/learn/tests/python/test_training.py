@@ -194,7 +194,7 @@ def test_a_training_is_not_lost(tmp_path: Path) -> None:
         ({"settings": {"gamma": [1, 2]}}, 'gamma is "1,2", not a number'),
         ({"options": {"engine": "9.9"}}, "no engine '9.9'"),
         ({"options": {"frame_skip": []}}, "frame_skip"),
-        ({"options": {"randomize": 3}}, "randomize is a dict"),
+        ({"options": {"randomize": 3}}, "randomize: an object with the names of arrays is expected"),
     ],
 )
 def test_a_strangers_checkpoint(tmp_path: Path, changed: Any, message: str) -> None:
