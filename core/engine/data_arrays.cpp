@@ -97,6 +97,11 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
   list.push_back(
       {"warnings", MJENV_DTYPE_INT32, {mjNWARNING}, d.warning, sizeof(mjWarningStat), [] { return mjNWARNING; }});
   list.back().compute = [&](std::int64_t i, double* given) { *given = d.warning[i].number > 0 ? 1 : 0; };
+  if (!find(list, "efc_force")) {  // MuJoCo 4.0 puts it elsewhere in each step
+    list.push_back(
+        {"efc_force", MJENV_DTYPE_FLOAT64, {max_constraints(m)}, &d, sizeof(mjtNum), [&d] { return d.nefc; }});
+    list.back().compute = [&d](std::int64_t i, double* force) { *force = d.efc_force[i]; };
+  }
   return list;
 }
 

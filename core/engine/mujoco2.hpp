@@ -140,6 +140,7 @@ inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_
 
 // How many contacts mjData can hold.
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
+inline std::int64_t max_constraints(const mjModel& m) { return m.njmax; }
 
 // Returns a function that tells how many elements of the array are in use, if that depends on the number of constraints
 // or on the tendons' sparse Jacobians. Otherwise the function is empty.

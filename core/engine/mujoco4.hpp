@@ -146,6 +146,9 @@ inline int max_contacts(const mjModel& m) {
   return static_cast<int>(std::min(m.nconmax >= 0 ? m.nconmax : kDefault, room));
 }
 
+// Of how many constraints the forces can be read at most: njmax, or ten for each contact if that is not set.
+inline std::int64_t max_constraints(const mjModel& m) { return m.njmax >= 0 ? m.njmax : 10 * max_contacts(m); }
+
 // Always empty: the arrays whose length depends on the number of constraints are in the arena, and cannot be read.
 inline std::function<std::int64_t()> held_by_constraints(const mjModel&, const mjData&, const std::string&) {
   return {};

@@ -345,6 +345,12 @@ class Data(_Named):
         return Contacts(self)
 
     @property
+    def efc_force(self) -> NDArray[np.float64]:
+        """The forces of the constraints: [njmax], as in MuJoCo 2.2.2, or [nefc], as in MuJoCo 4.0."""
+        forces: NDArray[np.float64] = self.__getattr__("efc_force")
+        return forces if self._rows.engine.name == "2.2.2" else forces[: self.nefc]
+
+    @property
     def warning(self) -> Warnings:
         """Of what MuJoCo has warned: warning[kind].number for a kind of mjtWarning."""
         return Warnings(self.warnings)
