@@ -389,8 +389,12 @@ mjenv_status mjenv_sample_actions(mjenv_env* env, float* action, std::int64_t co
 mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, double* values, std::int64_t capacity,
                         std::int64_t* count) {
   return change_env(env, [&](Env& e) {
-    const Array& found = e.array(row, text(array, "array"));
-    deliver(static_cast<std::int64_t>(found.count()), capacity, values, "values", count, [&] { found.read(values); });
+    const std::string name = text(array, "array");
+    const bool all = row == MJENV_ALL_ROWS;
+    const Array& found = e.array(all ? 0 : row, name);
+    const std::size_t each = found.count();
+    deliver(static_cast<std::int64_t>(each) * (all ? e.rows() : 1), capacity, values, "values", count,
+            [&] { all ? e.read(name, values, each) : found.read(values); });
   });
 }
 
@@ -414,6 +418,10 @@ mjenv_status mjenv_set_state(mjenv_env* env, std::int64_t row, const double* qpo
     need_array(qvel, nv, "qvel");
     e.set_state(row, qpos, nq, qvel, nv);
   });
+}
+
+mjenv_status mjenv_reset_data(mjenv_env* env, const std::uint8_t* mask) {
+  return change_env(env, [&](Env& e) { e.reset_data(e.masked(mask)); });
 }
 
 mjenv_status mjenv_write(mjenv_env* env, const std::uint8_t* mask, const char* array, const double* values,

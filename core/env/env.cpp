@@ -360,21 +360,20 @@ void Env::observe(const mjenv_batch& out) {
   check_received();
   workers_.pool().check_here();
   schema_.check(out, rows());
-  // First observes the rows whose derived arrays are still in a work space, because other rows would overwrite these
-  // arrays.
-  std::vector<std::uint8_t> observed(static_cast<std::size_t>(rows()));
-  const auto is_held = [&](std::int64_t row) { return workers_.of(rows_, row).holds(rows_, row); };
-  const auto observe_row = [&](Worker& worker, std::int64_t row) {
-    episodes_.observe(worker, row, {out, rows(), row});
-  };
+  for_held_rows_first([&](Worker& worker, std::int64_t row) { episodes_.observe(worker, row, {out, rows(), row}); });
+}
+
+template <typename Body>
+void Env::for_held_rows_first(const Body& body) {
+  std::vector<std::uint8_t> done(static_cast<std::size_t>(rows()));
   for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_held(row)) continue;
     Worker& holder = workers_.of(rows_, row);
-    holder.attempt(row, [&] { observe_row(holder, row); });
-    observed[static_cast<std::size_t>(row)] = 1;
+    if (!holder.holds(rows_, row)) continue;
+    holder.attempt(row, [&] { body(holder, row); });
+    done[static_cast<std::size_t>(row)] = 1;
   }
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (observed[static_cast<std::size_t>(row)] == 0) observe_row(worker, row);
+    if (done[static_cast<std::size_t>(row)] == 0) body(worker, row);
   });
 }
 
@@ -398,25 +397,28 @@ void Env::receive(std::int64_t least, double timeout, std::int64_t* rows_done, s
 
 // ---- State of single rows ----
 
-const Array& Env::array(std::int64_t row, const std::string& name) {
-  check_received();
-  rows_.check(row);
+const Array* Env::stored(std::int64_t row, const std::string& name) {
   if (Parameters::is_name(name)) {
     const Field& parameter = task_.parameters.find(name, options_.id());
     own_array_ = {parameter.name, parameter.type, parameter.shape, rows_.parameters(row) + parameter.offset};
-    return own_array_;
+    return &own_array_;
   }
   if (name == kCarried) {
     own_array_ = {name, MJENV_DTYPE_FLOAT64, {task_.carry_count}, rows_.carried(row)};
-    return own_array_;
+    return &own_array_;
   }
   if (Randomization::is_name(name)) {
     const Randomization::Range range = randomization_.find(name);
     own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(range.count)}, rows_.ranges(row) + range.first};
-    return own_array_;
+    return &own_array_;
+  }
+  // With mjenv_build_current, readers see another qpos than the state has (Worker::hold).
+  if (const auto part = rows_.layout().part(name); part && !task_.needs.current) {
+    own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(part->count)}, rows_.state(row) + part->offset};
+    return &own_array_;
   }
   // Own values of mjModel are read from the row. original.data is null for inputs of mjData, which are read from a work
-  // space below.
+  // space.
   if (const OwnArray* own = rows_.arrays().find(name); own && own->original.data) {
     own_array_ = own->original;
     own_array_.data = rows_.values(row) + own->offset;
@@ -425,16 +427,37 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
       whole_array_.resize(own->bytes + own->shared);
       own_array_.data = own->complete(rows_.values(row), whole_array_.data());
     }
-    return own_array_;
+    return &own_array_;
   }
-  for (const Array& array : task_.model->arrays())
-    if (array.name == name) return array;
+  return find(task_.model->arrays(), name);
+}
+
+const Array& Env::array(std::int64_t row, const std::string& name) {
+  check_received();
+  rows_.check(row);
+  if (const Array* found = stored(row, name)) return *found;
   if (const Array* found = workers_.of(rows_, row).array(rows_, row, name)) return *found;
   std::vector<std::string> names;
   for (const auto role : {MJENV_ROLE_DATA, MJENV_ROLE_MODEL})
     for (const auto& field : schema_.fields(role)) names.push_back(field.name);
   fail(MJENV_E_NAME,
        "no array " + quoted(name) + choices(name, names, "mjenv_field_at with MJENV_ROLE_DATA and MJENV_ROLE_MODEL"));
+}
+
+void Env::read(const std::string& name, double* values, std::size_t each) {
+  check_received();
+  const auto part = rows_.layout().part(name);
+  if (part && !task_.needs.current) {
+    for (std::int64_t row = 0; row < rows(); ++row, values += each)
+      std::copy_n(rows_.state(row) + part->offset, each, values);
+  } else if (stored(0, name)) {
+    for (std::int64_t row = 0; row < rows(); ++row, values += each) stored(row, name)->read(values);
+  } else {
+    workers_.pool().check_here();
+    for_held_rows_first([&](Worker& worker, std::int64_t row) {
+      worker.array(rows_, row, name)->read(values + static_cast<std::size_t>(row) * each);
+    });
+  }
 }
 
 void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
@@ -446,16 +469,32 @@ void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjDat
 
 void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv) {
   check_settled();
-  rows_.check(row);
-  check_count("nq", nq, task_.model->nq());
-  check_count("nv", nv, task_.model->nv());
+  const bool all = row == MJENV_ALL_ROWS;
+  if (!all) rows_.check(row);
+  const std::int64_t count = all ? rows() : 1, each_nq = task_.model->nq(), each_nv = task_.model->nv();
+  check_count("nq", nq, count * each_nq);
+  check_count("nv", nv, count * each_nv);
   check_finite("qpos", qpos, static_cast<std::size_t>(nq));
   check_finite("qvel", qvel, static_cast<std::size_t>(nv));
-  Rows::Head& head = rows_.head(row);
-  workers_.of(rows_, row).set_state(rows_, row, qpos, qvel);
-  head.ready = true;
-  head.ended = false;
-  forget_observation(row);
+  const auto set = [&](Worker& worker, std::int64_t i, std::int64_t place) {
+    worker.set_state(rows_, i, qpos + place * each_nq, qvel + place * each_nv);
+    Rows::Head& head = rows_.head(i);
+    head.ready = true;
+    head.ended = false;
+    forget_observation(i);
+  };
+  if (!all) return set(workers_.of(rows_, row), row, 0);
+  workers_.pool().check_here();
+  rows_.make_room(Entry::set_state);  // here, because it allocates memory for all rows
+  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t i) { set(worker, i, i); });
+}
+
+void Env::reset_data(const Selection& selected) {
+  check_settled();
+  selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
+    workers_.of(rows_, row).clear(rows_, row);
+    forget_observation(row);
+  });
 }
 
 void Env::write(const Selection& selected, const std::string& array, const double* values, std::int64_t count) {

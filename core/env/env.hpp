@@ -92,10 +92,14 @@ class Env {
   // The array with this name: of the row's mjModel or mjData (MuJoCo's name), a live parameter ("parameters.speed") or
   // the parameters of a draw ("draws[0]"). The result is valid until the next call.
   const Array& array(std::int64_t row, const std::string& name);
+  // Reads the array of all rows: values[rows][each], where each is the array's size.
+  void read(const std::string& name, double* values, std::size_t each);
   // Calls draw with the mjModel and mjData that Gymnasium would have in the row's present state. draw must not change
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
   void set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv);
+  // Calls mj_resetData.
+  void reset_data(const Selection& selected);
   // Writes an array of the row's state or mjModel, an input of its mjData (engine/own_array.hpp), a live parameter or
   // the parameters of a draw. count: the array's size, for the same values in every selected row, or this size times
   // the number of rows of the selection, whether its mask selects them or not.
@@ -135,6 +139,12 @@ class Env {
   std::vector<std::byte> whole_array_;  // its values, if rows own only a part of it
 
   const Identity& identity() const;
+  // The same as array, if no work space is needed; otherwise null.
+  const Array* stored(std::int64_t row, const std::string& name);
+  // Calls body(worker, row) for all rows on all threads: first with the workers that hold a row's derived arrays,
+  // because computing other rows would overwrite these.
+  template <typename Body>
+  void for_held_rows_first(const Body& body);
   void forget_observation(std::int64_t row);
   void end_pushes();
   // Throws while rows are under way between send and receive.

@@ -134,6 +134,21 @@ void Worker::clear(Rows& rows) {
   for (std::int64_t row = 0; row < rows.count(); ++row) work_.save(rows.state(row));
 }
 
+void Worker::clear(Rows& rows, std::int64_t row) {
+  release();
+  rows.clear_inputs(row);
+  use(rows, row);
+  work_.clear();
+  rows.begin(row, Origin::cleared);
+  work_.save(rows.state(row));
+  Rows::Head& head = rows.head(row);
+  head.steps = 0;
+  head.ready = true;
+  head.ended = false;
+  head.written = Written::by_caller;  // so that the next step begins with the numbers that the task's carry gives
+  head.warnings = 0;
+}
+
 void Worker::show_kept(Rows& rows, std::int64_t row) {
   std::fill_n(view_.carried(), task_.carry_count, 0.0);
   for (const KeptNumbers& kept : task_.kept)
@@ -423,11 +438,13 @@ void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) n
 const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name) {
   const Array* found = find(arrays_, name);
   if (!found) return nullptr;
-  if (is_force(name))
+  if (is_force(name)) {
     hold_forces(rows, row);
-  else
+    work_.complete_forces();
+  } else {
     hold(rows, row);
-  work_.complete();
+    if (is_frame(name)) work_.complete_frames();
+  }
   return found;
 }
 

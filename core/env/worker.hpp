@@ -59,8 +59,9 @@ class Worker {
     if (resident_ == row) release();
   }
 
-  // Sets all rows to the state after mj_resetData.
+  // Sets all rows to the state after mj_resetData; or one, whose own values stay.
   void clear(Rows& rows);
+  void clear(Rows& rows, std::int64_t row);
   // Begins an episode: the task draws the initial state from rng, the randomisation draws its values, and mj_forward
   // computes the derived arrays, still with the row's old values. `adopt` replaces the old values by the drawn ones.
   // initial: replaces what the task has drawn.

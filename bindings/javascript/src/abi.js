@@ -235,6 +235,7 @@ export const mjenv_batch = struct(96, {
  * @property {(env: number, type: number, name: number, index: number) => number} mjenv_object_index
  * @property {(env: number, type: number, index: bigint, name: number) => number} mjenv_object_name
  * @property {(env: number, row: bigint, qpos: number, nq: bigint, qvel: number, nv: bigint) => number} mjenv_set_state
+ * @property {(env: number, mask: number) => number} mjenv_reset_data
  * @property {(env: number, mask: number, array: number, values: number, count: bigint) => number} mjenv_write
  * @property {(env: number, row: bigint, array: number, values: number, count: bigint) => number} mjenv_write_row
  * @property {(env: number, mask: number) => number} mjenv_set_constants

@@ -636,6 +636,7 @@ MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achiev
 
 /* Reads an array of a row's mjData, or of its mjModel, by its MuJoCo name: "xpos", "body_mass", "nq",
  * "opt.timestep".
+ *   row       the row, or MJENV_ALL_ROWS for [rows][elements]
  *   values    [capacity] receives the elements as doubles
  *   count     receives their number, also with values NULL and capacity 0
  * Errors: NAME, VALUE (row), SIZE (capacity), PHYSICS. */
@@ -651,10 +652,15 @@ MJENV_API mjenv_status mjenv_object_index(const mjenv_env *env, const char *type
 /* Finds the name of the object at an index; "" if it has none. Errors: NAME (type), VALUE (index). */
 MJENV_API mjenv_status mjenv_object_name(const mjenv_env *env, const char *type, int64_t index, const char **name);
 
-/* Sets qpos[nq] and qvel[nv] of a row and calls mj_forward, as Gymnasium's set_state does. Afterwards the row can be
- * stepped, even if it was never reset. Errors: VALUE (row, or a number is not finite), SIZE, PHYSICS, TASK. */
+/* Sets qpos[nq] and qvel[nv] of a row, or with MJENV_ALL_ROWS [rows][nq] and [rows][nv], and calls mj_forward, as
+ * Gymnasium's set_state does. Afterwards the row can be stepped, even if it was never reset. For all rows, nq and nv are
+ * the counts of all numbers. Errors: VALUE (row, or a number is not finite: then no row changes), SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_set_state(mjenv_env *env, int64_t row, const double *qpos, int64_t nq, const double *qvel,
                                        int64_t nv);
+
+/* Calls mj_resetData for rows: they get the model's initial state, and everything that MuJoCo computes is 0. It draws
+ * nothing and leaves the rows' values of the model. Afterwards the rows can be stepped. */
+MJENV_API mjenv_status mjenv_reset_data(mjenv_env *env, const uint8_t *mask);
 
 /* ---- Rows that differ ----
  * Each row can have values of its own in the arrays of its mjModel, which stay after resets, and inputs in its mjData,

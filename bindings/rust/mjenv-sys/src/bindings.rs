@@ -285,6 +285,7 @@ extern "C" {
     pub fn mjenv_object_index(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, name: *const ::std::os::raw::c_char, index: *mut i64) -> mjenv_status;
     pub fn mjenv_object_name(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, index: i64, name: *mut *const ::std::os::raw::c_char) -> mjenv_status;
     pub fn mjenv_set_state(env: *mut mjenv_env, row: i64, qpos: *const f64, nq: i64, qvel: *const f64, nv: i64) -> mjenv_status;
+    pub fn mjenv_reset_data(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;
     pub fn mjenv_write(env: *mut mjenv_env, mask: *const u8, array: *const ::std::os::raw::c_char, values: *const f64, count: i64) -> mjenv_status;
     pub fn mjenv_write_row(env: *mut mjenv_env, row: i64, array: *const ::std::os::raw::c_char, values: *const f64, count: i64) -> mjenv_status;
     pub fn mjenv_set_constants(env: *mut mjenv_env, mask: *const u8) -> mjenv_status;

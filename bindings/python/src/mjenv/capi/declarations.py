@@ -403,6 +403,8 @@ class Library(CDLL):
         self.mjenv_object_name.restype = c_int32
         self.mjenv_set_state.argtypes = (c_void_p, c_int64, POINTER(c_double), c_int64, POINTER(c_double), c_int64)
         self.mjenv_set_state.restype = c_int32
+        self.mjenv_reset_data.argtypes = (c_void_p, POINTER(c_uint8))
+        self.mjenv_reset_data.restype = c_int32
         self.mjenv_write.argtypes = (c_void_p, POINTER(c_uint8), c_char_p, POINTER(c_double), c_int64)
         self.mjenv_write.restype = c_int32
         self.mjenv_write_row.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_int64)
