@@ -41,7 +41,7 @@ from numpy.typing import DTypeLike
 from typing_extensions import Unpack
 
 from mjenv.capi.keywords import Randomizing, Rendering
-from mjenv.gym.env import MujocoEnv
+from mjenv.gym.env import Environment
 from mjenv.gym.vector import VectorEnv
 from mjenv.rows.arguments import AutoresetMode
 '''
@@ -107,11 +107,11 @@ def parts() -> Iterator[str]:
         yield class_of(f"{names[id]}Vector", f"{names[id]}, Vector", {})
     limit = "max_episode_steps: int | None = None"
     for id, name in names.items():
-        yield overload("make", [f'id: Literal["{id}"]', limit, f"**options: Unpack[{name}]"], "MujocoEnv")
+        yield overload("make", [f'id: Literal["{id}"]', limit, f"**options: Unpack[{name}]"], "Environment")
     yield overload(
         "make",
         ["id: str | EnvSpec", limit, "disable_env_checker: bool | None = None", "**options: Any"],
-        "MujocoEnv",
+        "Environment",
     )
     count = "num_envs: int = 1"
     for id, name in names.items():

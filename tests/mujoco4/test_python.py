@@ -102,7 +102,7 @@ def test_every_way_to_choose() -> None:
         gymnasium.make(made.spec),
         mjenv.make(spec),
         mjenv.make(made.spec),
-        mjenv.MujocoEnv("Ant-v5", engine="4.0"),
+        mjenv.Environment("Ant-v5", engine="4.0"),
     ):
         assert env.unwrapped.engine == "4.0"
         assert play(env) == expected

@@ -178,7 +178,7 @@ def test_an_id_of_another_type(call: Any, id: Any) -> None:
     with refused(TypeError, Status.E_TYPE, "the id is a str, 'Ant-v5' for example"):
         call(id)
     with refused(TypeError, Status.E_TYPE, "the id"):
-        mjenv.MujocoEnv(id)
+        mjenv.Environment(id)
 
 
 def test_an_environment_instead_of_an_id(env: mjenv.MujocoEnv) -> None:

@@ -1,9 +1,15 @@
 """env.unwrapped: data, model and the methods of Gymnasium's MuJoCo environments."""
 
+import copy
+import pickle
+from typing import Any
+
+import gymnasium
 import numpy as np
 import pytest
 
 import mjenv
+from mjenv.verify import check_same
 
 
 def test_data_and_model(env: mjenv.MujocoEnv) -> None:
@@ -95,64 +101,85 @@ def test_an_exported_number_is_a_view() -> None:
     assert ncon >= 2
 
 
-def test_arrays_are_copies(env: mjenv.MujocoEnv) -> None:
-    before = env.data.qpos
-    kept = before.copy()
+def test_a_held_array_is_live(env: mjenv.MujocoEnv) -> None:
+    """As in MuJoCo: an array, a view of it and a view of that show the present state, and can be written."""
+    held = env.data.qpos, env.data.qpos[:3][1:], env.data.body("torso").xpos, env.data.contact
+    before = env.data.qpos.copy()
     env.step(np.ones(8))
-    assert before.tobytes() == kept.tobytes() != env.data.qpos.tobytes()
-    assert not env.data.xpos.flags.writeable
+    assert held[0].tobytes() == env.data.qpos.tobytes() != before.tobytes()
+    assert held[1].tolist() == env.data.qpos[1:3].tolist()
+    assert held[2].tolist() == env.data.xpos[1].tolist()
+    assert len(held[3]) == env.data.ncon
+    held[1][0] = 2
+    env.set_state(env.data.qpos * 1, env.data.qvel)
+    assert (env.data.qpos[1], env.data.xpos[1, 1]) == (2, 2)
+    image = env.snapshot()
+    held[1][0] = 3
+    env.restore(image)
+    assert held[1][0] == 2
+    env.close()
+    assert held[0].shape == (15,)
+    held[0][:] = 0
+    with pytest.raises(mjenv.ClosedError):
+        env.data.qvel  # noqa: B018
 
 
 def test_writing_as_in_gymnasium(env: mjenv.MujocoEnv) -> None:
-    """Every way to assign to an array of the model writes it; what is computed from one is an ordinary array."""
+    """Every way to assign to an array of the model writes it, also after a step; the arrays are NumPy's own."""
     model, data = env.model, env.data
-    friction = model.geom_friction
+    friction = model.geom_friction.copy()
     model.geom_friction[:, 0] *= 0.5
     assert model.geom_friction[:, 0].tolist() == (friction[:, 0] / 2).tolist()
     view = model.body_mass[2:4]
     mass = model.body_mass
+    assert type(mass) is np.ndarray
     mass[1] = 7
-    view += 1  # keeps what was written through the other copy
+    view += 1
     np.multiply(mass, 2, out=mass)
-    assert model.body_mass.tolist()[1] == 14
+    env.step(np.zeros(8))
+    assert model.body_mass[1] == 14
     assert model.body_mass.tolist() == mass.tolist()
     view.fill(3)
-    assert model.body_mass[2:4].tolist() == [3, 3]
-    doubled = mass * 2
-    doubled[:] = 0
-    mass.copy()[:] = 0
-    with pytest.raises(ValueError, match="read-only"):
-        np.copyto(mass, 1)
-    assert type(doubled) is np.ndarray
-    assert model.body_mass[1] == 14
+    np.copyto(mass[4:6], 4)
+    env.step(np.zeros(8))
+    assert mjenv.make("Ant-v5").model.body_mass[1] != model.body_mass[1] == 14
+    assert env.model.body_mass[2:6].tolist() == [3, 3, 4, 4]
+    other = pickle.loads(pickle.dumps(env))
+    assert other.model.body_mass[2:6].tolist() == [3, 3, 4, 4]
     model.opt.timestep = 0.002
     assert env.dt == 0.002 * 5
     model.opt.gravity[2] = -1.5
-    assert model.opt.gravity.tolist() == [0, 0, -1.5]
     model.body("torso").mass = 2
     model.joint("hip_1").damping[:] = 4
-    assert (model.body("torso").mass.tolist(), model.dof_damping[6]) == ([2], 4)
     data.body("torso").xfrc_applied[2] = 100
     data.qpos[0] = 3
     data.time = 2
-    assert (data.xfrc_applied[1, 2], data.qpos[0], data.time) == (100, 3, 2)
     model.qpos0[0] = 9
-    assert (model.qpos0[0], env.init_qpos[0]) == (9, 0)
+    other = copy.deepcopy(env)
+    assert other.model.opt.gravity.tolist() == [0, 0, -1.5]
+    assert (other.model.body("torso").mass.tolist(), other.model.dof_damping[6]) == ([2], 4)
+    assert (other.data.xfrc_applied[1, 2], other.data.qpos[0], other.data.time) == (100, 3, 2)
+    assert (other.model.qpos0[0], env.init_qpos[0]) == (9, 0)
     env.reset(seed=0)
     assert data.xfrc_applied.any() == 0
     assert model.body_mass[1] == 2
 
 
 def test_what_cannot_be_written(env: mjenv.MujocoEnv) -> None:
-    before = env.model.body_mass.tolist()
+    """An assignment to an attribute fails at once, one to elements in the next call, which then does nothing."""
+    before, mass, time = env.model.body_mass.tolist(), env.model.body_mass, env.data.time
     with pytest.raises(ValueError, match=r"row 0: body_mass\[3\] is -1"):
-        env.model.body_mass[:] = [0, 5, 5, -1, *before[4:]]
-    assert env.model.body_mass.tolist() == before
-    mass = env.model.body_mass
-    with pytest.raises(ValueError, match="is nan"):
-        mass[1] = np.nan
+        env.model.body_mass = [0, 5, 5, -1, *before[4:]]
     assert mass.tolist() == before
+    states = env.data.qpos.copy(), env.data.qvel.copy()
+    for call in (lambda: env.step(np.zeros(8)), env.reset, env.snapshot, lambda: env.set_state(*states)):
+        mass[1] = np.nan
+        with pytest.raises(ValueError, match=r"row 0: body_mass\[1\] is nan"):
+            call()
+        assert (mass.tolist(), env.data.time) == (before, time)
     with pytest.raises(KeyError, match="structure"):
+        env.model.body_parentid = env.model.body_parentid
+    with pytest.raises(ValueError, match="read-only"):
         env.model.body_parentid[1] = 3
     with pytest.raises(AttributeError, match="read-only"):
         env.data.xpos = np.zeros((14, 3))
@@ -162,6 +189,46 @@ def test_what_cannot_be_written(env: mjenv.MujocoEnv) -> None:
         env.model.nothing = 1
     with pytest.raises(AttributeError, match="read-only"):
         env.data.body("torso").xpos = 1
+    with pytest.raises(AttributeError, match="read-only"):
+        env.data.contact = 1
+
+
+@pytest.mark.parametrize("options", [{}, {"observation": "dict", "history": 2}])
+def test_observe(options: dict[str, Any]) -> None:
+    """The observation of the present state, as a step would give it; on the rows of a vector, too."""
+    env, envs = mjenv.make("Hopper-v5", **options), mjenv.make_vec("Hopper-v5", 3, **options)
+    obs, _ = env.reset(seed=1)
+    envs.reset(seed=[0, 1, 2])
+    check_same("reset", env.observe(), obs)
+    states = np.array([0, 1.2, 0.1, 0, 0, 0]), np.array([0, 11.0, 1, 0, 0, 0])
+    env.set_state(*states)
+    envs.envs[1].set_state(*states)
+    check_same("row", envs.envs[1].observe(), env.unwrapped._get_obs())
+    if not options:
+        assert env.observe().tolist() == [1.2, 0.1, 0, 0, 0, 0, 10, 1, 0, 0, 0]  # Gymnasium's formula
+    image, before = env.snapshot(), env.observe()
+    env.step(np.ones(3))
+    env.restore(image)
+    check_same("restore", env.observe(), before)
+
+
+def test_gymnasiums_attributes() -> None:
+    """They read the option; what cannot change the environment cannot be assigned."""
+    env = gymnasium.make("mjenv/HalfCheetah-v5", forward_reward_weight=2.5)
+    envs = mjenv.make_vec("Ant-v5", 2, healthy_z_range=(0.3, 1.5))
+    raw, row = env.unwrapped, envs.envs[1]
+    assert (raw._forward_reward_weight, raw._ctrl_cost_weight, raw._reset_noise_scale) == (2.5, 0.1, 0.1)
+    assert (row._healthy_z_range, row._main_body) == ((0.3, 1.5), 1)
+    assert env.get_wrapper_attr("_forward_reward_weight") == 2.5
+    assert not env.has_wrapper_attr("_healthy_reward")
+    for given in (raw, row):
+        for name in ("_ctrl_cost_weight", "ctrl_cost_weight", "frame_skip", "render_mode"):
+            with pytest.raises(AttributeError, match=r"mjenv\.make\('.*-v5', .*=\.\.\.\)"):
+                setattr(given, name, 3)
+    with pytest.raises(AttributeError, match="make another one"):
+        env.set_wrapper_attr("_ctrl_cost_weight", 100)
+    env.set_wrapper_attr("note", 5)
+    assert env.get_wrapper_attr("note") == 5
 
 
 def test_rows_of_a_vector_differ() -> None:
@@ -176,7 +243,7 @@ def test_rows_of_a_vector_differ() -> None:
 def test_arrays_of_all_rows() -> None:
     envs = mjenv.make_vec("Hopper-v5", 3)
     envs.reset(seed=0)
-    mass = envs.envs[0].model.body_mass
+    mass = envs.envs[0].model.body_mass.copy()
     envs.model.body_mass[[0, 2], 1] = [5, 6]
     envs.model.body_mass[:, 2] *= 2
     assert envs.model.body_mass[:, 1].tolist() == [5, mass[1], 6]
@@ -188,21 +255,30 @@ def test_arrays_of_all_rows() -> None:
     envs.data.xfrc_applied[:, 1, 0] = [1, 2, 3]
     assert [row.data.xfrc_applied[1, 0] for row in envs.envs] == [1, 2, 3]
     assert envs.data.xpos.shape == (3, 5, 3)
+    envs.model.body_mass[1, 1] = -1
     with pytest.raises(ValueError, match=r"row 1: body_mass\[1\]"):
-        envs.model.body_mass[1, 1] = -1
+        envs.reset()
+    assert envs.data.body("torso").xpos.tolist() == envs.data.xpos[:, 1].tolist()
+    assert envs.data.joint("rootz").qpos.tolist() == envs.data.qpos[:, 1:2].tolist()
+    both, row = envs.data.qvel, envs.envs[1].data.qvel
+    both[1, 0], row[1] = 5, 6  # two readers of a row
+    assert envs.data.qvel[1, :2].tolist() == envs.envs[1].data.qvel[:2].tolist() == [5, 6]
+    assert both[1].tolist() == row.tolist()
+    envs.step(np.zeros((3, 3)))
+    assert both[1].tolist() == row.tolist() == envs.data.qvel[1].tolist()
     with pytest.raises(ValueError, match="read-only"):
         envs.data.xpos[0] = 0
     with pytest.raises(AttributeError, match="nothing"):
         envs.model.nothing = 1
     assert {"body_mass", "opt"} <= set(dir(envs.model))
-    total = envs.model.body_subtreemass
+    total = envs.model.body_subtreemass.copy()
     envs.model.body_mass[:] = 2 * np.stack([mass] * 3)
     envs.set_constants()
     assert envs.model.body_subtreemass.tolist() == (2 * total).tolist()
 
 
 def test_set_constants(env: mjenv.MujocoEnv) -> None:
-    before = env.model.body_subtreemass
+    before = env.model.body_subtreemass.copy()
     env.model.body_mass[:] *= 2
     env.set_constants()
     assert env.model.body_subtreemass.tolist() == (2 * before).tolist()

@@ -41,7 +41,8 @@ if TYPE_CHECKING:
         UnknownIdError,
         UnknownNameError,
     )
-    from mjenv.gym.env import MujocoEnv
+    from mjenv.gym.classes import gymnasium_classes
+    from mjenv.gym.env import Environment, MujocoEnv
     from mjenv.gym.vector import VectorEnv
     from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
     from mjenv.registration import engine, engines, ids, load_tasks, model_xml, options, register, spec, version
@@ -53,7 +54,8 @@ if TYPE_CHECKING:
 _NAMES = {
     "capi.declarations": "Kind Status",
     "capi.schema": "EngineInfo Option",
-    "gym.env": "MujocoEnv",
+    "gym.classes": "gymnasium_classes",
+    "gym.env": "Environment MujocoEnv",
     "gym.make": "make",
     "gym.make_vec": "make_vec",
     "gym.vector": "VectorEnv",
@@ -77,6 +79,7 @@ __all__ = [
     "Delay",
     "EngineError",
     "EngineInfo",
+    "Environment",
     "Error",
     "ForkedError",
     "InternalError",
@@ -108,6 +111,7 @@ __all__ = [
     "VectorEnv",
     "engine",
     "engines",
+    "gymnasium_classes",
     "ids",
     "load_tasks",
     "make",

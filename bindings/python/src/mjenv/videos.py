@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mjenv.gym.env import MujocoEnv
+    from mjenv.gym.env import Environment
 
 GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 
@@ -21,7 +21,7 @@ class Mp4:
         # The encoding of colours needs even sizes, to which imageio rescales the pictures.
         self._writer: Any = imageio.v2.get_writer(path, format="FFMPEG", fps=rate, macro_block_size=2)
 
-    def add(self, env: MujocoEnv) -> None:
+    def add(self, env: Environment) -> None:
         self._writer.append_data(env.render())
 
     def close(self) -> None:
@@ -37,7 +37,7 @@ class Gif:
         self._every, self._count = math.ceil(rate / GIF_RATE), 0
         self._writer: Any = imageio.v2.get_writer(path, mode="I", duration=1000 * self._every / rate, loop=0)
 
-    def add(self, env: MujocoEnv) -> None:
+    def add(self, env: Environment) -> None:
         if self._count % self._every == 0:
             self._writer.append_data(env.render())
         self._count += 1

@@ -133,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def play(
-    env: mjenv.MujocoEnv, act: Action, steps: int, seed: int, writer: Mp4 | Gif | Sheet, advance: Callable[[], None]
+    env: mjenv.Environment, act: Action, steps: int, seed: int, writer: Mp4 | Gif | Sheet, advance: Callable[[], None]
 ) -> tuple[int, float]:
     """Plays an episode and returns the number of its steps and its return."""
     env.action_space.seed(seed)
@@ -151,7 +151,7 @@ def play(
     return steps, total
 
 
-def actions_of(env: mjenv.MujocoEnv, arguments: argparse.Namespace) -> tuple[Action, int]:
+def actions_of(env: mjenv.Environment, arguments: argparse.Namespace) -> tuple[Action, int]:
     """The function that chooses the actions, and the maximum number of steps."""
     assert env.spec is not None
     limit = arguments.steps or env.spec.max_episode_steps or 1000
@@ -162,7 +162,7 @@ def actions_of(env: mjenv.MujocoEnv, arguments: argparse.Namespace) -> tuple[Act
     return lambda obs: env.action_space.sample(), limit
 
 
-def recorded(path: Path, env: mjenv.MujocoEnv, limit: int) -> tuple[Action, int]:
+def recorded(path: Path, env: mjenv.Environment, limit: int) -> tuple[Action, int]:
     try:
         found = np.load(path)
     except ValueError as error:
@@ -181,7 +181,7 @@ def camera_of(text: str | None) -> dict[str, Any]:
     return {"camera_id": int(text)} if text.removeprefix("-").isdigit() else {"camera_name": text}
 
 
-def hidden_robot(env: mjenv.MujocoEnv, chosen: dict[str, dict[int, bool]]) -> str | None:
+def hidden_robot(env: mjenv.Environment, chosen: dict[str, dict[int, bool]]) -> str | None:
     """Why the picture contains nothing of the robot, and what to do; None if it contains something."""
     hidden = []
     for kind in ("geom", "site", "tendon", "skin"):  # what MuJoCo draws unless visual_options say otherwise
@@ -225,7 +225,7 @@ class Sheet:
         self._path, self._every, self._count = path, 1, 0
         self._kept: list[Colours] = []
 
-    def add(self, env: mjenv.MujocoEnv) -> None:
+    def add(self, env: mjenv.Environment) -> None:
         if self._count % self._every == 0:
             self._kept.append(env.render())  # type: ignore[arg-type]
             if len(self._kept) > 4 * SHEET:

@@ -21,7 +21,7 @@ Action = Callable[[Any], Any]  # of an observation
 _NORMALIZER = "normalizer.pkl"  # as extras/curricula/python/train_sb3.py saves it
 
 
-def policy_of(path: Path, env: mjenv.MujocoEnv, algorithm: str, normalizer: Path | None) -> Action:
+def policy_of(path: Path, env: mjenv.Environment, algorithm: str, normalizer: Path | None) -> Action:
     """The deterministic actions of a saved policy, for one or many rows.
 
     normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy. It can run code, as the
@@ -45,7 +45,7 @@ def learned(path: Path) -> Any:
     return Policy.load(path)
 
 
-def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
+def _text(path: Path, env: mjenv.Environment, normalizer: Path | None) -> Action:
     policy = learned(path)
     if normalizer:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
@@ -55,7 +55,7 @@ def _text(path: Path, env: mjenv.MujocoEnv, normalizer: Path | None) -> Action:
     return act
 
 
-def _id(env: mjenv.MujocoEnv) -> str:
+def _id(env: mjenv.Environment) -> str:
     assert env.spec
     return env.spec.id
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mjenv.capi.declarations import Role
 from mjenv.capi.engine import Engine, name_of
 from mjenv.errors import EngineError
-from mjenv.gym.env import MujocoEnv
+from mjenv.gym.env import Environment
 from mjenv.registration import model_xml
 from mjenv.rows.arrays import INPUTS
 
@@ -27,7 +27,7 @@ class Pointers:
     functions of MuJoCo, have written to the inputs of data, such as xfrc_applied.
     """
 
-    def __init__(self, env: MujocoEnv) -> None:
+    def __init__(self, env: Environment) -> None:
         self.exist = False  # whether model or data has been read
         self.buffer: dict[str, int] = {}  # vis.global_.offwidth and offheight, if the program has written them
         self._env, self.rows = env, env.handle
@@ -66,6 +66,7 @@ class Pointers:
             self._move(values.pop("qpos"), values.pop("qvel"))
         for name, new in values.items():
             self.rows.write(0, name, new)
+        self.rows.moved()
 
     def _move(self, qpos: NDArray[Any], qvel: NDArray[Any]) -> None:
         """Sets positions and velocities, and computes what follows from them, as mj_forward does in data."""
@@ -95,6 +96,7 @@ class Pointers:
             self._model = self._package.MjModel.from_xml_string(model_xml(self.rows.id, self.rows.engine.name))
             self._data = self._package.MjData(self._model)
             self.exist = True
+        self.rows.flush()
         self.commit()
         if self._has_model and self._has_state:
             return

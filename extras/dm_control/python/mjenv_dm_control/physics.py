@@ -22,8 +22,8 @@ from mjenv.capi.declarations import Role, Status
 from mjenv.capi.engine import Engine
 from mjenv.capi.handle import Batch
 from mjenv.errors import InvalidValueError, OptionError, PhysicsError, UnknownNameError
-from mjenv.gym.env import MujocoEnv
-from mjenv.rows.arrays import Arrays, Contacts, Data, Model
+from mjenv.gym.env import Environment
+from mjenv.rows.arrays import Arrays, Data, Model
 from mjenv.rows.pictures import GROUPS, Pictures, Renderer, label_of, visual_flags
 from mjenv_dm_control._named import Named, Names
 from mjenv_dm_control._pointers import Pointers
@@ -64,8 +64,6 @@ class PhysicsView(Arrays):
     """physics.model.vis.global_. offwidth and offheight, the size of the buffer in which programs draw with model.ptr,
     can be written. physics.render needs no such buffer."""
 
-    __slots__ = ("_pointers",)
-
     _pointers: Pointers
 
     def __init__(self, pointers: Pointers) -> None:
@@ -85,8 +83,6 @@ class PhysicsView(Arrays):
 
 class PhysicsModel(Model):
     """physics.model: mjModel by MuJoCo's names, and the names of its objects."""
-
-    __slots__ = ("_pointers", "objects")
 
     _pointers: Pointers
     objects: Names
@@ -141,8 +137,6 @@ class PhysicsModel(Model):
 class PhysicsData(Data):
     """physics.data: mjData by MuJoCo's names."""
 
-    __slots__ = ("_pointers",)
-
     _pointers: Pointers
 
     def __init__(self, pointers: Pointers) -> None:
@@ -154,7 +148,7 @@ class PhysicsData(Data):
         return super().__getattr__(name)
 
     @property
-    def contact(self) -> Contacts:
+    def contact(self) -> Any:
         self._pointers.commit()
         return super().contact
 
@@ -171,13 +165,13 @@ class PhysicsData(Data):
 class Physics:
     """The simulation of an environment.
 
-    data, model: mjData and mjModel by MuJoCo's names. Each access to an array returns a new copy. Assignments to arrays
-    or their elements change the simulation, except for arrays that MuJoCo computes. If dm_control is installed, the
+    data, model: mjData and mjModel by MuJoCo's names. Their arrays show the present state. Assignments to arrays or
+    their elements change the simulation, except for arrays that MuJoCo computes. If dm_control is installed, the
     methods that it adds for the domain are here, too: torso_upright() of walker, for example. Pickling and
     copy.deepcopy make a copy().
     """
 
-    def __init__(self, env: MujocoEnv, domain: str) -> None:
+    def __init__(self, env: Environment, domain: str) -> None:
         self._env, self._domain = env, domain
         if domain == "quadruped":  # what its methods in dm_control remember
             self._sensor_types_to_names: dict[Any, list[str]] = {}
@@ -293,11 +287,8 @@ class Physics:
         self.pointers.commit()
         env = self._env
         batch = Batch(1, env.observation_space.shape, 0)
-        turn = [env.handle.enter()]
-        try:
+        with env.handle.changing():
             env.handle.observe(byref(batch.struct))
-        finally:
-            env.handle.leave(turn.pop())
         observation: NDArray[np.float64] = batch.obs[0]
         return observation
 
@@ -371,9 +362,7 @@ class Physics:
             raise InvalidValueError(f"camera_id is {camera}; the model has {self.model.ncam} cameras, and -1 is free")
         flags = tuple(sorted(_flag(key, value) for key, value in (render_flag_overrides or {}).items()))
         renderer = self._renderer((height, width, camera, _shown(scene_option), flags))
-        rows = self._env.handle
-        turn = [rows.enter()]
-        try:
+        with self._env.handle.changing():
             if segmentation:
                 objects = np.empty((height, width, 2), np.int32)
                 renderer.draw_segmentation(0, objects)
@@ -384,8 +373,6 @@ class Physics:
                 return rgb
             buffer = np.empty((height, width), np.float32)
             renderer.draw(0, None, buffer)
-        finally:
-            rows.leave(turn.pop())
         extent, planes = self.model.stat.extent, self.model.vis.map
         near, far = planes.znear * extent, planes.zfar * extent
         metres: NDArray[np.float32] = near / (1 - buffer * (1 - near / far))

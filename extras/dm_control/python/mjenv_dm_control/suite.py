@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjenv.capi.declarations import Role
 from mjenv.capi.handle import Rows
 from mjenv.capi.schema import Field
-from mjenv.gym.env import MujocoEnv
+from mjenv.gym.env import Environment as MujocoEnv
 from mjenv.gym.make import make
 from mjenv_dm_control._dm_env import dm_env, specs
 from mjenv_dm_control.physics import Physics

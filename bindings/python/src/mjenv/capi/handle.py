@@ -10,6 +10,7 @@ import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from mjenv import errors
     from mjenv.capi import draw_document, dtypes
     from mjenv.capi.dtypes import Float64Array
+    from mjenv.rows.blocks import Block
 else:
     np, draw_document, dtypes, errors = map(
         lazy, ("numpy", "mjenv.capi.draw_document", "mjenv.capi.dtypes", "mjenv.errors")
@@ -247,6 +249,8 @@ class Rows:
 
     def __init__(self, engine: Engine, id: str, options: Mapping[str, Any], count: int = 1) -> None:
         chosen = Options(engine, id)
+        # The options that were not given, with their defaults.
+        self.schema: dict[str, Any] = {name: option.default for name, option in chosen.schema().items()}
         chosen.set({name: value for name, value in options.items() if name not in RANDOMIZING})
         handle = c_void_p()
         self._owned: Owned | None = Owned(engine.mjenv_destroy, handle)
@@ -259,9 +263,12 @@ class Rows:
         self.closed: bool = False
         self.turns: Turns = Turns()
         self.leave: Callable[[Turn], None] = self.turns.give_back
+        self.lent: list[Block] = []  # the arrays that readers may have changed, or may hold
+        self.moves: int = 0  # how often `moved` was called
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
+        self._written: dict[str, bool] = {}  # whether the library writes the array of this name
         self._frame_skip: int = self._info().frame_skip
         nq = (c_double * 1)()
         self._read_into(nq, 0, "nq", 1)
@@ -302,6 +309,46 @@ class Rows:
             self.check(function(self.pointer, *arguments))
         finally:
             self.leave(turn.pop())
+
+    def flush(self) -> None:
+        """Writes what readers have changed in arrays. Called before every call that depends on the state."""
+        changed = [block for block in self.lent if block.is_changed()]
+        for block in changed:
+            block.flush()
+        names = {block.name for block in changed}
+        readers = [block for block in self.lent if block.name in names]
+        if len(readers) > len(names):
+            for block in readers:
+                block.read()
+        self.lent = [block for block in self.lent if block.kept is not None or block.is_held()]
+
+    def moved(self) -> None:
+        """Shows readers the present state. Called after every call that may have changed it."""
+        self.moves += 1
+        if not self.lent:
+            return
+        turn = [self.enter()]
+        try:
+            if not self.closed:
+                self.lent = [block for block in self.lent if block.moved()]
+        finally:
+            self.leave(turn.pop())
+
+    @contextmanager
+    def changing(self) -> Iterator[None]:
+        """The turn for a call that depends on the state and may change it."""
+        self.flush()
+        turn = [self.enter()]
+        try:
+            yield
+        finally:
+            self.leave(turn.pop())
+            self.moved()
+
+    def change(self, function: Callable[..., int], *arguments: Any) -> None:
+        """The same as call, for such a call."""
+        with self.changing():
+            self.check(function(self.pointer, *arguments))
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         """The same call as a function, with arguments that are converted once. Its caller must have the turn."""
@@ -505,15 +552,28 @@ class Rows:
 
     def read(self, row: int, field: Field) -> NDArray[Any]:
         """A read-only copy of an array of mjData or mjModel, in MuJoCo's shape and dtype."""
-        array = self._read(row, field.name, field.count).astype(self._dtype_of(field), copy=False)
+        self.flush()
+        array = self._read(row, field.name, field.count).astype(self.dtype_of(field), copy=False)
         array = array.reshape(field.shape)
         array.flags.writeable = False
         return array
 
-    def _dtype_of(self, field: Field) -> type[np.generic]:
+    def dtype_of(self, field: Field) -> type[np.generic]:
         """The dtype in MuJoCo's Python package."""
         is_bool = field.type == Dtype.UINT8 and self.engine.name != "2.2.2" and field.name not in _BYTES
         return np.bool_ if is_bool else dtypes.DTYPES[field.type]
+
+    def is_written(self, field: Field) -> bool:
+        """Whether the library writes the array. It checks the name before the count, here one too many."""
+        if field.name not in self._written:
+            values = np.empty(field.count + 1)
+            turn = [self.enter()]
+            try:
+                given = field.name.encode(), pointer_to(values, c_double), values.size
+                self._written[field.name] = self.engine.mjenv_write_row(self.pointer, 0, *given) == Status.E_SIZE
+            finally:
+                self.leave(turn.pop())
+        return self._written[field.name]
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)
@@ -539,13 +599,13 @@ class Rows:
     def set_constants(self, row: int) -> None:
         """Calls mj_setConst for a row, or for all rows (-1)."""
         if row == declarations.ALL_ROWS:
-            self.call(self.engine.mjenv_set_constants, None)
+            self.change(self.engine.mjenv_set_constants, None)
         else:
-            self.call(self.engine.mjenv_set_constants_row, row)
+            self.change(self.engine.mjenv_set_constants_row, row)
 
     def randomize(self, **parts: Any) -> None:
         """Replaces parts of the document: randomize, or noise, delay and push."""
-        self.call(self.engine.mjenv_randomize, draw_document.written(**parts))
+        self.change(self.engine.mjenv_randomize, draw_document.written(**parts))
         self.options.update(parts)
 
     def randomization(self) -> dict[str, Any]:
@@ -584,34 +644,38 @@ class Rows:
         return any(self.options.get(name) is not None for name in ("noise", "push", "delay"))
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
+        """Sets the state of a row, or with ALL_ROWS of all: qpos[rows, nq]."""
         q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))
-        if q.ndim != 1 or v.ndim != 1:
+        dimensions = 2 if row == declarations.ALL_ROWS else 1
+        if q.ndim != dimensions or v.ndim != dimensions:
             raise errors.InvalidValueError(
                 f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each"
             )
-        self.call(self.engine.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
+        self.change(self.engine.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
+
+    def reset_data(self, row: int) -> None:
+        """Calls mj_resetData for a row."""
+        mask = np.arange(self.count) == row
+        self.change(self.engine.mjenv_reset_data, pointer_to(mask, c_uint8))
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
         if frames != _int64(frames):
             raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
-        self.call(self.engine.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
+        self.change(self.engine.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
-        self.call(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)
+        self.change(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)
 
     def snapshot(self, row: int) -> bytes:
         size = c_int64()
-        turn = [self.enter()]
-        try:
+        with self.changing():
             self.check(self.engine.mjenv_snapshot(self.pointer, row, None, 0, byref(size)))
             image = ctypes.create_string_buffer(size.value)
             self.check(self.engine.mjenv_snapshot(self.pointer, row, image, size, byref(size)))
-        finally:
-            self.leave(turn.pop())
         return image.raw
 
     def restore(self, row: int, image: bytes) -> None:
-        self.call(self.engine.mjenv_restore, row, image, len(image))
+        self.change(self.engine.mjenv_restore, row, image, len(image))
 
 
 # The functions that build environments of tasks that were registered in Python, by id.

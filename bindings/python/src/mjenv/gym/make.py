@@ -1,4 +1,4 @@
-"""Builds a MujocoEnv from an id or a spec, as gymnasium.make does."""
+"""Builds an Environment from an id or a spec, as gymnasium.make does."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.wrappers import RenderCollection
 
-from mjenv.gym.env import MujocoEnv
+from mjenv.gym.env import Environment
 from mjenv.registration import spec
 from mjenv.rows.pictures import RENDER_MODES
 
@@ -23,7 +23,7 @@ def make(
     max_episode_steps: int | None = None,
     disable_env_checker: bool | None = None,
     **options: Any,
-) -> MujocoEnv:
+) -> Environment:
     """Builds an environment as gymnasium.make does, with the same keywords.
 
     id: one of ids(), or an EnvSpec. max_episode_steps: None for the id's own limit, -1 for none. disable_env_checker:
@@ -43,7 +43,7 @@ def make(
     single = mode.removesuffix("_list") if isinstance(mode, str) else mode
     listed = single != mode and single in RENDER_MODES
     given = {**chosen, "render_mode": single} if listed else chosen
-    env = MujocoEnv(own.id, -1 if limit is None else limit, **given)
+    env = Environment(own.id, -1 if limit is None else limit, **given)
     own.max_episode_steps = None if limit == -1 else limit
     own.disable_env_checker = asked.disable_env_checker if disable_env_checker is None else disable_env_checker
     # gymnasium.make(env.spec) passes no limit to the environment, but the time needs it.

@@ -6,6 +6,7 @@ import copy as copying
 import operator
 from collections.abc import Callable, Sequence
 from ctypes import byref
+from functools import cached_property
 from typing import Any, NoReturn
 
 import gymnasium
@@ -31,7 +32,7 @@ from mjenv.rows.arguments import (
     reset_mask_of,
     row_numbers,
 )
-from mjenv.rows.arrays import Parameters, RowArrays
+from mjenv.rows.arrays import Arrays, Data, Model, Parameters
 from mjenv.rows.outputs import BoolArray, Outputs
 from mjenv.rows.pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
 from mjenv.rows.pool import Pool
@@ -138,15 +139,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         mask = reset_mask_of(options, self.num_envs)
         pool.check_settled()
         pool.reseed(seed, mask)
+        pool.rows.flush()
         if mask is not None and pool.stale:
             self.observe()
-        turn = [pool.rows.enter()]
-        try:
+        with pool.rows.changing():
             pool.rows.reset(mask, pool.out)
             pool.stale = False
             results = self._observations(), pool.outputs.reset_infos(mask)
-        finally:
-            pool.rows.leave(turn.pop())
         if self._in_windows:
             self.render()
         return results
@@ -156,17 +155,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         pool = self._pool
         pool.check_settled()
         pool.reseed_row(row, seed)
+        pool.rows.flush()
         if pool.stale:
             self.observe()
         mask = np.zeros(self.num_envs, bool)
         mask[row] = True
-        turn = [pool.rows.enter()]
-        try:
+        with pool.rows.changing():
             pool.rows.reset(mask, pool.out)
             pool.stale = False
             obs = pool.outputs.observations.copy(pool.outputs.obs[row])
-        finally:
-            pool.rows.leave(turn.pop())
         if self._in_windows:
             self.render()
         return obs
@@ -230,6 +227,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
             results = obs, outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
         finally:
             pool.rows.leave(turn.pop())
+        if not pool.pending:
+            pool.rows.flush()  # what was assigned while rows were under way
+            pool.rows.moved()
         if failure:
             failure.results = (rows, *results)
             try:
@@ -266,12 +266,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
-        turn = [pool.rows.enter()]
-        try:
+        with pool.rows.changing():
             pool.stale = True
             pool.rows.rollout(action, steps, byref(out.struct))
-        finally:
-            pool.rows.leave(turn.pop())
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
         if not observations:
@@ -281,13 +278,18 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def observe(self) -> Any:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
-        turn = [pool.rows.enter()]
-        try:
+        with pool.rows.changing():
             pool.rows.observe(pool.out)
             pool.stale = False
             return self._observations()
-        finally:
-            pool.rows.leave(turn.pop())
+
+    def _observe_row(self, row: int) -> Any:
+        """The observation of one row, for which the library computes those of all rows."""
+        pool = self._pool
+        with pool.rows.changing():
+            pool.rows.observe(pool.out)
+            pool.stale = False
+            return pool.outputs.observations.copy(pool.outputs.obs[row])
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike, mask: BoolArray | None = None) -> None:
         """Sets qpos (num_envs, nq) and qvel (num_envs, nv) of the rows where mask is True, of all rows without a mask.
@@ -299,6 +301,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         states = [pool.of_rows("qpos", qpos, chosen), pool.of_rows("qvel", qvel, chosen)]
         pool.check_settled()
         pool.stale = True
+        if mask is None:
+            pool.rows.set_state(ALL_ROWS, *states)
+            return
         for row, *state in zip(chosen.tolist(), *states, strict=True):
             pool.rows.set_state(row, *state)
 
@@ -345,31 +350,30 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     # ---- the simulation of all rows ----
 
-    @property
-    def model(self) -> RowArrays:
+    @cached_property
+    def model(self) -> Model:
         """The rows' mjModels: ``envs.model.body_mass[rows, body] = masses`` gives rows their own values.
 
-        Each access to an array reads (num_envs, ...) of all rows. An array that was written takes memory in every row.
+        Arrays are (num_envs, ...), of all rows. An array that was written takes memory in every row.
         """
-        return RowArrays(self._pool.rows, Role.MODEL, self._changed)
+        return Model(self._pool.rows, ALL_ROWS, self._pool.changed)
 
-    @property
-    def data(self) -> RowArrays:
+    @cached_property
+    def data(self) -> Data:
         """The rows' mjData: ``envs.data.xfrc_applied[:, body, :3] = forces``. What MuJoCo computes is read-only.
 
         Each access to an array reads (num_envs, ...) of all rows, for which the library may have to compute the array
         again. To read arrays in every step, name them in the option arrays.
         """
-        return RowArrays(self._pool.rows, Role.DATA, self._changed)
+        return Data(self._pool.rows, ALL_ROWS, self._pool.changed)
 
-    @property
+    @cached_property
     def parameters(self) -> Parameters:
         """The live parameters of the task: ``envs.parameters["speed"][rows] = speeds`` gives rows new numbers.
 
         Each access reads (num_envs, ...) of all rows. Resets leave them as they are.
         """
-        rows = self._pool.rows
-        return Parameters(lambda role, prefix: RowArrays(rows, role, self._changed, prefix))
+        return Parameters(Arrays(self._pool.rows, ALL_ROWS, Role.PARAMETERS, self._pool.changed, "parameters."))
 
     def set_constants(self) -> None:
         """Calls mj_setConst for every row: computes anew what MuJoCo derives from masses, sizes and qpos0.
@@ -378,7 +382,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         """
         self._pool.check_settled()
         self._pool.rows.set_constants(ALL_ROWS)
-        self._changed()
+        self._pool.changed()
 
     @property
     def compute_reward(self) -> GoalRewards:
@@ -421,9 +425,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         self._pool.check_settled()
         self._pool.rows.randomize(noise=noise, delay=delay, push=push)
 
-    def _changed(self) -> None:
-        self._pool.stale = True
-
     # ---- single rows ----
 
     @property
@@ -433,6 +434,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Calls a method of every row and returns the results. If `name` is not a method, returns the attribute."""
+        if name == "dt":
+            return tuple((self.model.opt.timestep * self.frame_skip).tolist())
         found = (getattr(row, name) for row in self.envs)
         return tuple(value(*args, **kwargs) if callable(value) else value for value in found)
 
@@ -484,7 +487,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     # ---- pickle, copy ----
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_stepper", "arrays")}
+        built = ("_stepper", "arrays", "model", "data", "parameters")
+        return {name: value for name, value in self.__dict__.items() if name not in built}
 
     def __copy__(self) -> VectorEnv:
         """A deep copy, because two environments never share an episode."""

@@ -1,6 +1,7 @@
 """env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names.
 
-Each access returns a new copy. An assignment to a writable array, or to its elements, changes the simulation.
+An array that was read stays an attribute of its object until the simulation moves on. So reading it again costs as
+much as any attribute, and reading it after a step one call of the library.
 """
 
 from __future__ import annotations
@@ -8,16 +9,16 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterator, MutableMapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mjenv.capi.declarations import Role, Status
+from mjenv.capi.declarations import ALL_ROWS, Role, Status
 from mjenv.capi.handle import Rows
-from mjenv.capi.schema import Field
 from mjenv.errors import UnknownNameError
-from mjenv.rows.written import WrittenArray, written_array
+from mjenv.rows.blocks import Block
 
 # Which part of an array belongs to an object: a row, or a range of elements that begins at the object's address.
 _ROW, _QPOS, _DOF, _SENSOR, _MOMENT, _SIZED = "row", "qpos", "dof", "sensor", "moment", "sized"
@@ -101,51 +102,55 @@ class _Attributes:
 
 
 class Arrays(_Attributes):
-    """Arrays by name. Each access returns a new copy."""
+    """Arrays by name, of one row or of ALL_ROWS. An assignment to an array or its elements changes the simulation.
 
-    __slots__ = ("_changed", "_prefix", "_role", "_row", "_rows")
+    changed: is called after a write. keeps: whether there is no other reader of the row, so that an array that was read
+    can be an attribute until the simulation moves on.
+    """
 
-    def __init__(self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
-        values = {"_rows": rows, "_row": row, "_role": role, "_changed": changed, "_prefix": prefix}
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+    def __init__(
+        self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "", keeps: bool = False
+    ) -> None:
+        own: dict[str, Any] = self.__dict__
+        own.update(_rows=rows, _row=row, _role=role, _changed=changed, _prefix=prefix, _keeps=keeps)
+        own.update(_blocks={})
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        field = self._rows.array(self._role, self._prefix + name)
-        if field is None:
-            raise self._missing(name)
-        array = self._read(field)
-        if not array.shape:
-            return array.item()
-        if not self._is_written(field.name):
-            return array
-        return written_array(array, lambda: self._read(field), lambda new: self._write(field, new))
+        block = self._blocks.get(name) or self._block(name)
+        if not self._keeps:
+            self._rows.flush()
+        if self._role == Role.MODEL and not self._prefix and not block.array.shape:  # a size, which never changes
+            block.read()
+            size = self.__dict__[name] = block.array.item()
+            return size
+        return block.lend()
 
     def __setattr__(self, name: str, value: Any) -> None:
-        field = self._rows.array(self._role, self._prefix + name)
-        if field is None:
-            raise self._missing(name)
-        if not self._is_written(field.name):
+        if hasattr(type(self), name) or name in ("opt", "stat", "vis"):
             super().__setattr__(name, value)
-        array = getattr(self, name)
-        if isinstance(array, WrittenArray):
-            array[...] = value
-        else:
-            self._write(field, value)
+        block = self._block(name)
+        if not block.array.flags.writeable and self._role == Role.DATA:
+            super().__setattr__(name, value)
+        self._rows.flush()
+        block.read()
+        self.__dict__.pop(name, None)
+        block.assign(value)
 
-    def _is_written(self, array: str) -> bool:
-        """Whether an assignment is passed to the library, which itself refuses some arrays of mjModel and says why."""
-        return self._role in (Role.MODEL, Role.PARAMETERS) or array in INPUTS
+    def _part_named(self, prefix: str, keeps: bool = False) -> Arrays:
+        """The arrays of the same struct whose names begin like this."""
+        return Arrays(self._rows, self._row, self._role, self._changed, prefix, keeps)
 
-    def _read(self, field: Field) -> NDArray[Any]:
-        array: NDArray[Any] = self._rows.read(self._row, field)
-        return array
-
-    def _write(self, field: Field, values: Any) -> None:
-        self._rows.write(self._row, field.name, values)
-        self._changed()
+    def _block(self, name: str) -> Block:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in self._blocks:
+            field = self._rows.array(self._role, self._prefix + name)
+            if field is None:
+                raise self._missing(name)
+            kept = self.__dict__ if self._keeps else None
+            self._blocks[name] = Block(self._rows, self._row, field, self._changed, kept, name)
+        block: Block = self._blocks[name]
+        return block
 
     def __dir__(self) -> list[str]:
         names = {name.removeprefix(self._prefix) for name in self._all() if name.startswith(self._prefix)}
@@ -158,10 +163,9 @@ class Arrays(_Attributes):
 class Contacts(Arrays):
     """data.contact: arrays of all contacts, such as contact.dist[ncon], and single contacts: data.contact[0]."""
 
-    __slots__ = ()
-
     def __init__(self, data: Data) -> None:
-        super().__init__(data._rows, data._row, Role.DATA, data._changed, "contact.")
+        super().__init__(data._rows, data._row, data._role, data._changed, "contact.")
+        self.__dict__["_data"] = data
 
     def __getattr__(self, name: str) -> Any:
         return super().__getattr__(name)[: len(self)]
@@ -172,10 +176,14 @@ class Contacts(Arrays):
         return np.stack([self.geom1, self.geom2], axis=1)
 
     def __len__(self) -> int:
-        return int(self._rows.value(Role.DATA, "ncon", self._row))
+        count: int = self._data.ncon
+        return count
 
-    def __getitem__(self, index: int) -> Contact:
+    def __getitem__(self, index: int | slice) -> Any:
+        """A contact, or a list of several."""
         count = len(self)
+        if isinstance(index, slice):
+            return [Contact(self, i) for i in range(count)[index]]
         number = operator.index(index)
         if not -count <= number < count:
             raise UnknownNameError(f"contact {number} does not exist; there are {count} contacts", Status.E_NAME)
@@ -228,7 +236,7 @@ class Warnings(_Attributes):
 class View(_Attributes):
     """One object of the model: id, name, and its part of each array."""
 
-    __slots__ = ("_arrays", "_kind", "id", "name")
+    __slots__ = ("_arrays", "_kind", "_parts", "id", "name")
 
     def __init__(self, arrays: _Named, kind: str, key: str | int) -> None:
         if isinstance(key, str):
@@ -236,37 +244,56 @@ class View(_Attributes):
         else:
             index = operator.index(key)
             name = arrays._rows.object_name(kind, index)
-        for slot, value in (("_arrays", arrays), ("_kind", kind), ("id", index), ("name", name)):
+        values = {"_arrays": arrays, "_kind": kind, "_parts": {}, "id": index, "name": name}
+        for slot, value in values.items():
             object.__setattr__(self, slot, value)
 
     def __getattr__(self, name: str) -> Any:
+        array, part = self._parts.get(name) or self._find(name)
+        return part(getattr(self._arrays, array))
+
+    def _find(self, name: str) -> tuple[str, Callable[[Any], Any]]:
+        """The array that holds an attribute, and the function that gives the object's part of it."""
         if name.startswith("_"):
             raise AttributeError(name)
         found = self._arrays._part(self._kind, name)
         if found is None:
             raise self._missing(name)
         array, part = found
-        values = getattr(self._arrays, array)
-        if part == _MOMENT and values.ndim == 1:
-            return self._moment(values)
-        if part in (_ROW, _MOMENT):
-            return values.reshape(values.shape[0], -1)[self.id]
-        if part == _SIZED:
-            return self._sized(values, array.partition("_")[0])
-        first, last = self._range(part, len(values))
-        return values[first:last]
+        field = self._arrays._rows.array(self._arrays._role, array)
+        assert field is not None
+        if part == _MOMENT and len(field.shape) == 1:
+            take: Callable[[Any], Any] = self._moment
+        elif part == _SIZED:
+            take = partial(self._sized, array.partition("_")[0])
+        else:
+            index: Any = self.id
+            if part not in (_ROW, _MOMENT):
+                index = slice(*self._range(part, field.shape[0]))
+            elif len(field.shape) == 1:
+                index = slice(self.id, self.id + 1)
+            take = operator.itemgetter((slice(None), index) if self._arrays._row == ALL_ROWS else index)
+            if part in (_ROW, _MOMENT) and len(field.shape) > 2:
+                take = partial(self._flat, take)
+        self._parts[name] = array, take
+        return array, take
 
     def __setattr__(self, name: str, value: Any) -> None:
         part = getattr(self, name)
-        if not isinstance(part, WrittenArray):
+        if not part.flags.writeable:
             super().__setattr__(name, value)
         part[...] = value
+        self._arrays._rows.flush()
 
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *self._arrays._names(self._kind)})
 
     def __repr__(self) -> str:
         return f"<{self._kind} {self.id} {self.name!r}>"
+
+    @staticmethod
+    def _flat(take: Callable[[Any], Any], values: NDArray[Any]) -> Any:
+        return take(values.reshape(*values.shape[:-2], -1))
 
     def _moment(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """An actuator's row of actuator_moment, which is a sparse matrix in MuJoCo 4.0."""
@@ -276,7 +303,7 @@ class View(_Attributes):
         row.flags.writeable = False
         return row
 
-    def _sized(self, values: NDArray[Any], kind: str) -> NDArray[Any]:
+    def _sized(self, kind: str, values: NDArray[Any]) -> NDArray[Any]:
         sizes = ("nrow", "ncol") if kind == "hfield" else ("size",)
         first, *shape = (int(getattr(self._arrays, f"{kind}_{name}")[self.id]) for name in ("adr", *sizes))
         return values[first : first + math.prod(shape)].reshape(shape)
@@ -287,40 +314,38 @@ class View(_Attributes):
         return int(starts[self.id]), int(starts[self.id + 1]) if self.id + 1 < len(starts) else end
 
 
+def _objects(kind: str) -> Callable[[_Named, str | int], View]:
+    """The method that gives the object of that kind with a name or a number."""
+
+    def of(self: _Named, key: str | int) -> View:
+        views = self._views
+        found: View = views.get((kind, key)) or views.setdefault((kind, key), View(self, kind, key))
+        return found
+
+    return of
+
+
 class _Named(Arrays):
     """Arrays that can also be accessed by object: data.body("torso").xpos."""
 
-    __slots__ = ()
+    def __init__(
+        self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "", keeps: bool = False
+    ) -> None:
+        super().__init__(rows, row, role, changed, prefix, keeps)
+        self.__dict__["_views"] = {}
 
-    def body(self, key: str | int) -> View:
-        return View(self, "body", key)
-
-    def joint(self, key: str | int) -> View:
-        return View(self, "joint", key)
-
-    def geom(self, key: str | int) -> View:
-        return View(self, "geom", key)
-
-    def site(self, key: str | int) -> View:
-        return View(self, "site", key)
-
-    def camera(self, key: str | int) -> View:
-        return View(self, "camera", key)
-
-    def light(self, key: str | int) -> View:
-        return View(self, "light", key)
-
-    def actuator(self, key: str | int) -> View:
-        return View(self, "actuator", key)
-
-    def tendon(self, key: str | int) -> View:
-        return View(self, "tendon", key)
-
-    def sensor(self, key: str | int) -> View:
-        return View(self, "sensor", key)
-
+    body, joint, geom, site, camera, light, actuator, tendon, sensor = map(
+        _objects, "body joint geom site camera light actuator tendon sensor".split()
+    )
     # MuJoCo's short names.
     jnt, cam, ten = joint, camera, tendon
+
+    def __repr__(self) -> str:
+        kind = "mjData" if self._role == Role.DATA else "mjModel"
+        return (
+            f"<{kind} of {self._rows.id}, which functions of the mujoco package do not take: the environment has "
+            "set_state, do_simulation, mj_forward, mj_resetData, mj_name2id and mj_id2name>"
+        )
 
     def _part(self, kind: str, name: str) -> Part:
         """The array that holds an object's attribute, and which part of the array belongs to the object."""
@@ -334,15 +359,18 @@ class _Named(Arrays):
 class Data(_Named):
     """mjData as it is after the last reset, step or set_state."""
 
-    __slots__ = ()
-
-    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
-        super().__init__(rows, row, Role.DATA, changed)
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None], keeps: bool = False) -> None:
+        super().__init__(rows, row, Role.DATA, changed, keeps=keeps)
 
     @property
-    def contact(self) -> Contacts:
-        """The contacts that the last mj_step or mj_forward found."""
-        return Contacts(self)
+    def contact(self) -> Any:
+        """The contacts that the last mj_step or mj_forward found. Of all rows: arrays with room for the most."""
+        if self._row == ALL_ROWS:
+            return self._part_named("contact.")
+        if "_contact" not in self.__dict__:
+            self.__dict__["_contact"] = Contacts(self)
+        contacts: Contacts = self.__dict__["_contact"]
+        return contacts
 
     @property
     def efc_force(self) -> NDArray[np.float64]:
@@ -371,60 +399,26 @@ class Visual(_Attributes):
     global_: Arrays
     map: Arrays
 
-    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
+    def __init__(self, model: Model) -> None:
         for name in ("global", "map"):
-            arrays = Arrays(rows, row, Role.MODEL, changed, f"vis.{name}.")
+            arrays = model._part_named(f"vis.{name}.")
             object.__setattr__(self, "global_" if name == "global" else name, arrays)
 
 
 class Model(_Named):
     """mjModel: sizes (nq), arrays (body_mass), and opt, stat and vis."""
 
-    __slots__ = ("opt", "stat", "vis")
-
     opt: Arrays
     stat: Arrays
     vis: Visual
 
-    def __init__(self, rows: Rows, row: int, changed: Callable[[], None]) -> None:
-        super().__init__(rows, row, Role.MODEL, changed)
+    def __init__(self, rows: Rows, row: int, changed: Callable[[], None], keeps: bool = False) -> None:
+        super().__init__(rows, row, Role.MODEL, changed, keeps=keeps)
         for name in ("opt", "stat"):
-            object.__setattr__(self, name, Arrays(rows, row, Role.MODEL, changed, f"{name}."))
-        object.__setattr__(self, "vis", Visual(rows, row, changed))
+            self.__dict__[name] = self._part_named(f"{name}.", keeps)
+        self.__dict__["vis"] = Visual(self)
 
-    def mesh(self, key: str | int) -> View:
-        return View(self, "mesh", key)
-
-    def skin(self, key: str | int) -> View:
-        return View(self, "skin", key)
-
-    def hfield(self, key: str | int) -> View:
-        return View(self, "hfield", key)
-
-    def texture(self, key: str | int) -> View:
-        return View(self, "texture", key)
-
-    def material(self, key: str | int) -> View:
-        return View(self, "material", key)
-
-    def pair(self, key: str | int) -> View:
-        return View(self, "pair", key)
-
-    def exclude(self, key: str | int) -> View:
-        return View(self, "exclude", key)
-
-    def equality(self, key: str | int) -> View:
-        return View(self, "equality", key)
-
-    def numeric(self, key: str | int) -> View:
-        return View(self, "numeric", key)
-
-    def tuple(self, key: str | int) -> View:
-        return View(self, "tuple", key)
-
-    def key(self, key: str | int) -> View:
-        return View(self, "key", key)
-
+    mesh, skin, hfield, texture, material, pair, exclude, equality, numeric, tuple, key = map(_objects, _LISTED)
     # MuJoCo's other names.
     tex, mat, eq, keyframe = texture, material, equality, key
 
@@ -452,42 +446,13 @@ class Model(_Named):
         return own
 
 
-class RowArrays(Arrays):
-    """The arrays of all rows by name, [rows, ...]. An assignment writes the rows whose values it changes."""
-
-    __slots__ = ()
-
-    def __init__(self, rows: Rows, role: Role, changed: Callable[[], None], prefix: str = "") -> None:
-        super().__init__(rows, 0, role, changed, prefix)
-
-    def __getattr__(self, name: str) -> Any:
-        if self._role == Role.MODEL and not self._prefix and name in ("opt", "stat"):
-            return RowArrays(self._rows, self._role, self._changed, f"{name}.")
-        return super().__getattr__(name)
-
-    def __dir__(self) -> list[str]:
-        groups = ("opt", "stat") if self._role == Role.MODEL and not self._prefix else ()
-        return sorted({*super().__dir__(), *groups})
-
-    def _read(self, field: Field) -> NDArray[Any]:
-        array = np.stack([self._rows.read(row, field) for row in range(self._rows.count)])
-        array.flags.writeable = False
-        return array
-
-    def _write(self, field: Field, values: NDArray[Any]) -> None:
-        differs = (values != self._read(field)).reshape(self._rows.count, -1).any(axis=1)
-        self._rows.write_rows(differs, field.name, values)
-        self._changed()
-
-
 class Parameters(MutableMapping[str, Any]):
     """The live parameters of a task by name. Assign to an array or its elements to change the rows' numbers."""
 
     __slots__ = ("_arrays",)
 
-    def __init__(self, arrays: Callable[[Role, str], Arrays]) -> None:
-        """arrays: returns the arrays of a role whose names have a prefix."""
-        self._arrays = arrays(Role.PARAMETERS, "parameters.")
+    def __init__(self, arrays: Arrays) -> None:
+        self._arrays = arrays
 
     def __getitem__(self, name: str) -> Any:
         if name not in self:

@@ -114,14 +114,11 @@ class Pictures:
         return self._picture(row)
 
     def _show(self, row: int) -> None:
-        turn = [self._rows.enter()]
-        try:
+        with self._rows.changing():
             if row not in self._windows:
                 env = self._rows.pointer
                 self._windows[row] = _Window(self._rows.engine, env, self.settings(env, _FREE))
             self._windows[row].draw(row)
-        finally:
-            self._rows.leave(turn.pop())
 
     def _picture(self, row: int) -> Picture:
         if self._camera is None:
@@ -129,8 +126,7 @@ class Pictures:
         # A row needs its own renderer if a free camera without "lookat" looks at what it sees first in that row.
         looks_once = self._camera == _FREE and "lookat" not in (self.camera_config or {})
         place = row if looks_once else 0
-        turn = [self._rows.enter()]
-        try:
+        with self._rows.changing():
             if place not in self._renderers:
                 env = self._rows.pointer
                 settings = self.settings(env, self._camera)
@@ -138,8 +134,6 @@ class Pictures:
             rgb = None if self.mode == "depth_array" else np.empty((self.height, self.width, 3), np.uint8)
             depth = None if self.mode == "rgb_array" else np.empty((self.height, self.width), np.float32)
             self._renderers[place].draw(row, rgb, depth)
-        finally:
-            self._rows.leave(turn.pop())
         if rgb is None:
             assert depth is not None
             return depth

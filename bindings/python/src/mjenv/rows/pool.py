@@ -119,6 +119,10 @@ class Pool:
             raise InvalidValueError(f"row {number} is outside 0..{self.count - 1}", Status.E_VALUE)
         return number
 
+    def changed(self) -> None:
+        """Called after a row's state was changed other than by a step or a reset."""
+        self.stale = True
+
     def check_settled(self) -> None:
         """Raises AlreadyPendingCallError if rows are under way."""
         if self.pending:
@@ -129,6 +133,7 @@ class Pool:
     def send(self, actions: ArrayLike, rows: NDArray[np.int64] | None) -> None:
         """Begins a step of these rows, of all if rows is None."""
         self.rows.check_sendable()
+        self.rows.flush()
         count = self.count if rows is None else len(rows)
         action = self.actions(actions, (count, self.shape[1]))
         pointer = None if rows is None else pointer_to(rows, c_int64)

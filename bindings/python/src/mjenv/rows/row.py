@@ -13,7 +13,7 @@ from gymnasium.envs.registration import EnvSpec
 from mjenv.capi.declarations import Role
 from mjenv.rows.pictures import Picture
 from mjenv.rows.pool import Pool
-from mjenv.rows.simulation import Simulation
+from mjenv.rows.simulation import TaskSimulation
 from mjenv.rows.step import Info, infos_of_rows
 
 # The keywords of make_vec, and of gymnasium.make_vec, that make lacks.
@@ -23,7 +23,7 @@ _OF_VECTORS = (
 ).split()
 
 
-class Row(Simulation):
+class Row(TaskSimulation):
     """One row of a vector environment, with what env.unwrapped of a single environment offers."""
 
     def __init__(self, envs: gymnasium.vector.VectorEnv[Any, Any, Any], pool: Pool, row: int) -> None:
@@ -33,12 +33,13 @@ class Row(Simulation):
         self.action_space, self.observation_space = envs.single_action_space, envs.single_observation_space
         self.frame_skip, self.metadata = pool.frame_skip, envs.metadata
         self.render_mode = envs.render_mode
+        self._is_built = True
 
     def _check_settled(self) -> None:
         self._pool.check_settled()
 
     def _changed(self) -> None:
-        self._pool.stale = True
+        self._pool.changed()
 
     @property
     def unwrapped(self) -> Row:
@@ -72,6 +73,12 @@ class Row(Simulation):
         fields, values = pool.rows.fields(Role.RESET_INFO), pool.outputs.reset_info
         (info,) = infos_of_rows(fields, values, pool.count, np.dtype(np.float64), [row])
         return obs, info
+
+    def observe(self) -> Any:
+        """The observation of the present state, without a step: after set_state, for example."""
+        return self._envs._observe_row(self._row)  # type: ignore[attr-defined]
+
+    _get_obs = observe
 
     @property
     def np_random_seed(self) -> int:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import operator
+from contextlib import suppress
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +17,16 @@ from mjenv.capi.schema import Field
 from mjenv.errors import InvalidValueError, UnknownNameError
 from mjenv.rows.arrays import Arrays, Data, Model, Parameters
 
+# Attributes that are set when an environment is built, and have no effect later.
+_FIXED = ("frame_skip", "width", "height", "camera_id", "camera_name", "render_mode")
+
 
 class Simulation:
     """Access to the simulation of one row."""
 
     _rows: Rows
     _row: int = 0
+    _is_alone: bool = False  # whether no row has another reader (Arrays)
     frame_skip: int
 
     def _check_settled(self) -> None:
@@ -33,34 +40,23 @@ class Simulation:
         """The rows in the C interface, for programs that call its functions."""
         return self._rows
 
-    @property
+    @cached_property
     def data(self) -> Data:
-        """The row's mjData. Each access to an array returns a new copy.
+        """The row's mjData. Its arrays show the present state, as those of MuJoCo's package do.
 
         Assignments to qpos, qvel, act, ctrl, time, qacc_warmstart, qfrc_applied, xfrc_applied, mocap_pos, mocap_quat or
         userdata, or to their elements, change the simulation. A reset clears the forces.
         """
-        return Data(self._rows, self._row, self._changed)
+        return Data(self._rows, self._row, self._changed, self._is_alone)
 
-    @property
+    @cached_property
     def model(self) -> Model:
-        """The row's mjModel. Each access to an array returns a new copy.
+        """The row's mjModel. Its arrays show the present values, as those of MuJoCo's package do.
 
         Assignments to arrays, their elements or options give the row its own values, which the next simulation uses:
         ``env.unwrapped.model.geom_friction[:, 0] *= 0.5``, ``env.unwrapped.model.opt.timestep = 0.002``.
         """
-        return Model(self._rows, self._row, self._changed)
-
-    @property
-    def parameters(self) -> Parameters:
-        """The live parameters of the task: ``env.unwrapped.parameters["speed"] = 0.5``. Resets leave them."""
-        return Parameters(lambda role, prefix: Arrays(self._rows, self._row, role, self._changed, prefix))
-
-    @property
-    def compute_reward(self) -> GoalRewards:
-        """compute_reward(achieved_goal, desired_goal, info): the rewards (...) of goals (..., n) by the task's
-        compute_reward, as gymnasium-robotics' GoalEnv has it. Environments of other tasks lack this attribute."""
-        return self._rows.goal_rewards
+        return Model(self._rows, self._row, self._changed, self._is_alone)
 
     def set_constants(self) -> None:
         """Calls mj_setConst(model, data): computes anew what MuJoCo derives from masses, sizes and qpos0.
@@ -75,6 +71,94 @@ class Simulation:
     def engine(self) -> str:
         """The name of the engine that computes the row: its version of MuJoCo."""
         return self._rows.engine.name
+
+    @property
+    def dt(self) -> float:
+        """The seconds that one step simulates."""
+        seconds: float = self.model.opt.timestep if self._is_alone else self._rows.timestep(self._row)
+        return seconds * self.frame_skip
+
+    def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
+        """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.
+
+        The time and the step count do not change. An episode that has ended goes on.
+        """
+        self._check_settled()
+        self._rows.set_state(self._row, qpos, qvel)
+        self._changed()
+
+    def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
+        """Simulates n_frames mj_steps with ctrl[nu]. This is not a step of the episode and gives no reward."""
+        controls = np.ascontiguousarray(ctrl, np.float64)
+        shape = (self.model.nu,)
+        if controls.shape != shape:
+            raise InvalidValueError(
+                f"ctrl has the shape {controls.shape}; {self._rows.id} takes {shape}", Status.E_SIZE
+            )
+        self._step_mujoco_simulation(controls, n_frames)
+
+    def _step_mujoco_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
+        self._check_settled()
+        self._rows.simulate(self._row, np.ascontiguousarray(ctrl, np.float64), operator.index(n_frames))
+        self._changed()
+
+    def state_vector(self) -> Float64Array:
+        """qpos followed by qvel, float64[nq + nv]."""
+        data = self.data
+        return np.concatenate([data.qpos, data.qvel])
+
+    def get_body_com(self, body_name: str) -> Float64Array:
+        """The position of a body's frame, float64[3], in metres."""
+        position: Float64Array = self.data.body(body_name).xpos
+        return position
+
+    # ---- functions of the mujoco package, which takes only its own mjModel and mjData ----
+
+    def mj_resetData(self) -> None:  # noqa: N802 MuJoCo's name
+        """Sets the model's initial state. What MuJoCo computes is 0 until it is computed again."""
+        self._check_settled()
+        self._rows.reset_data(self._row)
+        self._changed()
+
+    def mj_forward(self) -> None:
+        """Computes what follows from the state, for instance after assignments to data.qpos."""
+        self.set_state(self.data.qpos, self.data.qvel)
+
+    def mj_step(self, nstep: int = 1) -> None:
+        """Simulates nstep timesteps with data.ctrl."""
+        self.do_simulation(self.data.ctrl, nstep)
+
+    def mj_name2id(self, kind: str, name: str) -> int:
+        """The number of the object with a name; -1 if there is none. kind: "body", "joint", "geom" and so on."""
+        with suppress(UnknownNameError):
+            return self._rows.object_index(_kind_of(kind), name)
+        return -1
+
+    def mj_id2name(self, kind: str, number: int) -> str | None:
+        """The name of an object; None if it has none, or does not exist."""
+        with suppress(UnknownNameError):
+            return self._rows.object_name(_kind_of(kind), number) or None
+        return None
+
+
+def _kind_of(kind: Any) -> str:
+    """The name of a kind of object, also for mujoco.mjtObj.mjOBJ_BODY."""
+    return str(getattr(kind, "name", kind)).removeprefix("mjOBJ_").lower()
+
+
+class TaskSimulation(Simulation):
+    """The same, and what environments of the library's tasks have in addition."""
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The live parameters of the task: ``env.unwrapped.parameters["speed"] = 0.5``. Resets leave them."""
+        return Parameters(Arrays(self._rows, self._row, Role.PARAMETERS, self._changed, "parameters."))
+
+    @property
+    def compute_reward(self) -> GoalRewards:
+        """compute_reward(achieved_goal, desired_goal, info): the rewards (...) of goals (..., n) by the task's
+        compute_reward, as gymnasium-robotics' GoalEnv has it. Environments of other tasks lack this attribute."""
+        return self._rows.goal_rewards
 
     @property
     def lanes(self) -> int:
@@ -95,17 +179,12 @@ class Simulation:
         return self._rows.lane_stages()
 
     @property
-    def dt(self) -> float:
-        """The seconds that one step simulates."""
-        return self._rows.timestep(self._row) * self.frame_skip
-
-    @property
-    def init_qpos(self) -> Float64Array:
+    def init_qpos(self) -> Any:
         """The model's positions, float64[nq], to which a reset adds noise; read-only."""
         return self._rows.init_qpos
 
     @property
-    def init_qvel(self) -> Float64Array:
+    def init_qvel(self) -> Any:
         """The model's velocities, float64[nv], which are zero."""
         return np.zeros(self.model.nv)
 
@@ -130,33 +209,24 @@ class Simulation:
             raise UnknownNameError(f"there are no fields of {kind!r}, but of {', '.join(roles)}", Status.E_NAME)
         return self._rows.fields(roles[kind])
 
-    def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
-        """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.
+    # ---- the attributes in which Gymnasium's classes keep their options ----
 
-        The time and the step count do not change. An episode that has ended goes on.
-        """
-        self._check_settled()
-        self._rows.set_state(self._row, qpos, qvel)
-        self._changed()
+    def __getattr__(self, name: str) -> Any:
+        option, rows = name.removeprefix("_"), self.__dict__.get("_rows")
+        if rows is None or option == name or option not in rows.schema:
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        return self.parameters[option] if option in self.parameters else rows.options.get(option, rows.schema[option])
 
-    def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
-        """Simulates n_frames mj_steps with ctrl[nu]. This is not a step of the episode and gives no reward."""
-        self._check_settled()
-        controls = np.ascontiguousarray(ctrl, np.float64)
-        shape = (int(self._rows.value(Role.MODEL, "nu")),)
-        if controls.shape != shape:
-            raise InvalidValueError(
-                f"ctrl has the shape {controls.shape}; {self._rows.id} takes {shape}", Status.E_SIZE
+    def __setattr__(self, name: str, value: Any) -> None:
+        option = name.removeprefix("_")
+        if "_is_built" not in self.__dict__ or (name in self.__dict__ and name not in _FIXED):
+            super().__setattr__(name, value)
+        elif option in self.parameters:
+            self.parameters[option] = value
+        elif name in _FIXED or (option in self._rows.schema and name != "arrays"):
+            raise AttributeError(
+                f"{name!r} cannot be changed, because the library has it since the environment was built: "
+                f"make another one, mjenv.make({self._rows.id!r}, {option}=...)"
             )
-        self._rows.simulate(self._row, controls, operator.index(n_frames))
-        self._changed()
-
-    def state_vector(self) -> Float64Array:
-        """qpos followed by qvel, float64[nq + nv]."""
-        data = self.data
-        return np.concatenate([data.qpos, data.qvel])
-
-    def get_body_com(self, body_name: str) -> Float64Array:
-        """The position of a body's frame, float64[3], in metres."""
-        position: Float64Array = self.data.body(body_name).xpos
-        return position
+        else:
+            super().__setattr__(name, value)

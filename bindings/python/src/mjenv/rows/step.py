@@ -68,20 +68,23 @@ class Step(Generic[Results]):
             buffer, call, results = self._inputs[actions.dtype]
         if actions.shape != self._shape:  # type: ignore[union-attr]
             raise wrong_shape(actions, self._shape, self._rows)
+        rows = self._rows
+        if rows.lent:
+            rows.flush()
         try:
             turn = [self._take()]
         except IndexError:
-            turn = [self._rows.enter()]
+            turn = [rows.enter()]
         try:
-            if self._rows.closed:
-                raise self._rows.gone()
+            if rows.closed:
+                raise rows.gone()
             buffer[...] = actions
             was_reset = self._was_reset
             if was_reset:
                 was_reset[0] = _UNTOUCHED
             status = call()
             if status:
-                error = self._rows.engine.last_error(status)
+                error = rows.engine.last_error(status)
                 # If was_reset is untouched, no row was stepped.
                 if was_reset and was_reset[0] != _UNTOUCHED:
                     error.results = results()  # type: ignore[assignment]
@@ -92,6 +95,10 @@ class Step(Generic[Results]):
             return results()
         finally:
             self._give_back(turn.pop())
+            if rows.lent:
+                rows.moved()
+            else:
+                rows.moves += 1
 
 
 def float_array(actions: ArrayLike) -> NDArray[Any]:

@@ -503,6 +503,12 @@ class NumpyRows(Rows):
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
+        for each in range(self.count) if row == declarations.ALL_ROWS else (row,):
+            self._changed(each)
+            self._ended[each] = False
+
+    def reset_data(self, row: int) -> None:
+        super().reset_data(row)
         self._changed(row)
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
