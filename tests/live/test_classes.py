@@ -287,7 +287,7 @@ def classes_on(base: type, folder: Path) -> dict[str, type]:
             self.data.mocap_pos[0, 0] += 0.01 * action[0]
             self.do_simulation(action, self.frame_skip)
             reach = np.linalg.norm(self.data.body("ball").xpos - self.data.mocap_pos[0])
-            return self._get_obs(), -reach, False, False, {"efc": self.data.efc_force[: self.data.nefc].sum()}
+            return self._get_obs(), -reach, False, False, {"nefc": self.data.nefc}
 
         def reset_model(self) -> Any:
             qpos = self.init_qpos.copy()

@@ -47,7 +47,7 @@ PUSHER = "Pusher-v4" if mujoco.__version__ == "2.2.2" else "Pusher-v5"
 TAKES_XML = [id for id in IDS if "xml_file" in mjenv.options(id)]
 
 
-def both(id: str, **options: Any) -> tuple[mjenv.MujocoEnv, Any]:
+def both(id: str, **options: Any) -> tuple[mjenv.Environment, Any]:
     """The environment of that id from mjenv and from Gymnasium."""
     return mjenv.make(id, **options), gymnasium.make(id, **options)
 
@@ -281,7 +281,7 @@ def test_np_random_is_shared_alike() -> None:
 
 
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-def test_a_copy_goes_on_as_gymnasium_does(duplicate: Callable[[mjenv.MujocoEnv], mjenv.MujocoEnv]) -> None:
+def test_a_copy_goes_on_as_gymnasium_does(duplicate: Callable[[mjenv.Environment], mjenv.Environment]) -> None:
     for id in ("Ant-v4", "Humanoid-v5", PUSHER, "Reacher-v4"):
         ours, theirs = both(id)
         ours.reset(seed=2), theirs.reset(seed=2)

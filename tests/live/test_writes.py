@@ -126,7 +126,7 @@ def names_for(id: str) -> list[str]:
     return [name for name in (*MODEL, *DATA) if not (free and name in ("qpos0", "qpos", "qpos_spring"))]
 
 
-Opened = tuple[str, mjenv.MujocoEnv, Any]
+Opened = tuple[str, mjenv.Environment, Any]
 
 
 @pytest.fixture(params=IDS)

@@ -320,8 +320,9 @@ def test_what_rows_draw() -> None:
             theirs.close()
             shown.append(picture[0].tobytes())
     assert len(set(shown)) == 6  # the model's own, two draws of each row, and what row 1 writes
+    envs.envs[0].model.geom_matid[0] = 2
     with pytest.raises(ValueError, match=r"geom_matid\[0\] is 2, but must be an integer from -1 to 1"):
-        envs.envs[0].model.geom_matid[0] = 2
+        envs.render()
     envs.close()
 
 

@@ -8,7 +8,7 @@ import mjenv
 
 
 @pytest.fixture
-def env() -> Iterator[mjenv.MujocoEnv]:
+def env() -> Iterator[mjenv.Environment]:
     """An Ant-v5 that has been reset with seed 3."""
     with mjenv.make("Ant-v5") as ant:
         ant.reset(seed=3)

@@ -31,7 +31,7 @@ def test_gymnasium_makes_a_spec(id: str) -> None:
     """gymnasium.make on our spec wraps the same environment; the time limit is then Gymnasium's."""
     ours = mjenv.make(id, max_episode_steps=3)
     wrapped = gymnasium.make(mjenv.spec(id), max_episode_steps=3)
-    assert isinstance(wrapped.unwrapped, mjenv.MujocoEnv)
+    assert isinstance(wrapped.unwrapped, mjenv.Environment)
     assert wrapped.reset(seed=5)[0].tobytes() == ours.reset(seed=5)[0].tobytes()
     action = np.zeros(ours.action_space.shape)
     for truncated in (False, False, True):
@@ -79,7 +79,7 @@ def test_keywords_for_rendering() -> None:
         env.render()
 
 
-def test_outputs_are_fresh(env: mjenv.MujocoEnv) -> None:
+def test_outputs_are_fresh(env: mjenv.Environment) -> None:
     action = np.full(8, 0.5)
     first = env.step(action)
     kept = first[0].copy(), dict(first[4])
@@ -90,7 +90,7 @@ def test_outputs_are_fresh(env: mjenv.MujocoEnv) -> None:
     assert first[0].base is None
 
 
-def test_types(env: mjenv.MujocoEnv) -> None:
+def test_types(env: mjenv.Environment) -> None:
     obs, reward, terminated, truncated, info = env.step(np.zeros(8, np.float32))
     assert (obs.dtype, obs.shape) == (np.float64, (105,))
     assert type(reward) is np.float64
@@ -121,7 +121,7 @@ def test_an_option_given_as_int_shows(healthy_reward: float) -> None:
     ],
     ids=["list", "int64", "big endian", "strided", "int8"],
 )
-def test_other_actions_count_as_float64(env: mjenv.MujocoEnv, action: object) -> None:
+def test_other_actions_count_as_float64(env: mjenv.Environment, action: object) -> None:
     other = mjenv.make("Ant-v5")
     other.reset(seed=3)
     plain = np.array([0.0, 1, 0, -1, 0, 0, 0, 1])
@@ -132,11 +132,11 @@ def test_other_actions_count_as_float64(env: mjenv.MujocoEnv, action: object) ->
     assert type(info["reward_ctrl"]) is np.float64
 
 
-def test_a_big_endian_float32_counts_as_float32(env: mjenv.MujocoEnv) -> None:
+def test_a_big_endian_float32_counts_as_float32(env: mjenv.Environment) -> None:
     assert type(env.step(np.zeros(8, ">f4"))[4]["reward_ctrl"]) is np.float32
 
 
-def test_the_action_is_left_alone(env: mjenv.MujocoEnv) -> None:
+def test_the_action_is_left_alone(env: mjenv.Environment) -> None:
     action = np.full(8, 3.0)
     action.flags.writeable = False
     env.step(action)
@@ -211,7 +211,8 @@ def test_signatures_are_gymnasiums() -> None:
     ours, theirs = (list(inspect.signature(module.make).parameters) for module in (mjenv, gymnasium))
     assert ours[:3] == theirs[:3]
     for name in ("step", "reset", "render", "close"):
-        ours, theirs = (list(inspect.signature(getattr(c, name)).parameters) for c in (mjenv.MujocoEnv, gymnasium.Env))
+        kinds = mjenv.Environment, gymnasium.Env
+        ours, theirs = (list(inspect.signature(getattr(kind, name)).parameters) for kind in kinds)
         assert ours == theirs
 
 

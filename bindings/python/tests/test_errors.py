@@ -181,7 +181,7 @@ def test_an_id_of_another_type(call: Any, id: Any) -> None:
         mjenv.Environment(id)
 
 
-def test_an_environment_instead_of_an_id(env: mjenv.MujocoEnv) -> None:
+def test_an_environment_instead_of_an_id(env: mjenv.Environment) -> None:
     for call in (mjenv.make, mjenv.make_vec):
         with refused(TypeError, Status.E_TYPE, "this is an environment, and make needs its id"):
             call(env)
@@ -247,7 +247,7 @@ def test_step_after_the_end() -> None:
 @pytest.mark.parametrize(
     "action", [np.zeros(7), np.zeros(9, np.float32), np.zeros((8, 1)), np.zeros((1, 8)), 0.0, [], [0] * 7]
 )
-def test_an_action_of_another_shape(env: mjenv.MujocoEnv, action: Any) -> None:
+def test_an_action_of_another_shape(env: mjenv.Environment, action: Any) -> None:
     before = env.state_vector()
     with refused(ValueError, Status.E_SIZE, r"shape.*\(8,\)"):
         env.step(action)
@@ -257,14 +257,14 @@ def test_an_action_of_another_shape(env: mjenv.MujocoEnv, action: Any) -> None:
 @pytest.mark.parametrize(
     "action", [None, "abcdefgh", [None] * 8, np.zeros(8, complex), np.zeros(8, np.float16), [{}] * 8]
 )
-def test_an_action_that_holds_no_numbers_we_take(env: mjenv.MujocoEnv, action: Any) -> None:
+def test_an_action_that_holds_no_numbers_we_take(env: mjenv.Environment, action: Any) -> None:
     with refused(TypeError, Status.E_TYPE, "float32 or float64"):
         env.step(action)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("value", [NAN, INF, -INF])
-def test_an_action_that_is_not_finite(env: mjenv.MujocoEnv, value: float, dtype: Any) -> None:
+def test_an_action_that_is_not_finite(env: mjenv.Environment, value: float, dtype: Any) -> None:
     before = env.state_vector()
     action = np.zeros(8, dtype)
     action[3] = value
@@ -275,7 +275,7 @@ def test_an_action_that_is_not_finite(env: mjenv.MujocoEnv, value: float, dtype:
 
 
 @pytest.mark.parametrize("seed", [-1, 1.0, "1", np.int64(1), [1]])
-def test_a_seed_that_gymnasium_refuses(env: mjenv.MujocoEnv, seed: Any) -> None:
+def test_a_seed_that_gymnasium_refuses(env: mjenv.Environment, seed: Any) -> None:
     before = env.state_vector()
     with pytest.raises(gymnasium.error.Error, match="seed"):
         env.reset(seed=seed)
@@ -296,14 +296,14 @@ def test_a_seed_that_gymnasium_refuses(env: mjenv.MujocoEnv, seed: Any) -> None:
         (np.zeros(15), np.full(14, INF), r"qvel\[0\]"),
     ],
 )
-def test_set_state(env: mjenv.MujocoEnv, qpos: Any, qvel: Any, match: str) -> None:
+def test_set_state(env: mjenv.Environment, qpos: Any, qvel: Any, match: str) -> None:
     before = env.state_vector()
     with pytest.raises(ValueError, match=match):
         env.set_state(qpos, qvel)
     assert env.state_vector().tobytes() == before.tobytes()
 
 
-def test_do_simulation(env: mjenv.MujocoEnv) -> None:
+def test_do_simulation(env: mjenv.Environment) -> None:
     with refused(ValueError, Status.E_SIZE, "shape"):
         env.do_simulation(np.zeros(7), 5)
     with refused(ValueError, Status.E_VALUE, "frames"):
@@ -316,7 +316,7 @@ def test_do_simulation(env: mjenv.MujocoEnv) -> None:
         env.do_simulation(np.zeros(8), 1.5)  # type: ignore[arg-type]
 
 
-def test_unknown_arrays_and_objects(env: mjenv.MujocoEnv) -> None:
+def test_unknown_arrays_and_objects(env: mjenv.Environment) -> None:
     with pytest.raises(AttributeError, match="velocity"):
         _ = env.data.velocity
     with pytest.raises(AttributeError, match="xpos"):
@@ -353,7 +353,7 @@ def test_unknown_arrays_and_objects(env: mjenv.MujocoEnv) -> None:
         pickle.dumps,
     ],
 )
-def test_use_after_close(env: mjenv.MujocoEnv, use: Any) -> None:
+def test_use_after_close(env: mjenv.Environment, use: Any) -> None:
     env.close()
     with pytest.raises(mjenv.ClosedError, match="closed"):
         use(env)

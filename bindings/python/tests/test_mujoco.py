@@ -12,7 +12,7 @@ import mjenv
 from mjenv.verify import check_same
 
 
-def test_data_and_model(env: mjenv.MujocoEnv) -> None:
+def test_data_and_model(env: mjenv.Environment) -> None:
     model, data = env.unwrapped.model, env.unwrapped.data
     assert (model.nq, model.nv, model.nu, model.nbody) == (15, 14, 8, 14)
     assert type(model.nq) is int
@@ -29,7 +29,7 @@ def test_data_and_model(env: mjenv.MujocoEnv) -> None:
     assert data.time == pytest.approx(0.05)
 
 
-def test_objects_by_name_and_number(env: mjenv.MujocoEnv) -> None:
+def test_objects_by_name_and_number(env: mjenv.Environment) -> None:
     model, data = env.model, env.data
     torso = data.body("torso")
     assert (torso.id, torso.name) == (1, "torso")
@@ -101,7 +101,7 @@ def test_an_exported_number_is_a_view() -> None:
     assert ncon >= 2
 
 
-def test_a_held_array_is_live(env: mjenv.MujocoEnv) -> None:
+def test_a_held_array_is_live(env: mjenv.Environment) -> None:
     """As in MuJoCo: an array, a view of it and a view of that show the present state, and can be written."""
     held = env.data.qpos, env.data.qpos[:3][1:], env.data.body("torso").xpos, env.data.contact
     before = env.data.qpos.copy()
@@ -124,7 +124,7 @@ def test_a_held_array_is_live(env: mjenv.MujocoEnv) -> None:
         env.data.qvel  # noqa: B018
 
 
-def test_writing_as_in_gymnasium(env: mjenv.MujocoEnv) -> None:
+def test_writing_as_in_gymnasium(env: mjenv.Environment) -> None:
     """Every way to assign to an array of the model writes it, also after a step; the arrays are NumPy's own."""
     model, data = env.model, env.data
     friction = model.geom_friction.copy()
@@ -165,7 +165,7 @@ def test_writing_as_in_gymnasium(env: mjenv.MujocoEnv) -> None:
     assert model.body_mass[1] == 2
 
 
-def test_what_cannot_be_written(env: mjenv.MujocoEnv) -> None:
+def test_what_cannot_be_written(env: mjenv.Environment) -> None:
     """An assignment to an attribute fails at once, one to elements in the next call, which then does nothing."""
     before, mass, time = env.model.body_mass.tolist(), env.model.body_mass, env.data.time
     with pytest.raises(ValueError, match=r"row 0: body_mass\[3\] is -1"):
@@ -277,19 +277,19 @@ def test_arrays_of_all_rows() -> None:
     assert envs.model.body_subtreemass.tolist() == (2 * total).tolist()
 
 
-def test_set_constants(env: mjenv.MujocoEnv) -> None:
+def test_set_constants(env: mjenv.Environment) -> None:
     before = env.model.body_subtreemass.copy()
     env.model.body_mass[:] *= 2
     env.set_constants()
     assert env.model.body_subtreemass.tolist() == (2 * before).tolist()
 
 
-def test_initial_state(env: mjenv.MujocoEnv) -> None:
+def test_initial_state(env: mjenv.Environment) -> None:
     assert env.init_qpos.tolist() == [0, 0, 0.75, 1] + [0] * 11
     assert env.init_qvel.tolist() == [0] * 14
 
 
-def test_set_state_and_state_vector(env: mjenv.MujocoEnv) -> None:
+def test_set_state_and_state_vector(env: mjenv.Environment) -> None:
     qpos, qvel = env.init_qpos + 0.01, env.init_qvel - 0.02
     qpos[3:7] = [0.6, 0.8, 0, 0]
     assert env.set_state(qpos, qvel) is None

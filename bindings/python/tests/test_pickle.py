@@ -11,12 +11,12 @@ import pytest
 
 import mjenv
 
-Copier = Callable[[mjenv.MujocoEnv], mjenv.MujocoEnv]
+Copier = Callable[[mjenv.Environment], mjenv.Environment]
 COPIERS = [copy.copy, copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))]
 NAMES = ["copy", "deepcopy", "pickle"]
 
 
-def play(env: mjenv.MujocoEnv, steps: int) -> list[bytes]:
+def play(env: mjenv.Environment, steps: int) -> list[bytes]:
     outputs = []
     for _ in range(steps):
         obs, reward, terminated, truncated, info = env.step(env.action_space.sample())

@@ -50,7 +50,7 @@ def test_every_id(id: str) -> None:
         gymnasiums.max_episode_steps,
     )
     env = gymnasium.make(f"mjenv/{id}")
-    assert isinstance(env.unwrapped, mjenv.MujocoEnv)
+    assert isinstance(env.unwrapped, mjenv.Environment)
     assert play(env, 20) == play(mjenv.make(id), 20)
     envs = gymnasium.make_vec(f"mjenv/{id}", num_envs=3)
     assert isinstance(envs, mjenv.VectorEnv)
@@ -93,7 +93,7 @@ def test_wrappers() -> None:
     assert info["episode"]["l"] == 50
     wrapped = gymnasium.make(env.spec)
     assert isinstance(wrapped, RecordEpisodeStatistics)
-    assert isinstance(wrapped.unwrapped, mjenv.MujocoEnv)
+    assert isinstance(wrapped.unwrapped, mjenv.Environment)
 
 
 def test_our_make_takes_the_registered_spec() -> None:

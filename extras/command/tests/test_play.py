@@ -61,7 +61,7 @@ class Unseen:
     def __init__(self, path: Path, rate: int) -> None:
         pass
 
-    def add(self, env: mjenv.MujocoEnv) -> None:
+    def add(self, env: mjenv.Environment) -> None:
         pass
 
     def close(self) -> None:

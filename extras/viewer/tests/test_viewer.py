@@ -443,7 +443,7 @@ def test_a_single_environment_inside_wrappers() -> None:
         env.reset(seed=0)
         env.step(env.action_space.sample())
         assert view.steps == 1
-    assert type(env.unwrapped) is mjenv.MujocoEnv
+    assert type(env.unwrapped) is mjenv.Environment
 
 
 def test_a_pause_waits_and_steps_once() -> None:

@@ -212,6 +212,8 @@ class TaskSimulation(Simulation):
     # ---- the attributes in which Gymnasium's classes keep their options ----
 
     def __getattr__(self, name: str) -> Any:
+        if hasattr(TaskSimulation, name):  # a property that raised: this raises its error again
+            return getattr(TaskSimulation, name).__get__(self)
         option, rows = name.removeprefix("_"), self.__dict__.get("_rows")
         if rows is None or option == name or option not in rows.schema:
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
