@@ -251,6 +251,53 @@ static void test_observe(void** state) {
   pair_free(p);
 }
 
+static void assert_same_arrays(const struct pair* p) {
+  static const char* const arrays[] = {"time", "qpos",     "qacc_warmstart", "xpos",         "geom_xmat",
+                                       "ncon", "cfrc_ext", "body_mass",      "opt.timestep", "actuator_force"};
+  for (size_t i = 0; i < COUNT(arrays); ++i) {
+    int64_t count = 0, each = 0;
+    double* all = read_array(p->many, MJENV_ALL_ROWS, arrays[i], &count);
+    for (int row = 0; row < ROWS; ++row) {
+      double* one = read_array(p->single[row], 0, arrays[i], &each);
+      assert_same_bits(arrays[i], all + row * each, one, (size_t)each);
+      free(one);
+    }
+    assert_int_equal(count, ROWS * each);
+    free(all);
+  }
+}
+
+// Arrays, states and mj_resetData of all rows in one call are those of each row.
+static void test_all_rows_at_once(void** state) {
+  struct pair* p = pair_of(*state);
+  seed_some(p, NULL);
+  reset_some(p, NULL);
+  for (int round = 0; round < 3; ++round) {
+    for (int step = 0; step < 4; ++step) step_all(p, false);
+    assert_same_arrays(p);
+    int64_t nq = 0, nv = 0;
+    double* qpos = read_array(p->many, MJENV_ALL_ROWS, "qpos", &nq);
+    double* qvel = read_array(p->many, MJENV_ALL_ROWS, "qvel", &nv);
+    qpos[1] += 0.25;
+    assert_refused(MJENV_E_SIZE, mjenv_set_state(p->many, MJENV_ALL_ROWS, qpos, nq / ROWS, qvel, nv), "nq");
+    assert_ok(mjenv_set_state(p->many, MJENV_ALL_ROWS, qpos, nq, qvel, nv));
+    for (int row = 0; row < ROWS; ++row)
+      assert_ok(
+          mjenv_set_state(p->single[row], 0, qpos + row * (nq / ROWS), nq / ROWS, qvel + row * (nv / ROWS), nv / ROWS));
+    assert_same_arrays(p);
+    const uint8_t mask[ROWS] = {0, 1, 0, 1};
+    if (round == 1) {
+      assert_ok(mjenv_reset_data(p->many, mask));
+      for (int row = 0; row < ROWS; ++row)
+        if (mask[row] != 0) assert_ok(mjenv_reset_data(p->single[row], NULL));
+      assert_same_arrays(p);
+    }
+    free(qpos);
+    free(qvel);
+  }
+  pair_free(p);
+}
+
 // Each output alone is the same as all together.
 static void test_single_outputs(void** state) {
   struct pair* p = pair_of(*state);
@@ -344,6 +391,8 @@ int main(void) {
       OF(test_every_array, "Swimmer-v5", 1),
       OF(test_observe, "Humanoid-v4", 1),
       OF(test_observe, "Reacher-v5", 1),
+      OF(test_all_rows_at_once, "Ant-v5", 2),
+      OF(test_all_rows_at_once, "HalfCheetah-v5", 1),
       OF(test_single_outputs, "Humanoid-v5", 2),
       OF(test_single_outputs, "HalfCheetah-v5", 1),
       {"test_unfilled, dense", test_unfilled, NULL, NULL, (void*)(uintptr_t) "dense"},

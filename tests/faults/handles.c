@@ -39,6 +39,7 @@ static void refuse_env(mjenv_env* env) {
   assert_refused(wanted, mjenv_field_at(env, MJENV_ROLE_INFO, 0, &field), why);
   assert_refused(wanted, mjenv_seed(env, NULL, words, 1), why);
   assert_refused(wanted, mjenv_seed_row(env, 0, words, 1), why);
+  assert_refused(wanted, mjenv_reset_data(env, NULL), why);
   assert_refused(wanted, mjenv_set_constants_row(env, 0), why);
   assert_refused(wanted, mjenv_write_row(env, 0, "qpos", numbers, 6), why);
   assert_refused(wanted, mjenv_set_constants(env, NULL), why);

@@ -10,7 +10,6 @@ import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -241,6 +240,24 @@ def check_goals(id: str, achieved: NDArray[Any], desired: NDArray[Any]) -> None:
         )
 
 
+class _Changing:
+    """with rows.changing(): a call that depends on the state and may change it, in its turn."""
+
+    __slots__ = ("_rows", "_turn")
+
+    def __init__(self, rows: Rows) -> None:
+        self._rows, self._turn = rows, list[Turn]()
+
+    def __enter__(self) -> None:
+        if self._rows.lent:
+            self._rows.flush()
+        self._turn.append(self._rows.enter())
+
+    def __exit__(self, *_: object) -> None:
+        self._rows.leave(self._turn.pop())
+        self._rows.moved()
+
+
 class Rows:
     """An owned environment handle of one or many rows. Pickling keeps every row's episode and random stream.
 
@@ -264,6 +281,7 @@ class Rows:
         self.turns: Turns = Turns()
         self.leave: Callable[[Turn], None] = self.turns.give_back
         self.lent: list[Block] = []  # the arrays that readers may have changed, or may hold
+        self._simulation: tuple[Any, ...] = ()  # of `simulate`
         self.moves: int = 0  # how often `moved` was called
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
@@ -334,16 +352,9 @@ class Rows:
         finally:
             self.leave(turn.pop())
 
-    @contextmanager
-    def changing(self) -> Iterator[None]:
+    def changing(self) -> _Changing:
         """The turn for a call that depends on the state and may change it."""
-        self.flush()
-        turn = [self.enter()]
-        try:
-            yield
-        finally:
-            self.leave(turn.pop())
-            self.moved()
+        return _Changing(self)
 
     def change(self, function: Callable[..., int], *arguments: Any) -> None:
         """The same as call, for such a call."""
@@ -661,7 +672,17 @@ class Rows:
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
         if frames != _int64(frames):
             raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
-        self.change(self.engine.mjenv_simulate, row, pointer_to(ctrl, c_double), ctrl.size, frames)
+        # The call is prepared again only for another row, another size or another number.
+        if self._simulation[:3] != (row, ctrl.size, frames):
+            buffer = np.zeros(ctrl.size)
+            given = row, pointer_to(buffer, c_double), buffer.size, frames
+            self._simulation = row, ctrl.size, frames, buffer, Rows.prepared(self, "mjenv_simulate", *given)
+        *_, buffer, call = self._simulation
+        with self.changing():
+            if self.closed:
+                raise self.gone()
+            buffer[...] = ctrl
+            self.check(call())
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
         self.change(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)
