@@ -505,7 +505,6 @@ class NumpyRows(Rows):
         super().set_state(row, qpos, qvel)
         for each in range(self.count) if row == declarations.ALL_ROWS else (row,):
             self._changed(each)
-            self._ended[each] = False
 
     def reset_data(self, row: int) -> None:
         super().reset_data(row)
