@@ -75,6 +75,18 @@ function nameOf(table, value) {
 const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
 
 /**
+ * What the program has computed for all rows, one row after the other: the task's own observations, without time and
+ * history; infos field by field, as `fields("info")` lists them.
+ *
+ * @typedef {object} Computed
+ * @property {ArrayLike<number>} [observations]
+ * @property {ArrayLike<number>} [rewards]
+ * @property {ArrayLike<number>} [terminated] 0 or 1
+ * @property {ArrayLike<number>} [infos]
+ * @property {ArrayLike<number>} [resetInfos]
+ */
+
+/**
  * One or many rows of a robot; a row is one episode. Make it with `mjenv.make`, and `free` it after use: the garbage
  * collector does not know the library's memory.
  */
@@ -582,6 +594,120 @@ export class Env {
     this.#library.check(this.#library.functions.mjenv_observe(this.#open, this.#block));
   }
 
+  // ---- Resets and steps whose outputs the program computes ("Batch-v0") ----
+
+  /**
+   * Begins new episodes, and writes `arrays`. Then compute the observations and call `finish`.
+   *
+   * @param {object} [settings]
+   * @param {ArrayLike<number>} [settings.qpos] the positions of all rows; the model's if left out
+   * @param {ArrayLike<number>} [settings.qvel] the velocities of all rows
+   * @param {Mask} [settings.mask] the rows; all if left out
+   */
+  begin({ qpos, qvel, mask, ...others } = {}) {
+    refuseOthers(others, "begin");
+    const chosen = this.#chosen(mask);
+    const handle = this.#open;
+    this.#library.scope((scratch) => {
+      const [q, v] = [optional(scratch, qpos, "positions"), optional(scratch, qvel, "velocities")];
+      const { mjenv_begin } = this.#library.functions;
+      this.#library.check(
+        mjenv_begin(handle, this.#place(chosen), q.pointer, q.count, v.pointer, v.count, this.#block),
+      );
+    });
+  }
+
+  /**
+   * The actions that the task sees in the next step: transformed, delayed and with noise. Changes nothing.
+   *
+   * @param {ArrayLike<number>} actions as for `step`
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows; the numbers of others are 0
+   * @returns {Float64Array | Float32Array}
+   */
+  act(actions, { mask, ...others } = {}) {
+    refuseOthers(others, "act");
+    const chosen = this.#chosen(mask);
+    const given = numbers(actions, "actions");
+    const { dtype, type } = dtypeOf(given);
+    const handle = this.#open;
+    const library = this.#library;
+    return library.scope((scratch) => {
+      const [action, seen] = [scratch.copy(given), scratch.copy(new type(given.length))];
+      const count = BigInt(given.length);
+      library.check(library.functions.mjenv_act(handle, this.#place(chosen), action, count, dtype, seen));
+      return new type(library.buffer, seen, given.length).slice();
+    });
+  }
+
+  /**
+   * Simulates a step, and writes `arrays` and `wasReset`. The rows of `wasReset` were not stepped: call `begin` for them.
+   * Then compute the outputs and call `finish`.
+   *
+   * @param {ArrayLike<number>} actions as for `step`
+   * @param {object} [settings]
+   * @param {ArrayLike<number>} [settings.ctrl] what the program makes of the actions of all rows; the actions if left out
+   * @param {Mask} [settings.mask] the rows; all if left out
+   */
+  advance(actions, { ctrl, mask, ...others } = {}) {
+    refuseOthers(others, "advance");
+    const chosen = this.#chosen(mask);
+    const given = numbers(actions, "actions");
+    const { dtype } = dtypeOf(given);
+    const handle = this.#open;
+    const library = this.#library;
+    library.scope((scratch) => {
+      const [action, made] = [scratch.copy(given), optional(scratch, ctrl, "ctrl")];
+      const [mine, count] = [this.#place(chosen), BigInt(given.length)];
+      const { mjenv_advance } = library.functions;
+      library.check(mjenv_advance(handle, mine, action, count, dtype, made.pointer, made.count, this.#block));
+    });
+  }
+
+  /**
+   * Ends the step or reset with what the program has computed, and writes the outputs. What is left out is 0.
+   *
+   * @param {Computed | null} computed null: gives the step up
+   * @param {object} [settings]
+   * @param {Mask} [settings.mask] the rows; all if left out
+   */
+  finish(computed, { mask, ...others } = {}) {
+    refuseOthers(others, "finish");
+    const { observations, rewards, terminated, infos, resetInfos, ...unknown } = computed ?? {};
+    refuseOthers(unknown, "finish");
+    const chosen = this.#chosen(mask);
+    const handle = this.#open;
+    const library = this.#library;
+    const [info, resetInfo] = [sum(this.#infoFields), sum(this.#resetInfoFields)];
+    library.scope((scratch) => {
+      /** @type {(values: ArrayLike<number> | undefined, what: string, each: number) => number} */
+      const place = (values, what, each) => {
+        const { pointer, count } = optional(scratch, values, what);
+        if (values && Number(count) !== each * this.numEnvs)
+          throw new MjenvError("MJENV_E_SIZE", `${what}: ${count} numbers, not ${each * this.numEnvs}`);
+        return pointer;
+      };
+      const obsCount = observations ? observations.length / this.numEnvs : 0;
+      const given = scratch.allocate(mjenv_batch.size);
+      library.write(given, mjenv_batch, {
+        obs_dtype: Dtype.FLOAT64,
+        rows: this.numEnvs,
+        obs_count: Math.floor(obsCount),
+        info_count: info,
+        reset_info_count: resetInfo,
+        obs: place(observations, "observations", Math.floor(obsCount)),
+        reward: place(rewards, "rewards", 1),
+        terminated: terminated ? scratch.copy(Uint8Array.from(terminated)) : 0,
+        info: place(infos, "infos", info),
+        reset_info: place(resetInfos, "resetInfos", resetInfo),
+      });
+      if (terminated && terminated.length !== this.numEnvs)
+        throw new MjenvError("MJENV_E_SIZE", `terminated: ${terminated.length} numbers, not ${this.numEnvs}`);
+      const { mjenv_finish } = library.functions;
+      library.check(mjenv_finish(handle, this.#place(chosen), computed ? given : 0, this.#block));
+    });
+  }
+
   // ---- State ----
 
   /**
@@ -861,6 +987,19 @@ function dtypeOf(actions) {
   return actions instanceof Float32Array
     ? { dtype: Dtype.FLOAT32, type: Float32Array }
     : { dtype: Dtype.FLOAT64, type: Float64Array };
+}
+
+/**
+ * A copy of numbers that may be left out, and how many they are.
+ *
+ * @param {import("./library.js").Scratch} scratch
+ * @param {ArrayLike<number> | undefined} values
+ * @param {string} what
+ */
+function optional(scratch, values, what) {
+  if (!values) return { pointer: 0, count: 0n };
+  const given = doubles(values, what);
+  return { pointer: scratch.copy(given), count: BigInt(given.length) };
 }
 
 /**

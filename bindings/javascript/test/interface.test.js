@@ -642,3 +642,38 @@ test("the module can be given in several ways", async () => {
     assert.equal((await load({ wasm })).ids().length, 22);
   await assert.rejects(load({ wasm: "/nowhere.wasm" }), { code: "ENOENT" });
 });
+
+test("a program computes the outputs of steps and resets", () => {
+  const own = { xml_file: "hopper.xml", frame_skip: 4, observations: 11, arrays: "qpos qvel", max_episode_steps: 30 };
+  withEnv("Hopper-v5", { numEnvs: 3, seed: [1, 2, 3], history: 2, terminate_when_unhealthy: false }, (builtIn) =>
+    withEnv("Batch-v0", { ...own, numEnvs: 3, history: 2 }, (env) => {
+      const hopper = () => {
+        const { qpos, qvel } = env.arrays;
+        const row = (r) => [
+          ...qpos.subarray(6 * r + 1, 6 * r + 6),
+          ...Array.from(qvel.subarray(6 * r, 6 * r + 6), (v) => Math.min(Math.max(v, -10), 10)),
+        ];
+        return [0, 1, 2].flatMap(row);
+      };
+      const states = (array) => [0, 1, 2].flatMap((row) => [...builtIn.read(array, row)]);
+      builtIn.reset();
+      env.begin({ qpos: states("qpos"), qvel: states("qvel") });
+      env.finish({ observations: hopper() });
+      for (let step = 0; step < 30; ++step) {
+        const actions = Array.from({ length: 9 }, (_, i) => ((7 * i + 3 * step) % 19) / 9 - 1);
+        builtIn.step(actions);
+        assert.deepEqual([...env.act(actions)], actions);
+        env.advance(actions);
+        assert.throws(() => env.advance(actions), { code: "MJENV_E_PENDING" });
+        assert.throws(() => env.finish({ rewards: [1] }), { code: "MJENV_E_SIZE" });
+        env.finish({ observations: hopper(), rewards: [1, 2, 3], terminated: [0, 0, 0] });
+        assert.deepEqual([...env.observations], [...builtIn.observations]);
+        assert.deepEqual([...env.rewards], [1, 2, 3]);
+        assert.deepEqual([...env.truncated], Array(3).fill(step === 29 ? 1 : 0));
+      }
+      assert.throws(() => builtIn.finish(null), { code: "MJENV_E_TASK" });
+      env.begin({ mask: [0, 1, 0] });
+      env.finish(null);
+    }),
+  );
+});
