@@ -1,15 +1,19 @@
-# Chooses the sources of core/engine/lanes. The lane code follows MuJoCo 2.2.2 and uses the instructions of x86-64 or
-# aarch64. Sets MJENV_LANES to the names of the files that are compiled for one instruction set each; it is empty if there
-# is no lane code. Lanes add as MuJoCo does where mjenv compiles it. A built libmujoco may add in another order, or give some
-# zeros another sign, so rows are then stepped one by one.
+# Chooses the sources of core/engine/lanes. The lane code follows MuJoCo 2.2.2 for x86-64 or aarch64, as mjenv compiles it: a
+# built libmujoco may add in another order, or give some zeros another sign, so rows are then stepped one by one. Of MuJoCo
+# 4.0, it follows the published library for x86-64. Sets MJENV_LANES to the names of the files that are compiled for one
+# instruction set each; it is empty if there is no lane code.
 set(folder ${CMAKE_CURRENT_SOURCE_DIR}/core/engine/lanes)
 set(frame ${folder}/frame)
 set(none ${frame}/none.cpp)
-file(GLOB lane_sources CONFIGURE_DEPENDS ${frame}/*.cpp ${folder}/mujoco2/*.cpp)
+file(GLOB lane_sources CONFIGURE_DEPENDS ${frame}/*.cpp ${folder}/mujoco${MJENV_ENGINE_MAJOR}/*.cpp)
 set(of_x86 sse2 avx2 avx512)
 set(of_aarch64 neon)
 set(MJENV_LANES "")
-if(MJENV_ENGINE_MAJOR EQUAL 2 AND NOT MJENV_LOADER AND NOT MJENV_ARCH MATCHES "x86-64-v[34]")
+if(MJENV_ARCH MATCHES "x86-64-v[34]")
+elseif(MJENV_ENGINE_MAJOR EQUAL 4 AND CMAKE_SYSTEM_NAME STREQUAL Linux AND CMAKE_SYSTEM_PROCESSOR STREQUAL x86_64)
+  set(MJENV_LANES ${of_x86})
+  set(others aarch64 ${of_aarch64})
+elseif(MJENV_ENGINE_MAJOR EQUAL 2 AND NOT MJENV_LOADER)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
     set(MJENV_LANES ${of_x86})
     set(others aarch64 ${of_aarch64})
@@ -25,7 +29,7 @@ if(MJENV_LANES)
 else()
   list(APPEND core_sources ${none})
   if(NOT MJENV_ENGINE_MAJOR EQUAL 2)
-    set(why "lanes follow MuJoCo 2.2.2, and this library computes with another version")
+    set(why "lanes follow MuJoCo 4.0 on x86-64 Linux")
   elseif(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|aarch64|arm64)$")
     set(why "lanes are for x86-64 and aarch64, and this library is for ${CMAKE_SYSTEM_PROCESSOR}")
   elseif(MJENV_LOADER)

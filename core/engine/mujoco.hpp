@@ -1,6 +1,6 @@
 // Includes MuJoCo's headers, and hides the differences between the supported versions of MuJoCo: mujoco2.hpp (2.2.2)
-// and mujoco4.hpp (4.0) define the same names. Which version is compiled is tested only here and in task/registry.cpp,
-// which lists Pusher-v4 on MuJoCo 2 alone.
+// and mujoco4.hpp (4.0) define the same names. Which version is compiled is tested only here, in lanes/frame/version.hpp
+// and version_code.hpp, and in task/registry.cpp, which lists Pusher-v4 on MuJoCo 2 alone.
 #pragma once
 
 #include <mujoco/mjxmacro.h>

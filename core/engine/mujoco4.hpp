@@ -24,8 +24,11 @@
 // MuJoCo exports this function for its own language bindings. It sets a handler for one thread only.
 // NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
 extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
+// MuJoCo exports this one, too.
+extern "C" void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum* vec, int rows, const int* rownnz,
+                                    const int* rowadr, const int* colind, const int* rowsuper);
 
-// All functions of MuJoCo that the core calls.
+// All functions of MuJoCo that the core calls, and the callbacks that it looks at.
 // clang-format off
 #define MJENV_MUJOCO_FUNCTIONS(X) \
   X(mj_version) X(mj_versionString) X(mj_defaultVFS) X(mj_deleteVFS) X(mj_mountVFS) X(mj_loadXML) \
@@ -35,7 +38,13 @@ extern "C" mjfLogHandler _mjPRIVATE_setTlsLogHandler(mjfLogHandler);
   X(mj_getState) X(mj_setState) X(mju_mulQuat) X(mju_free) X(mjv_defaultCamera) X(mjv_moveCamera) \
   X(mjv_defaultPerturb) X(mjv_defaultOption) X(mjv_defaultScene) X(mjv_makeScene) X(mjv_freeScene) \
   X(mjv_updateScene) X(mjr_defaultContext) X(mjr_makeContext) X(mjr_freeContext) X(mjr_uploadHField) \
-  X(mjr_uploadTexture) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler)
+  X(mjr_uploadTexture) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler) \
+  X(mj_kinematics) X(mj_comPos) X(mj_makeM) X(mj_factorM) X(mj_comVel) X(mj_rne) X(mj_tendon) X(mj_collision) \
+  X(mj_makeConstraint) X(mj_island) X(mj_projectConstraint) X(mj_transmission) X(mj_energyPos) X(mj_energyVel) \
+  X(mju_mulMatVecSparse) X(mj_passive) X(mj_referenceConstraint) X(mj_fwdActuation) X(mj_fwdAcceleration) \
+  X(mj_fwdConstraint) X(mj_Euler) X(mj_RungeKutta) X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) \
+  X(mjcb_passive) X(mjcb_control) X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) \
+  X(mjcb_act_bias)
 // clang-format on
 
 namespace mjenv::core {

@@ -42,12 +42,15 @@ int main(int argc, char** argv) {
   if (topic == "search") return run_search();
   if (topic == "stages") return run_stages();
 #endif
+#ifdef TWINS
+  if (topic == "twins") return run_twins();
+#endif
   if (topic == "levers") return run_levers();
   if (topic == "numpy") return run_numpy();
   if (topic == "worker") return run_worker();
   std::fputs(
       "usage: test_core TOPIC [TESTS], where TOPIC is chars, collisions, cpus, failures, forces, forks, implicit,\n"
-      "       info, lanes, few-lanes, levers, numpy, rays, search, stages or worker\n"
+      "       info, lanes, few-lanes, levers, numpy, rays, search, stages, twins or worker\n"
       "       test_core random-models [FIRST COUNT | print SEED]\n",
       stderr);
   return 2;

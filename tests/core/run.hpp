@@ -30,4 +30,5 @@ int run_random_models(int argc, char** argv);
 int run_rays();
 int run_search();
 int run_stages();
+int run_twins();
 int run_worker();

@@ -13,7 +13,7 @@ const double* first(const double (&numbers)[count]) {
   return numbers;
 }
 
-bool is_moderate(const mjtNum* numbers, int count) {
+bool is_moderate(const mjtNum* numbers, std::ptrdiff_t count) {
   return std::all_of(numbers, numbers + count, [](mjtNum x) { return std::fabs(x) <= mjMAXVAL; });
 }
 
@@ -35,7 +35,7 @@ LaneArrays::LaneArrays(const mjModel& m, unsigned by_rows) : m_(m) {
   MJENV_LANES_RESULTS(MJENV_ARRAY)
 #undef MJENV_ARRAY
 #define MJENV_ARRAY(name, count, limit) \
-  own_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, count});
+  own_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, static_cast<int>(count)});
   MJENV_LANES_OWN(MJENV_ARRAY)
 #undef MJENV_ARRAY
 #define MJENV_ARRAY(name, count, limit) \
@@ -43,14 +43,16 @@ LaneArrays::LaneArrays(const mjModel& m, unsigned by_rows) : m_(m) {
   MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
 #undef MJENV_ARRAY
 #define MJENV_ARRAY(name, count, limit) \
-  frames_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, count});
+  frames_.push_back(                    \
+      {&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, static_cast<int>(count)});
   MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)
 #undef MJENV_ARRAY
 #define MJENV_ARRAY(name, count, limit) \
   flags_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtByte* { return of.name; }, count});
   MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
 #undef MJENV_ARRAY
-#define MJENV_ARRAY(name, count, writers, readers) add_of_data({&Lanes::name, &mjData::name, count}, writers, readers);
+#define MJENV_ARRAY(name, count, writers, readers) \
+  add_of_data({&Lanes::name, &mjData::name, static_cast<int>(count)}, writers, readers);
   MJENV_LANES_DATA(MJENV_ARRAY)
 #undef MJENV_ARRAY
   for (const auto* list : {&own_, &frames_})

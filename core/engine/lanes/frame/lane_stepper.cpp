@@ -11,10 +11,11 @@ std::size_t index_of(Party party) { return static_cast<std::size_t>(__builtin_ct
 // Whether MuJoCo's functions compute the whole stage row by row, where the table says so.
 bool is_by_rows(const Stage& stage, const Model& model) { return stage.compute && !stage.obstacle(model).empty(); }
 
+// The stages that only this model's features keep out of lanes. What other stages write row by row, lanes may change again.
 unsigned parties_by_rows(const Model& model) {
   unsigned parties = 0;
   for (const Stage& stage : stages())
-    if (is_by_rows(stage, model)) parties |= stage.party;
+    if (is_by_rows(stage, model) && !stage.functions.empty()) parties |= stage.party;
   return parties;
 }
 
@@ -176,11 +177,10 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
 
 std::vector<int> widths() {
   std::vector<int> found;
+  if (!absence().empty()) return found;
   for (const Code* code : codes()) found.push_back(code->width);
   return found;
 }
-
-std::string absence() { return ""; }
 
 int best_width(const Model& model, std::int64_t rows, int most) {
   int best = 0;

@@ -1,4 +1,4 @@
-// Compiled instead of the lane code where there is none: lane code exists only for MuJoCo 2.2.2 on x86-64 and aarch64.
+// Compiled instead of the lane code where there is none (cmake/lanes.cmake).
 // MJENV_NO_LANES is the reason as a text.
 #include "engine/lanes/frame/stepper.hpp"
 
@@ -7,6 +7,8 @@ namespace mjenv::core::lanes {
 std::vector<int> widths() { return {}; }
 
 std::string absence() { return MJENV_NO_LANES; }
+
+std::string why_not_by_default() { return ""; }
 
 std::string obstacle(const Model& /*model*/) { return absence(); }
 

@@ -1,7 +1,13 @@
 // Defines the functions of one instruction set, of the version of MuJoCo for which the library is compiled.
 #pragma once
 
+#include "engine/lanes/frame/version.hpp"
+
+#if mjVERSION_HEADER == 222
 #include "engine/lanes/mujoco2/code.hpp"
+#else
+#include "engine/lanes/mujoco4/smooth.hpp"
+#endif
 
 namespace mjenv::core::lanes {
 namespace {

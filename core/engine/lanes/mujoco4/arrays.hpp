@@ -1,0 +1,118 @@
+// The arrays of Lanes, each once, as in mujoco2/arrays.hpp.
+#pragma once
+
+namespace mjenv::core::lanes {
+
+// Those who read and write the mjData of rows: MuJoCo's functions, row by row, and whoever sees the rows between steps.
+enum Party : unsigned {
+  kNobody = 0,
+  kState = 1 << 0,          // a step reads a row's state, and leaves the new one; callbacks see it before each mj_step
+  kCallback = 1 << 1,       // a task's before_substep
+  kForces = 1 << 2,         // the same, and rows with forces of their own
+  kShown = 1 << 3,          // whoever reads mjData after a step; these three read the same
+  kWhole = 1 << 4,          //
+  kBetweenBodies = 1 << 5,  //
+  kPlaces = 1 << 6,         // mj_kinematics and mj_comPos
+  kInertia = 1 << 7,        // mj_makeM and mj_factorM
+  kVelocities = 1 << 8,     // mj_comVel and mj_rne
+  kMiddle = 1 << 9,         // from mj_camlight to mj_fwdActuation
+  kAcceleration = 1 << 10,  // mj_fwdAcceleration
+  kConstraints = 1 << 11,   // mj_fwdConstraint
+  kIntegration = 1 << 12,   // the integrator
+  kFactor = 1 << 13,        // whoever reads the matrix that mj_Euler factorises
+  kMean = 1 << 14,          // whoever reads the mean acceleration that mj_RungeKutta leaves
+};
+constexpr int kParties = 15;
+
+// ARRAY(name in mjData, its count in a model m, who writes it there beside lanes, who reads it there)
+#define MJENV_LANES_DATA(ARRAY)                                             \
+  ARRAY(qpos, m.nq, kState | kIntegration, kState | kPlaces | kMiddle)      \
+  ARRAY(qvel, m.nv, kState | kIntegration, kState | kVelocities | kMiddle)  \
+  ARRAY(act, m.na, kState | kIntegration, kState)                           \
+  ARRAY(mocap_pos, 3 * m.nmocap, kState, kNobody)                           \
+  ARRAY(mocap_quat, 4 * m.nmocap, kState, kNobody)                          \
+  ARRAY(qacc_warmstart, m.nv, kState | kIntegration, kState | kConstraints) \
+  ARRAY(ctrl, m.nu, kState | kCallback, kNobody)                            \
+  ARRAY(qfrc_applied, m.nv, kForces, kNobody)                               \
+  ARRAY(xfrc_applied, 6 * m.nbody, kForces, kNobody)                        \
+  ARRAY(xpos, 3 * m.nbody, kPlaces, kMiddle)                                \
+  ARRAY(xquat, 4 * m.nbody, kPlaces, kMiddle)                               \
+  ARRAY(xmat, 9 * m.nbody, kPlaces, kMiddle)                                \
+  ARRAY(xipos, 3 * m.nbody, kPlaces, kMiddle)                               \
+  ARRAY(xiquat, 4 * m.nbody, kPlaces, kMiddle)                              \
+  ARRAY(ximat, 9 * m.nbody, kPlaces, kMiddle)                               \
+  ARRAY(xanchor, 3 * m.njnt, kPlaces, kMiddle)                              \
+  ARRAY(xaxis, 3 * m.njnt, kPlaces, kMiddle)                                \
+  ARRAY(geom_xpos, 3 * m.ngeom, kPlaces, kMiddle)                           \
+  ARRAY(geom_xquat, 4 * m.ngeom, kPlaces, kMiddle)                          \
+  ARRAY(geom_xmat, 9 * m.ngeom, kPlaces, kMiddle)                           \
+  ARRAY(site_xpos, 3 * m.nsite, kPlaces, kMiddle)                           \
+  ARRAY(site_xquat, 4 * m.nsite, kPlaces, kMiddle)                          \
+  ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle)                           \
+  ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle)                         \
+  ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle)                                   \
+  ARRAY(cinert, 10 * m.nbody, kPlaces, kMiddle)                             \
+  ARRAY(crb, 10 * m.nbody, kInertia, kMiddle)                               \
+  ARRAY(M, m.nC, kInertia, kMiddle)                                         \
+  ARRAY(qLD, m.nC, kInertia, kMiddle)                                       \
+  ARRAY(qLDiagInv, m.nv, kInertia, kMiddle)                                 \
+  ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle)                            \
+  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kMiddle)                           \
+  ARRAY(qfrc_bias, m.nv, kVelocities, kMiddle)                              \
+  ARRAY(qfrc_passive, m.nv, kMiddle, kNobody)                               \
+  ARRAY(qfrc_actuator, m.nv, kMiddle, kNobody)                              \
+  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints)                     \
+  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints)                     \
+  ARRAY(qacc, m.nv, kConstraints, kMean)                                    \
+  ARRAY(qfrc_constraint, m.nv, kConstraints, kNobody)                       \
+  ARRAY(qH, m.nC, kNobody, kFactor)                                         \
+  ARRAY(qHDiagInv, m.nv, kNobody, kFactor)
+
+// ARRAY(name, count): results that lanes keep for themselves: angles of hinges with their sines and cosines; what MuJoCo
+// keeps on its stack, cacc and cfrc_body of mj_rne, qacc of mj_Euler, X, F and dX of mj_RungeKutta; and for each body
+// 1 / (mass of its subtree), or 0 if that mass is too small.
+#define MJENV_LANES_RESULTS(ARRAY)  \
+  ARRAY(angle, m.njnt)              \
+  ARRAY(sine, m.njnt)               \
+  ARRAY(cosine, m.njnt)             \
+  ARRAY(rne_cacc, 6 * m.nbody)      \
+  ARRAY(rne_cfrc_body, 6 * m.nbody) \
+  ARRAY(qacc_integrated, m.nv)      \
+  ARRAY(X_qpos, m.nq)               \
+  ARRAY(X_qvel, 4 * m.nv)           \
+  ARRAY(F, 4 * m.nv)                \
+  ARRAY(dX, 2 * m.nv)               \
+  ARRAY(com_scale, m.nbody)
+
+// ARRAY(name in mjModel, count, limit): numbers that rows may have of their own, as in mujoco2/arrays.hpp.
+enum Limit { kUnlimited, kModerate };
+#define MJENV_LANES_OWN(ARRAY)                \
+  ARRAY(body_mass, m.nbody, kModerate)        \
+  ARRAY(body_subtreemass, m.nbody, kModerate) \
+  ARRAY(body_inertia, 3 * m.nbody, kModerate) \
+  ARRAY(body_ipos, 3 * m.nbody, kModerate)    \
+  ARRAY(dof_armature, m.nv, kModerate)        \
+  ARRAY(dof_damping, m.nv, kModerate)         \
+  ARRAY(dof_M0, m.nv, kModerate)
+
+// The same, of which the lanes hold those of all rows or, if no row has its own, none (Lanes::has_own_frames).
+#define MJENV_LANES_OWN_FRAMES(ARRAY)       \
+  ARRAY(body_pos, 3 * m.nbody, kModerate)   \
+  ARRAY(body_quat, 4 * m.nbody, kModerate)  \
+  ARRAY(body_iquat, 4 * m.nbody, kModerate) \
+  ARRAY(jnt_pos, 3 * m.njnt, kModerate)     \
+  ARRAY(jnt_axis, 3 * m.njnt, kModerate)    \
+  ARRAY(qpos0, m.nq, kModerate)             \
+  ARRAY(geom_pos, 3 * m.ngeom, kModerate)   \
+  ARRAY(geom_quat, 4 * m.ngeom, kModerate)  \
+  ARRAY(site_pos, 3 * m.nsite, kModerate)   \
+  ARRAY(site_quat, 4 * m.nsite, kModerate)
+
+// The same, of mjOption.
+#define MJENV_LANES_OWN_OPTIONS(ARRAY) \
+  ARRAY(timestep, 1, kModerate)        \
+  ARRAY(gravity, 3, kModerate)
+
+#define MJENV_LANES_OWN_FLAGS(ARRAY)
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,45 @@
+// What the lane code for MuJoCo 4.0 computes with: the arrays of several rows side by side, and its functions.
+#pragma once
+
+#include <mujoco/mjmodel.h>
+
+#include "engine/lanes/frame/lanes_base.hpp"
+#include "engine/lanes/frame/width.hpp"
+#include "engine/lanes/mujoco4/arrays.hpp"
+
+namespace mjenv::core::lanes {
+
+// The numbers of several rows side by side. Each array has the name of the array of mjData or mjModel that it holds.
+// Number i of lane l is at [i * width + l].
+struct Lanes : LanesBase {
+#define MJENV_ARRAY(name, ...) double* name;
+  MJENV_LANES_DATA(MJENV_ARRAY)
+  MJENV_LANES_RESULTS(MJENV_ARRAY)
+  MJENV_LANES_OWN(MJENV_ARRAY)
+  MJENV_LANES_OWN_OPTIONS(MJENV_ARRAY)
+  MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
+  MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)  // filled only if has_own_frames
+#undef MJENV_ARRAY
+  bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
+  unsigned damped;          // the lanes, as bits, in which mj_Euler integrates the damping of a dof implicitly
+};
+
+// Lists the functions of an instruction set: result, name and parameters. Those that repeat a function of MuJoCo 4.0
+// are named after it.
+#define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                     \
+  /* Call this when numbers of mjModel have changed. Computes what depends on them alone. */                \
+  FUNCTION(void, adopt, (Lanes&))                                                                           \
+  FUNCTION(void, kinematics, (Lanes&))                                                                      \
+  FUNCTION(void, comPos, (Lanes&))                                                                          \
+  FUNCTION(void, crb, (Lanes&))                                                                             \
+  FUNCTION(void, factorM, (Lanes&))                                                                         \
+  FUNCTION(void, comVel, (Lanes&))                                                                          \
+  FUNCTION(void, rne, (Lanes&))                                                                             \
+  FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \
+  FUNCTION(void, Euler, (Lanes&))                                                                           \
+  /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \
+  FUNCTION(void, RungeKutta, (Lanes&, int stage))
+
+}  // namespace mjenv::core::lanes
+
+#include "engine/lanes/frame/code.hpp"

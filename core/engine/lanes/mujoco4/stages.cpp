@@ -1,0 +1,210 @@
+// Which stages of a step, and which models, the lane code for MuJoCo 4.0 computes.
+#include "engine/lanes/frame/stages.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "engine/lanes/frame/lane_arrays.hpp"
+#include "engine/lanes/frame/stepper.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+std::string text_if(bool condition, const char* text) { return condition ? text : ""; }
+
+template <typename Number>
+bool any(const Number* numbers, mjtSize count, Number usual) {
+  return std::any_of(numbers, numbers + count, [&](Number number) { return number != usual; });
+}
+
+// ---- Obstacles ----
+
+std::string no_joints(const Model& model) { return text_if(model.get()->nv == 0, "no joints"); }
+
+std::string comparison(const Model& model) {
+  return text_if(model.get()->opt.enableflags & mjENBL_FWDINV,
+                 "the comparison of forward and inverse dynamics (opt.enableflags)");
+}
+
+std::string integrators(const Model& model) {
+  const int integrator = model.get()->opt.integrator;
+  return text_if(integrator != mjINT_EULER && integrator != mjINT_RK4, "an integrator other than Euler and RK4");
+}
+
+std::string flexes(const Model& model) { return text_if(model.get()->nflex > 0, "flexes"); }
+std::string mocap(const Model& model) { return text_if(model.get()->nmocap > 0, "mocap bodies"); }
+std::string histories(const Model& model) { return text_if(model.get()->nhistory > 0, "delays or histories"); }
+
+std::string inertia(const Model& model) {
+  const mjModel& m = *model.get();
+  return text_if(any(m.jnt_actuatorid, m.njnt, -1) || any(m.tendon_armature, m.ntendon, 0.0) ||
+                     any(m.tendon_actuatorid, m.ntendon, -1),
+                 "actuators or tendons with inertia or damping");
+}
+
+std::string damping(const Model& model) {
+  const mjModel& m = *model.get();
+  return text_if(any(m.dof_dampingpoly, m.nv * mjNPOLY, 0.0), "damping that is not linear");
+}
+
+// All but mjcb_time, which has no access to mjData. The Python package mujoco sets it.
+std::string callbacks(const Model& /*model*/) {
+  return text_if(*mjcb_passive || *mjcb_control || *mjcb_contactfilter || *mjcb_sensor || *mjcb_act_dyn ||
+                     *mjcb_act_gain || *mjcb_act_bias,
+                 "the process's MuJoCo callbacks");
+}
+
+std::string excess(const Model& model) {
+  const std::string array = excessive_array(*model.get());
+  return array.empty() ? "" : "a number in " + array + " that is not finite or whose absolute value is above 1e10";
+}
+
+// ---- Stages, row by row ----
+
+bool always(const Model& /*model*/) { return true; }
+std::string never(const Model& /*model*/) { return ""; }
+std::string unwritten(const Model& /*model*/) { return "not written yet"; }
+
+void compute_places(Work& work, const mjModel& /*m*/, mjData& d) {
+  mj_kinematics(&work.stepped(), &d);
+  mj_comPos(&work.stepped(), &d);
+}
+
+void compute_inertia(Work& work, const mjModel& /*m*/, mjData& d) {
+  mj_makeM(&work.stepped(), &d);
+  mj_factorM(&work.stepped(), &d);
+}
+
+void compute_velocities(Work& work, const mjModel& /*m*/, mjData& d) {
+  mj_comVel(&work.stepped(), &d);
+  mj_rne(&work.stepped(), &d, 0, d.qfrc_bias);
+}
+
+// What mj_forward computes between the velocities and the accelerations, in its order.
+void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
+  const mjModel& m = work.stepped();
+  d.flg_energypos = d.flg_subtreevel = d.flg_energyvel = false;
+  mj_camlight(&m, &d);
+  mj_tendon(&m, &d);
+  mj_collision(&m, &d);
+  mj_makeConstraint(&m, &d);
+  mj_island(&m, &d);
+  mj_projectConstraint(&m, &d);
+  mj_transmission(&m, &d);
+  if (m.opt.enableflags & mjENBL_ENERGY)
+    mj_energyPos(&m, &d);
+  else
+    d.energy[0] = d.energy[1] = 0;
+  mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.ten_J_rownnz, m.ten_J_rowadr, m.ten_J_colind,
+                      nullptr);
+  if (m.opt.disableflags & mjDSBL_ACTUATION)
+    std::fill_n(d.actuator_velocity, m.nout, 0.0);
+  else
+    mju_mulMatVecSparse(d.actuator_velocity, d.actuator_moment, d.qvel, m.nout, d.moment_rownnz, d.moment_rowadr,
+                        d.moment_colind, nullptr);
+  mj_passive(&m, &d);
+  mj_referenceConstraint(&m, &d);
+  if (m.opt.enableflags & mjENBL_ENERGY) mj_energyVel(&m, &d);
+  mj_fwdActuation(&m, &d);
+}
+
+void compute_acceleration(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdAcceleration(&work.stepped(), &d); }
+void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdConstraint(&work.stepped(), &d); }
+
+std::string activations(const Model& model) { return text_if(model.get()->na > 0, "states of actuators"); }
+
+}  // namespace
+
+std::string absence() {
+  if (!mujoco_is_open()) return "";
+  const std::string version = mj_versionString();
+  return version == "4.0.0" || version == "4.0.1"
+             ? ""
+             : "lanes follow MuJoCo 4.0.0 and 4.0.1, and its library is " + version;
+}
+
+std::string why_not_by_default() {
+  return "on MuJoCo 4.0, \"auto\" means no lanes: they do not compute most of a step yet";
+}
+
+const std::vector<Obstacle>& obstacles() {
+  static const std::vector<Obstacle> list{
+      {"no joints", "nothing moves", no_joints},
+      {"`fwdinv`", "it reads and writes nearly all of mjData", comparison},
+      {"integrators other than Euler and RK4", "not written yet", integrators},
+      {"flexes", "not written yet", flexes},
+      {"mocap bodies", "not written yet", mocap},
+      {"delays and histories of actuators and sensors", "their samples lie in mjData", histories},
+      {"actuators or tendons with inertia or damping", "not written yet", inertia},
+      {"damping that is not linear", "not written yet", damping},
+      {"MuJoCo's callbacks in the process, except `mjcb_time`", "they may read and write all of mjData", callbacks},
+      {"numbers of the model that are not finite or whose absolute value is above 1e10",
+       "computations with such numbers may overflow", excess}};
+  return list;
+}
+
+#define MJENV_FUNCTION(name) \
+  { #name }
+#define MJENV_COMPUTE(name) \
+  { #name, &Code::name }
+
+const std::vector<Stage>& stages() {
+  static const std::vector<Stage> list{
+      {"kinematics, centres of mass",
+       "all joints",
+       "",
+       {MJENV_FUNCTION(adopt), MJENV_COMPUTE(kinematics), MJENV_COMPUTE(comPos)},
+       always,
+       never,
+       never,
+       compute_places,
+       kPlaces},
+      {"inertia",
+       "all",
+       "",
+       {MJENV_COMPUTE(crb), MJENV_COMPUTE(factorM)},
+       always,
+       never,
+       never,
+       compute_inertia,
+       kInertia},
+      {"velocities, bias forces",
+       "all",
+       "",
+       {MJENV_COMPUTE(comVel), MJENV_COMPUTE(rne)},
+       always,
+       never,
+       never,
+       compute_velocities,
+       kVelocities},
+      {"tendons, contacts, constraints, actuators, passive forces",
+       "",
+       "all",
+       {},
+       always,
+       unwritten,
+       never,
+       compute_middle,
+       kMiddle},
+      {"accelerations without constraints",
+       "without forces in `qfrc_applied` and `xfrc_applied`",
+       "rows with such forces are stepped alone",
+       {MJENV_COMPUTE(fwdAcceleration)},
+       always,
+       never,
+       never,
+       compute_acceleration,
+       kAcceleration},
+      {"solver", "", "all", {}, always, unwritten, never, compute_constraints, kConstraints},
+      {"integration",
+       "Euler and RK4",
+       "all, if actuators have states",
+       {MJENV_FUNCTION(Euler), MJENV_FUNCTION(RungeKutta)},
+       always,
+       activations,
+       never},
+      {"sensors", "", "all", {}, [](const Model& model) { return model.get()->nsensor > 0; }, unwritten, never}};
+  return list;
+}
+
+}  // namespace mjenv::core::lanes

@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "engine/lanes/frame/lane_stepper.hpp"
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+bool has_negative_zero(const double* numbers, int count) {
+  return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
+}
+
+class MujocoStepper final : public LaneStepper {
+ public:
+  MujocoStepper(const Model& model, const Code& code)
+      : LaneStepper(model, code), is_by_rows_(m_.na > 0), is_RungeKutta_(m_.opt.integrator == mjINT_RK4) {}
+
+ private:
+  const bool is_by_rows_, is_RungeKutta_;  // how a step is integrated
+
+  void adopt() override;
+  bool is_unlike(const mjModel& m) const override;
+  void advance(bool is_last) override;
+  Left finish() override;
+  void evaluate();
+  void sense(bool is_last);
+  void integrate();
+  void integrate_by_rows();
+};
+
+void MujocoStepper::adopt() {
+  const int count = 3 * static_cast<int>(m_.njnt);
+  lanes_.has_negative_zeros = lanes_.has_own_frames
+                                  ? has_negative_zero(lanes_.jnt_axis, count * code_.width) ||
+                                        has_negative_zero(lanes_.jnt_pos, count * code_.width)
+                                  : has_negative_zero(m_.jnt_axis, count) || has_negative_zero(m_.jnt_pos, count);
+  code_.adopt(lanes_);
+}
+
+// Whether lanes, which read flags of the shared model, compute something else than MuJoCo does for a row's model.
+bool MujocoStepper::is_unlike(const mjModel& m) const {
+  const auto differs = [&](const auto* own, const auto* shared, mjtSize count) {
+    return own != shared && !std::equal(own, own + count, shared);
+  };
+  return differs(m.body_sameframe, m_.body_sameframe, m.nbody) ||
+         differs(m.geom_sameframe, m_.geom_sameframe, m.ngeom) ||
+         differs(m.site_sameframe, m_.site_sameframe, m.nsite) || differs(m.dof_simplenum, m_.dof_simplenum, m.nv) ||
+         differs(m.dof_dampingpoly, m_.dof_dampingpoly, m.nv * mjNPOLY) ||
+         differs(m.tendon_armature, m_.tendon_armature, m.ntendon) || m.opt.disableflags != m_.opt.disableflags ||
+         m.opt.enableflags != m_.opt.enableflags || m.opt.integrator != m_.opt.integrator;
+}
+
+void MujocoStepper::advance(bool is_last) {
+  if (lanes_.has_forces) lanes_.left_to_mujoco = ~0U;
+  evaluate();
+  if (live() == 0) return;
+  sense(is_last);
+  if (is_by_rows_)
+    integrate_by_rows();
+  else
+    integrate();
+}
+
+// mj_forward without sensors. The order differs from MuJoCo's where that does not change the results.
+void MujocoStepper::evaluate() {
+  if (live() == 0) return;
+  compute();
+  leave_bad(lanes_.qacc_smooth, m_.nv);
+  leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
+}
+
+void MujocoStepper::sense(bool is_last) {
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
+    const mjModel& m = works_[row]->stepped();
+    d.flg_rnepost = false;
+    if (!is_last) return;
+    mj_sensorPos(&m, &d);
+    mj_sensorVel(&m, &d);
+    mj_sensorAcc(&m, &d);
+  });
+}
+
+void MujocoStepper::integrate() {
+  if (!is_RungeKutta_) return code_.Euler(lanes_);
+  for (int stage = 1; stage < 4; ++stage) {
+    code_.RungeKutta(lanes_, stage);
+    leave_bad(lanes_.qpos, m_.nq);
+    leave_bad(lanes_.qvel, m_.nv);
+    evaluate();
+    if (live() == 0) return;
+  }
+  code_.RungeKutta(lanes_, 4);
+}
+
+// `step` advances the time.
+void MujocoStepper::integrate_by_rows() {
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
+    const mjtNum time = d.time;
+    if (is_RungeKutta_)
+      mj_RungeKutta(&works_[row]->stepped(), &d, 4);
+    else
+      mj_Euler(&works_[row]->stepped(), &d);
+    d.time = time;
+  });
+  gather(kIntegration);
+}
+
+MujocoStepper::Left MujocoStepper::finish() {
+  if (!is_by_rows_ && is_RungeKutta_) scatter(kMean);
+  if (!is_by_rows_ && !is_RungeKutta_ && lanes_.damped != 0) scatter(kFactor, lanes_.damped);
+  return {true, false, false};
+}
+
+}  // namespace
+
+std::size_t more_bytes(const mjModel& /*m*/, int /*width*/) { return 0; }
+
+std::unique_ptr<Stepper> make_stepper(const Model& model, const Code& code) {
+  return std::make_unique<MujocoStepper>(model, code);
+}
+
+}  // namespace mjenv::core::lanes

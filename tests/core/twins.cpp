@@ -1,0 +1,241 @@
+// Each stage of the lanes for MuJoCo 4.0 computes the bits of the opened library's own functions, from the library's own
+// inputs; and so do whole steps.
+#include "engine/mujoco.hpp"  // before cmocka's macro fail
+#include "error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+// After the headers that it needs; it does not say itself that it is C.
+extern "C" {
+#include <cmocka.h>
+}
+
+#include "engine/lanes/frame/lane_arrays.hpp"
+#include "engine/lanes/frame/stages.hpp"
+#include "engine/lanes/frame/stepper.hpp"
+#include "engine/model.hpp"
+#include "engine/work.hpp"
+#include "noise.hpp"
+#include "run.hpp"
+
+namespace mjenv::core {
+namespace {
+
+constexpr int kRounds = 12;  // with each number of lanes
+
+const char* const kRobots[] = {"ant.xml",
+                               "half_cheetah.xml",
+                               "hopper.xml",
+                               "humanoid.xml",
+                               "humanoidstandup.xml",
+                               "inverted_double_pendulum.xml",
+                               "inverted_pendulum.xml",
+                               "pusher_v5.xml",
+                               "reacher.xml",
+                               "swimmer.xml",
+                               "walker2d_v5.xml"};
+
+// All joints, two of them in one body, a body whose frame has negative zeros, all kinds of frames, and a long tree.
+constexpr const char* kOdd = R"(<mujoco><option integrator='RK4'/><worldbody><geom type='plane' size='9 9 1'/>
+    <body pos='0 0 2'><freejoint/><geom size='0.1'/><site name='s' pos='0.1 0 0' euler='10 20 30'/>
+    <body pos='0.3 -0 0' euler='30 0 -0'><joint type='ball' pos='0 0.1 -0'/><geom type='box' size='0.1 0.2 0.3' pos='0.1 0 0'/>
+    <body pos='0.3 0 0'><joint axis='0 1 0'/><joint axis='1 -0 0' pos='0.1 0 0'/><joint type='slide' axis='0 0 1'/>
+    <geom type='capsule' size='0.05' fromto='0 0 0 0.2 0.1 0'/><geom size='0.02' pos='-0.1 0 0' euler='0 45 0'/>
+    <body pos='0.2 0.1 0'><joint axis='1 1 1'/><geom size='0.05' pos='0.1 0 0'/></body></body></body></body>
+    <body pos='0 1 1'><joint axis='0 1 0' damping='0.3'/><geom size='0.1' pos='0.2 0 0'/></body>
+    </worldbody></mujoco>)";
+
+using Named = std::pair<std::string, std::shared_ptr<const Model>>;
+
+std::vector<Named> models() {
+  std::vector<Named> found;
+  for (const char* name : kRobots) found.emplace_back(name, Model::open(name));
+  found.emplace_back("odd", Model::parse("odd", kOdd));
+  std::string euler = kOdd;
+  euler.replace(euler.find("RK4"), 3, "Euler");
+  found.emplace_back("odd with Euler", Model::parse("odd", euler));
+  return found;
+}
+
+// A state in which joints move, sometimes so fast that they turn more than once in a timestep, and some are exactly where the
+// model has them. Contacts occur in some states.
+void set_random(const mjModel& m, Work& work, Noise& noise) {
+  work.clear();
+  mjData& d = *work.data();
+  const double spread = noise.below(4) == 0 ? 0.0 : noise.below(2) ? 0.1 : 1.0;
+  const double speed = noise.below(6) == 0 ? 3000 : 3;
+  for (int i = 0; i < m.nq; ++i) d.qpos[i] = m.qpos0[i] + spread * noise();
+  for (int i = 0; i < m.nv; ++i) d.qvel[i] = noise.below(5) == 0 ? noise.odd() : speed * spread * noise();
+  for (int i = 0; i < m.nu; ++i) d.ctrl[i] = noise();
+}
+
+// The arrays of lanes, and those of the rows' mjData.
+class Twins : public lanes::LaneArrays {
+ public:
+  Twins(const std::shared_ptr<const Model>& model, const lanes::Code& code)
+      : LaneArrays(*model->stepped()), code_(code), memory_(lanes_, code.width, counts_) {
+    for (int row = 0; row < code.width; ++row) works_.push_back(std::make_unique<Work>(model));
+    lanes_.model = &m_;
+    lanes_.has_negative_zeros = true;
+    std::fill_n(lanes_.xquat, code.width, 1.0);
+    for (double* matrix : {lanes_.xmat, lanes_.ximat})
+      for (const int i : {0, 4, 8}) std::fill_n(matrix + i * code.width, code.width, 1.0);
+    for (const auto& own : own_) {
+      std::array<const double*, lanes::kMaxWidth> from{};
+      from.fill(own.of(m_));
+      code.gather(lanes_.*own.numbers, from.data(), own.count);
+    }
+    code.adopt(lanes_);
+  }
+
+  // Says which array a stage computes in another way than MuJoCo, "" if none.
+  std::string compare(Noise& noise) {
+    for (const auto& work : works_) set_random(m_, *work, noise);
+    gather(lanes::kState);
+    for (const lanes::Stage& stage : lanes::stages()) {
+      if (!stage.compute) continue;
+      for (const lanes::Function& function : stage.functions)
+        if (function.compute) (code_.*function.compute)(lanes_);
+      for (const auto& work : works_) stage.compute(*work, m_, *work->data());
+      if (!stage.functions.empty())
+        if (const std::string found = difference(stage.party); !found.empty())
+          return std::string(stage.name) + ": " + found;
+      gather(stage.party);
+    }
+    return m_.opt.integrator == mjINT_EULER && m_.na == 0 ? compare_Euler() : "";
+  }
+
+ private:
+  const lanes::Code& code_;
+  lanes::Lanes lanes_{};
+  lanes::Memory<lanes::Lanes> memory_;
+  std::vector<std::unique_ptr<Work>> works_;
+
+  static std::size_t index(unsigned party) { return static_cast<std::size_t>(__builtin_ctz(party)); }
+
+  void gather(unsigned party) {
+    for (const lanes::LaneArray& array : written_[index(party)])
+      for (int lane = 0; lane < code_.width; ++lane)
+        for (int i = 0; i < array.count; ++i)
+          (lanes_.*array.numbers)[i * code_.width + lane] =
+              (works_[static_cast<std::size_t>(lane)]->data()->*array.data)[i];
+  }
+
+  bool differs(const lanes::LaneArray& array, int lane) const {
+    const mjtNum* const wanted = works_[static_cast<std::size_t>(lane)]->data()->*array.data;
+    for (int i = 0; i < array.count; ++i)
+      if (std::memcmp(&wanted[i], &(lanes_.*array.numbers)[i * code_.width + lane], sizeof(double))) return true;
+    return false;
+  }
+
+  std::string difference(unsigned party) const {
+    for (const lanes::LaneArray& array : written_[index(party)])
+      for (int lane = 0; lane < code_.width; ++lane)
+        if (differs(array, lane)) return name_of(array);
+    return "";
+  }
+
+  static std::string name_of(const lanes::LaneArray& array) {
+#define MJENV_ARRAY(name, count, writers, readers) \
+  if (array.data == &mjData::name) return #name;
+    MJENV_LANES_DATA(MJENV_ARRAY)
+#undef MJENV_ARRAY
+    return "?";
+  }
+
+  std::string compare_Euler() {
+    code_.Euler(lanes_);
+    for (const auto& work : works_) mj_Euler(&m_, work->data());
+    if (std::string found = difference(lanes::kIntegration); !found.empty()) return "Euler: " + found;
+    for (const lanes::LaneArray& array : read_[index(lanes::kFactor)])
+      for (int lane = 0; lane < code_.width && lanes_.damped != 0; ++lane)
+        if (differs(array, lane)) return "Euler: " + name_of(array);
+    return "";
+  }
+};
+
+void test_stages(void** /*state*/) {
+  for (const auto& [name, model] : models())
+    for (const int width : lanes::widths()) {
+      Noise noise;
+      Twins twins(model, *lanes::code_of(width));
+      for (int round = 0; round < kRounds; ++round)
+        if (const std::string found = twins.compare(noise); !found.empty())
+          fail_msg("%s, %d lanes, %s", name.c_str(), width, found.c_str());
+    }
+}
+
+// The name of an array in which two work spaces differ, "" if there is none
+std::string difference(Work& found, Work& wanted) {
+  for (Work* work : {&found, &wanted}) work->complete();
+  const std::vector<Array> a = found.arrays(), b = wanted.arrays();
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::vector<double> x(a[i].count()), y(x.size());
+    a[i].read(x.data());
+    b[i].read(y.data());
+    if (std::memcmp(x.data(), y.data(), x.size() * sizeof(double))) return a[i].name;
+  }
+  return "";
+}
+
+// Whole steps of several frames leave the bits of mj_step in all arrays of mjData, and lanes leave few rows.
+void test_steps(void** /*state*/) {
+  int rows = 0, left = 0;
+  for (const auto& [name, model] : models())
+    for (const int width : lanes::widths()) {
+      Noise noise;
+      const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+      std::vector<std::unique_ptr<Work>> works, plain;
+      std::vector<Work*> all;
+      std::vector<std::vector<double>> states, befores(static_cast<std::size_t>(width));
+      std::vector<double*> before;
+      for (int row = 0; row < width; ++row) {
+        for (auto* list : {&works, &plain}) list->push_back(std::make_unique<Work>(model));
+        all.push_back(works.back().get());
+        befores[static_cast<std::size_t>(row)].resize(works[0]->layout().size);
+        before.push_back(befores[static_cast<std::size_t>(row)].data());
+      }
+      std::vector<double> state(works[0]->layout().size), last(state.size());
+      for (int round = 0; round < kRounds; ++round) {
+        for (std::size_t row = 0; row < all.size(); ++row) {
+          set_random(*model->get(), *plain[row], noise);
+          plain[row]->save(state.data());
+          for (Work* work : {works[row].get(), plain[row].get()}) {
+            work->load(state.data());
+            work->act({});
+          }
+        }
+        const std::uint32_t stepped = stepper->step(all.data(), width, 3, before.data());
+        for (std::size_t row = 0; row < all.size(); ++row) {
+          plain[row]->step(3, last.data());
+          ++rows;
+          if (!(stepped >> row & 1)) {
+            ++left;
+            continue;
+          }
+          if (const std::string found = difference(*works[row], *plain[row]); !found.empty())
+            fail_msg("%s, %d lanes: %s", name.c_str(), width, found.c_str());
+        }
+      }
+    }
+  assert_true(left < rows / 10);
+}
+
+}  // namespace
+}  // namespace mjenv::core
+
+int run_twins() {
+  using namespace mjenv::core;
+  const CMUnitTest tests[] = {cmocka_unit_test(test_stages), cmocka_unit_test(test_steps)};
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
