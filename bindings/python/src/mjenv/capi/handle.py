@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from mjenv.capi import declarations
 from mjenv.capi.declarations import Dtype, Kind, Role, Status
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from mjenv import errors
     from mjenv.capi import draw_document, dtypes
     from mjenv.capi.dtypes import Float64Array
-    from mjenv.rows.blocks import Block
 else:
     np, draw_document, dtypes, errors = map(
         lazy, ("numpy", "mjenv.capi.draw_document", "mjenv.capi.dtypes", "mjenv.errors")
@@ -44,6 +43,19 @@ _RANDOM_STATE_WORDS = 627
 # The arrays of bytes in MuJoCo 4.0, which has bools where 2.2.2 has other bytes.
 _BYTES = {"names", "paths", "plugin_attr", "text_data", "tex_data", "body_simple"}
 _BYTES |= {"body_sameframe", "geom_sameframe", "site_sameframe"}
+
+
+class Lent(Protocol):
+    """An array that a reader has (mjenv.rows.blocks.Block)."""
+
+    name: str
+    kept: dict[str, Any] | None
+
+    def is_changed(self) -> bool: ...
+    def flush(self) -> None: ...
+    def read(self) -> None: ...
+    def is_held(self) -> bool: ...
+    def moved(self) -> bool: ...
 
 
 def _struct(kind: type[Any]) -> Any:
@@ -280,7 +292,7 @@ class Rows:
         self.closed: bool = False
         self.turns: Turns = Turns()
         self.leave: Callable[[Turn], None] = self.turns.give_back
-        self.lent: list[Block] = []  # the arrays that readers may have changed, or may hold
+        self.lent: list[Lent] = []  # the arrays that readers may have changed, or may hold
         self._simulation: tuple[Any, ...] = ()  # of `simulate`
         self.moves: int = 0  # how often `moved` was called
         self._pointer: int | None = handle.value
