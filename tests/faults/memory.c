@@ -549,11 +549,11 @@ struct walk {
 static long blocks(void) {
   int64_t count;
   mjenv_options_set_integer(s.options, "no option", 0);
-  mjenv_read(s.env, -1, "qpos", NULL, 0, &count);
-  mjenv_read(s.threaded, -1, "qpos", NULL, 0, &count);
-  mjenv_read(s.random, -1, "qpos", NULL, 0, &count);
-  mjenv_read(s.task, -1, "qpos", NULL, 0, &count);
-  if (s.built) mjenv_read(s.built, -1, "qpos", NULL, 0, &count);
+  mjenv_read(s.env, -2, "qpos", NULL, 0, &count);
+  mjenv_read(s.threaded, -2, "qpos", NULL, 0, &count);
+  mjenv_read(s.random, -2, "qpos", NULL, 0, &count);
+  mjenv_read(s.task, -2, "qpos", NULL, 0, &count);
+  if (s.built) mjenv_read(s.built, -2, "qpos", NULL, 0, &count);
   return allocator_live();
 }
 

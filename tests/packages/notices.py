@@ -53,7 +53,7 @@ def component_of(path: Path, sources: Path) -> str | None:
     if "eigen3" in path.parts:
         return "eigen"
     if "nlohmann" in path.parts:
-        return sbom.letters("JSON for Modern C++, headers")
+        return sbom.letters("JSON for Modern C++")
     ours = path.is_relative_to(sbom.ROOT)
     system = re.match(
         r"/usr/(lib(/llvm-\d+)?/(gcc|clang|lib/clang)|include/(c\+\+|\w+-linux-gnu|linux|asm-generic|[\w-]+\.h$))",
