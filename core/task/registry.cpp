@@ -163,10 +163,10 @@ void add_tasks(std::vector<std::unique_ptr<RegisteredTask>> tasks) {
 
 std::shared_ptr<const RegisteredTask> task_of(const Id& id) {
   if (id.registered) return {std::shared_ptr<void>(), id.registered};  // lives for ever, so nobody owns it
-  const auto built_in = [](const mjenv_task& task) {
+  const auto made = [](const mjenv_task& task) {
     return std::make_shared<RegisteredTask>(task, RegisteredTask::Origin::built_in);
   };
-  return id.built_in.define ? built_in(Description(id.built_in).task()) : built_in(batch_task());
+  return id.built_in.define ? made(Description(id.built_in).task()) : made(batch_task());
 }
 
 Options default_options(const Id& id) {
