@@ -335,7 +335,7 @@ def test_every_byte_of_a_row_is_compared(envs: mjenv.VectorEnv, tmp_path: Path) 
     entries = [snapshots._entry(image, index) for index in range(part_count + array_count)]
     parts, arrays = entries[:part_count], entries[part_count:]
     assert [name for name, _, _ in parts] == [
-        "head", "state", "carried", "values", "computed_state", "computed_values", "constants_values",
+        "head", "carried", "first_state", "first_values", "set_constants_values", "state", "values",
     ]  # fmt: skip
     start = len(image) - sum(size for _, _, size in parts)
     row, end = snapshots._row(image, start, parts, snapshots._contents(envs.envs[0], [name for name, _, _ in arrays]))
@@ -356,8 +356,8 @@ def test_a_snapshot_shows_the_arrays_of_a_row(
     envs.step(envs.action_space.sample())
     other = output(capsys, "snapshot", "diff", tmp_path / "own", kept(envs, tmp_path / "later"), status=1)
     named = {difference["field"]: difference for difference in other["differences"] if "own" in difference["field"]}
-    assert list(named) == ["computed.own.opt.timestep"]  # kept from the write to the step
-    assert named["computed.own.opt.timestep"]["second"] == "absent"
+    assert list(named) == ["first.own.opt.timestep"]  # kept from the write to the step
+    assert named["first.own.opt.timestep"]["second"] == "absent"
 
 
 @needs_terminal

@@ -24,21 +24,21 @@ from mjenv_command.arguments import Commands, add_json, add_options, known_id, o
 STAMP = struct.Struct("<8sHHHHQQQQIIQ")
 # name, the bit of the head's `kept` that says whether a row has the part (0: all rows have it), bytes
 ENTRY = struct.Struct("<36sIQ")
-# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags;
-# kept; the kinds of MuJoCo's warnings in the last step, as bits
-HEAD = struct.Struct("<4Q2Iq8B")
-VERSION = 5
-FLAGS = ("derived_from", "seeded", "ready", "ended", "written", "has_constants", "kept", "warnings")
+# PCG64 state and increment, high word first; the buffered half of a draw, and whether there is one; steps; flags; the
+# kinds of MuJoCo's warnings in the last step, as bits; kept
+HEAD = struct.Struct("<4Q2Iq6BH")
+VERSION = 6
+FLAGS = ("origin", "seeded", "ready", "ended", "written", "warnings", "kept")
 # The prefix of the names of the fields of a part.
 PREFIXES = {
     "state": "",
     "values": "own.",
-    "computed_state": "computed.",
-    "computed_values": "computed.own.",
-    "stepped_state": "stepped.",
-    "stepped_values": "stepped.own.",
-    "constants_rest": "constants.",
-    "constants_values": "constants.own.",
+    "first_state": "first.",
+    "first_values": "first.own.",
+    "set_state_state": "set_state.",
+    "set_state_values": "set_state.own.",
+    "set_constants_rest": "set_constants.",
+    "set_constants_values": "set_constants.own.",
 }
 
 Row = dict[str, Any]  # an int, or an array of float64, by name
@@ -67,8 +67,8 @@ def add(commands: Commands) -> None:
         "diff",
         help="compare two snapshots field by field",
         description="Compares two snapshots of one environment field by field and bit for bit; exit status 1 if they "
-        'differ. Fields that begin with "computed." or "stepped." are the state and own values from which derived '
-        'arrays are computed again, and those with "constants." are what mj_setConst was called with.',
+        'differ. Fields that begin with "first." or "set_state." are the state and own values from which derived '
+        'arrays are computed again, and those with "set_constants." are what mj_setConst was called with.',
     )
     diff.add_argument("file", type=Path, help="a snapshot")
     diff.add_argument("other", type=Path, help="another snapshot")
@@ -170,7 +170,7 @@ def _contents(env: Any, arrays: list[str]) -> dict[str, Fields]:
     found = {}
     for part in PREFIXES:
         found[part] = values if part.endswith("values") else states
-    found["constants_rest"] = [(name, length, "<f8") for name, length in rest]
+    found["set_constants_rest"] = [(name, length, "<f8") for name, length in rest]
     return found
 
 

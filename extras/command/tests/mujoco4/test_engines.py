@@ -74,7 +74,7 @@ def test_every_field_of_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture
         [row] = json.loads(capsys.readouterr().out)["rows"]
         assert before.any()
         assert row["history"] == env.data.history.tolist()
-        assert row["computed.history"] == before.tolist()
+        assert row["first.history"] == before.tolist()
         assert (row["qpos"], row["ctrl"]) == (env.data.qpos.tolist(), [0.5])
         assert "carried" not in row  # Model-v0 carries nothing
 

@@ -84,7 +84,7 @@ def offset_of(image: bytes, part: str) -> int:
     for index in range(part_count):
         name, _, size = snapshots._entry(image, index)
         if name == part:
-            return start + (0 if part == "constants_rest" else 8 * HISTORY)
+            return start + (0 if part == "set_constants_rest" else 8 * HISTORY)
         start += size
     raise AssertionError(f"the image has no part {part}")
 
@@ -100,8 +100,8 @@ def forged(image: bytes, offset: int, value: float) -> bytes:
     return bytes(changed)
 
 
-# The present state, those before the last mj_forward and mj_step, and what mj_setConst was called with.
-@pytest.mark.parametrize("part", ["state", "computed_state", "stepped_state", "constants_rest"])
+# The present state, those before the last mj_step and mj_forward, and what mj_setConst was called with.
+@pytest.mark.parametrize("part", ["state", "first_state", "set_state_state", "set_constants_rest"])
 @pytest.mark.parametrize(("cursor", "samples"), CURSORS.items())
 def test_a_cursor_outside_of_its_history_is_refused(cursor: int, samples: int, part: str) -> None:
     env = Env("4.0.0", "Model-v0", DELAYS)
