@@ -182,7 +182,7 @@ static double memory_of_history(int64_t frames) {
 // What a refused history says that it needs is what one takes that fits.
 static void test_memory_of_history(void** state) {
   (void)state;
-  enum { FEW = 4000, MORE = 12000, TOO_MANY = 100000000 };
+  enum { FEW = 4000, MORE = 24000, TOO_MANY = 100000000 };
   double needed = 0;
   assert_true(memory_of_history(TOO_MANY) == 0);
   assert_int_equal(sscanf(mjenv_last_error(), "2 row(s) with the option \"history\" need %lf MB", &needed), 1);

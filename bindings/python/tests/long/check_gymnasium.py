@@ -62,4 +62,4 @@ def test_every_gymnasium_works(gymnasium: Path) -> None:
         assert ours[0].startswith(needed)
     else:
         camera = "track" if version < "1.4" else "free"  # which Gymnasium's MujocoRenderer draws with by default
-        assert ours == ["MujocoEnv VectorEnv", f"['{camera}']"]
+        assert ours == ["Environment VectorEnv", f"['{camera}']"]
