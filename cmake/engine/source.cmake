@@ -96,11 +96,14 @@ if(MJENV_SANITIZE)
   target_compile_options(mjenv_engine PRIVATE -fno-sanitize=float-cast-overflow)
   set_property(SOURCE ${sources}/mujoco/src/user/user_mesh.cc APPEND PROPERTY COMPILE_OPTIONS -fno-sanitize=alignment)
 endif()
-# What reads models runs once for each, so it is left out of link-time optimisation, which takes most of a build.
+# What reads models runs once for each, so it is left out of link-time optimisation, which takes most of a build. Except
+# the readers of meshes and pictures, which may be large, it is compiled to be small.
 if(MJENV_USE_LTO)
   set(readers ${engine})
   list(FILTER readers INCLUDE REGEX "/mujoco/src/(user|xml)/|/qhull/|/tinyxml2/|/lodepng/|/glad/")
-  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS -fno-lto -O2)
+  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS -fno-lto)
+  list(FILTER readers EXCLUDE REGEX "/user_mesh|/qhull/|/lodepng/")
+  set_property(SOURCE ${readers} APPEND PROPERTY COMPILE_OPTIONS -Os)
 endif()
 # The code belongs to other projects, so its warnings are not shown.
 target_compile_options(mjenv_engine PRIVATE -w)
