@@ -66,7 +66,7 @@ def test_every_field_of_a_snapshot(tmp_path: Path, capsys: pytest.CaptureFixture
     with mjenv.make("Model-v0", engine="4.0", xml_file=str(model)) as env:
         env.reset(seed=1)
         for _ in range(3):
-            before = env.data.history
+            before = env.data.history.copy()
             env.step(np.full(1, 0.5))
         file.write_bytes(env.snapshot())
         words = "snapshot", "show", str(file), "--id", "Model-v0", "--option", f"xml_file={model}", "--json"
