@@ -315,3 +315,13 @@ def test_do_simulation_counts_no_step() -> None:
     other.step(action)
     assert env.state_vector().tobytes() == other.state_vector().tobytes()
     assert [env.step(action)[3] for _ in range(2)] == [False, True]
+
+
+def test_arrays_show_what_the_handle_writes(env: mjenv.Environment) -> None:
+    for _ in range(2):  # an array that is read in every state is kept up to date
+        env.step(np.zeros(8))
+        held = env.data.xfrc_applied
+        assert not held.any()
+    env.handle.write(0, "xfrc_applied", np.ones(6 * 14))
+    assert env.data.xfrc_applied.all()
+    assert held.all()

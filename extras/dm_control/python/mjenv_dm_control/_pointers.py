@@ -66,7 +66,6 @@ class Pointers:
             self._move(values.pop("qpos"), values.pop("qvel"))
         for name, new in values.items():
             self.rows.write(0, name, new)
-        self.rows.moved()
 
     def _move(self, qpos: NDArray[Any], qvel: NDArray[Any]) -> None:
         """Sets positions and velocities, and computes what follows from them, as mj_forward does in data."""

@@ -74,14 +74,7 @@ class Block:
 
     def read(self) -> None:
         """Brings the array up to date."""
-        rows = self._rows
-        turn = [rows.enter()]
-        try:
-            if rows.closed:
-                raise rows.gone()
-            rows.check(self._fill())
-        finally:
-            rows.leave(turn.pop())
+        self._call(self._fill)
 
     def _fill(self) -> int:
         status = self._read()
@@ -117,10 +110,10 @@ class Block:
             numbers = np.empty(self._owner.shape)
             numbers[...] = values
             if self._row != ALL_ROWS:
-                self._rows.write(self._row, self.name, numbers)
+                self._rows.write(self._row, self.name, numbers, by_reader=True)
             else:
                 differs = (numbers != self._owner).reshape(len(numbers), -1).any(axis=1)
-                self._rows.write_rows(differs, self.name, numbers)
+                self._rows.write_rows(differs, self.name, numbers, by_reader=True)
             self.read()
         self._changed()
 
@@ -152,12 +145,12 @@ class Block:
             kept[self._key] = self.array.item()
         return True
 
-    def _call(self, prepared: Callable[[], int]) -> None:
+    def _call(self, call: Callable[[], int]) -> None:
         rows = self._rows
         turn = [rows.enter()]
         try:
             if rows.closed:
                 raise rows.gone()
-            rows.check(prepared())
+            rows.check(call())
         finally:
             rows.leave(turn.pop())

@@ -491,13 +491,13 @@ class NumpyRows(Rows):
             for row in rows:
                 values[row] = self._read(row, _PREFIX + name, values[row].size).reshape(values.shape[1:])
 
-    def write(self, row: int, name: str, values: Any) -> None:
-        super().write(row, name, values)
+    def write(self, row: int, name: str, values: Any, by_reader: bool = False) -> None:
+        super().write(row, name, values, by_reader)
         if name.startswith(_PREFIX):
             self._read_parameters((row,))
 
-    def write_rows(self, mask: BoolArray | None, name: str, values: Any) -> None:
-        super().write_rows(mask, name, values)
+    def write_rows(self, mask: BoolArray | None, name: str, values: Any, by_reader: bool = False) -> None:
+        super().write_rows(mask, name, values, by_reader)
         if name.startswith(_PREFIX):
             self._read_parameters(range(self.count) if mask is None else np.flatnonzero(mask).tolist())
 
