@@ -130,6 +130,43 @@ auto frames_of(const double* own, const double* shared) {
     return shared;
 }
 
+// The second half of mj_comPos, which begins when subtree_com is computed. The numbers of cinert and cdof that are always
+// 0 are 0 from the beginning (Memory).
+inline void inertias_and_axes(Lanes& d) {
+  const mjModel& m = *d.model;
+  const V *const com = vectors(d.subtree_com), *const xipos = vectors(d.xipos), *const xmat = vectors(d.xmat),
+                 *const xaxis = vectors(d.xaxis);
+  V* const cdof = vectors(d.cdof);
+
+  for (int i = 1; i < m.nbody; ++i) {
+    V offset[3];
+    for (int k = 0; k < 3; ++k) offset[k] = xipos[3 * i + k] - com[3 * m.body_rootid[i] + k];
+    inertCom(vectors(d.cinert) + 10 * i, vectors(d.body_inertia) + 3 * i, vectors(d.ximat) + 9 * i, offset,
+             vectors(d.body_mass)[i]);
+  }
+
+  for (int j = 0; j < m.njnt; ++j) {
+    V* res = cdof + 6 * m.jnt_dofadr[j];
+    const int body = m.jnt_bodyid[j];
+    V offset[3];
+    for (int k = 0; k < 3; ++k) offset[k] = com[3 * m.body_rootid[body] + k] - vectors(d.xanchor)[3 * j + k];
+    switch (m.jnt_type[j]) {
+      case mjJNT_FREE:
+        for (int k = 0; k < 3; ++k) res[3 + 7 * k] = splat(1);
+        res += 18;
+        [[fallthrough]];
+      case mjJNT_BALL:
+        for (int i = 0; i < 3; ++i, res += 6) {
+          for (int k = 0; k < 3; ++k) res[k] = xmat[9 * body + i + 3 * k];
+          cross(res + 3, res, offset);
+        }
+        break;
+      case mjJNT_SLIDE: copy(res + 3, xaxis + 3 * j, 3); break;
+      default: copy(res, xaxis + 3 * j, 3); cross(res + 3, res, offset);
+    }
+  }
+}
+
 // mj_comVel. From the beginning, the velocity of the world is 0, and so is cdof_dot of the translations of free joints.
 void comVel(Lanes& d) {
   const mjModel& m = *d.model;

@@ -144,10 +144,7 @@ constexpr int kParties = 20;
   ARRAY(force_drag, 3 * m.nbody)                  \
   ARRAY(ellipsoids, kEllipsoidNumbers* count_of_fluid_geoms(m))
 
-// ARRAY(name in mjModel, count, limit): numbers that rows may have of their own. limit: kModerate if lanes multiply
-// the numbers even where MuJoCo skips a product with 0, so they must be finite and at most mjMAXVAL also in a model
-// that all rows share; kUnlimited if they may be infinite there, because lanes compute with them as MuJoCo does.
-enum Limit { kUnlimited, kModerate };
+// The numbers that rows may have of their own (Limit).
 #define MJENV_LANES_OWN(ARRAY)                                     \
   ARRAY(body_mass, m.nbody, kModerate)                             \
   ARRAY(body_subtreemass, count_of_subtrees(m), kUnlimited)        \
@@ -182,19 +179,6 @@ enum Limit { kUnlimited, kModerate };
   ARRAY(geom_size, 3 * m.ngeom, kUnlimited)                        \
   ARRAY(geom_fluid, mjNFLUID* count_of_fluid_geoms(m), kUnlimited) \
   ARRAY(site_size, m.nsensor > 0 ? 3 * m.nsite : 0, kUnlimited)
-
-// The same, of which the lanes hold those of all rows or, if no row has its own, none (Lanes::has_own_frames).
-#define MJENV_LANES_OWN_FRAMES(ARRAY)       \
-  ARRAY(body_pos, 3 * m.nbody, kModerate)   \
-  ARRAY(body_quat, 4 * m.nbody, kModerate)  \
-  ARRAY(body_iquat, 4 * m.nbody, kModerate) \
-  ARRAY(jnt_pos, 3 * m.njnt, kModerate)     \
-  ARRAY(jnt_axis, 3 * m.njnt, kModerate)    \
-  ARRAY(qpos0, m.nq, kModerate)             \
-  ARRAY(geom_pos, 3 * m.ngeom, kModerate)   \
-  ARRAY(geom_quat, 4 * m.ngeom, kModerate)  \
-  ARRAY(site_pos, 3 * m.nsite, kModerate)   \
-  ARRAY(site_quat, 4 * m.nsite, kModerate)
 
 // The same, of mjOption.
 #define MJENV_LANES_OWN_OPTIONS(ARRAY) \

@@ -84,8 +84,7 @@ constexpr int kParties = 15;
   ARRAY(dX, 2 * m.nv)               \
   ARRAY(com_scale, m.nbody)
 
-// ARRAY(name in mjModel, count, limit): numbers that rows may have of their own, as in mujoco2/arrays.hpp.
-enum Limit { kUnlimited, kModerate };
+// The numbers that rows may have of their own (Limit).
 #define MJENV_LANES_OWN(ARRAY)                \
   ARRAY(body_mass, m.nbody, kModerate)        \
   ARRAY(body_subtreemass, m.nbody, kModerate) \
@@ -94,19 +93,6 @@ enum Limit { kUnlimited, kModerate };
   ARRAY(dof_armature, m.nv, kModerate)        \
   ARRAY(dof_damping, m.nv, kModerate)         \
   ARRAY(dof_M0, m.nv, kModerate)
-
-// The same, of which the lanes hold those of all rows or, if no row has its own, none (Lanes::has_own_frames).
-#define MJENV_LANES_OWN_FRAMES(ARRAY)       \
-  ARRAY(body_pos, 3 * m.nbody, kModerate)   \
-  ARRAY(body_quat, 4 * m.nbody, kModerate)  \
-  ARRAY(body_iquat, 4 * m.nbody, kModerate) \
-  ARRAY(jnt_pos, 3 * m.njnt, kModerate)     \
-  ARRAY(jnt_axis, 3 * m.njnt, kModerate)    \
-  ARRAY(qpos0, m.nq, kModerate)             \
-  ARRAY(geom_pos, 3 * m.ngeom, kModerate)   \
-  ARRAY(geom_quat, 4 * m.ngeom, kModerate)  \
-  ARRAY(site_pos, 3 * m.nsite, kModerate)   \
-  ARRAY(site_quat, 4 * m.nsite, kModerate)
 
 // The same, of mjOption.
 #define MJENV_LANES_OWN_OPTIONS(ARRAY) \

@@ -212,11 +212,11 @@ void place(Lanes& d) {
 
 void kinematics(Lanes& d) { d.has_own_frames ? place<true>(d) : place<false>(d); }
 
-// mj_comPos. The numbers of cinert and cdof that are always 0 are 0 from the beginning (Memory).
+// mj_comPos
 void comPos(Lanes& d) {
   const mjModel& m = *d.model;
-  V *const com = vectors(d.subtree_com), *const cdof = vectors(d.cdof);
-  const V *const xipos = vectors(d.xipos), *const xmat = vectors(d.xmat), *const xaxis = vectors(d.xaxis);
+  V* const com = vectors(d.subtree_com);
+  const V* const xipos = vectors(d.xipos);
 
   for (int i = 0; i < m.nbody; ++i)
     for (int k = 0; k < 3; ++k) com[3 * i + k] = xipos[3 * i + k] * vectors(d.body_mass)[i];
@@ -225,34 +225,7 @@ void comPos(Lanes& d) {
     const V scale = vectors(d.com_scale)[i];
     for (int k = 0; k < 3; ++k) com[3 * i + k] = scale == V{} ? xipos[3 * i + k] : com[3 * i + k] * scale;
   }
-
-  for (int i = 1; i < m.nbody; ++i) {
-    V offset[3];
-    for (int k = 0; k < 3; ++k) offset[k] = xipos[3 * i + k] - com[3 * m.body_rootid[i] + k];
-    inertCom(vectors(d.cinert) + 10 * i, vectors(d.body_inertia) + 3 * i, vectors(d.ximat) + 9 * i, offset,
-             vectors(d.body_mass)[i]);
-  }
-
-  for (int j = 0; j < m.njnt; ++j) {
-    V* res = cdof + 6 * m.jnt_dofadr[j];
-    const int body = m.jnt_bodyid[j];
-    V offset[3];
-    for (int k = 0; k < 3; ++k) offset[k] = com[3 * m.body_rootid[body] + k] - vectors(d.xanchor)[3 * j + k];
-    switch (m.jnt_type[j]) {
-      case mjJNT_FREE:
-        for (int k = 0; k < 3; ++k) res[3 + 7 * k] = splat(1);
-        res += 18;
-        [[fallthrough]];
-      case mjJNT_BALL:
-        for (int i = 0; i < 3; ++i, res += 6) {
-          for (int k = 0; k < 3; ++k) res[k] = xmat[9 * body + i + 3 * k];
-          cross(res + 3, res, offset);
-        }
-        break;
-      case mjJNT_SLIDE: copy(res + 3, xaxis + 3 * j, 3); break;
-      default: copy(res, xaxis + 3 * j, 3); cross(res + 3, res, offset);
-    }
-  }
+  inertias_and_axes(d);
 }
 
 // mj_crb. Row i of M has the ancestors of dof i in ascending order, and then i itself.
