@@ -14,7 +14,6 @@ namespace mjenv::core {
 namespace {
 
 constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
-constexpr std::array kFrames{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 // The other arrays that can be read after every step: most of those of mjenv_sim, the rest of the state except
 // mocap_quat, and forces that are inputs. Each name is between two spaces, so that a search for it with its spaces
 // finds no part of another name.
@@ -39,14 +38,14 @@ std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, c
 }  // namespace
 
 bool is_force(const std::string& array) { return is_in(kForces, array); }
-bool is_frame(const std::string& array) { return is_in(kFrames, array); }
+bool is_frame(const std::string& array) { return is_in(kFrameArrays, array); }
 bool is_always_readable(const std::string& array) {
   return kShown.find(" " + array + " ") != kShown.npos || is_frame(array);
 }
 
 std::vector<std::string> on_demand_arrays() {
   std::vector<std::string> names(kForces.begin(), kForces.end());
-  names.insert(names.end(), kFrames.begin(), kFrames.end());
+  names.insert(names.end(), kFrameArrays.begin(), kFrameArrays.end());
   return names;
 }
 

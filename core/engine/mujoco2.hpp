@@ -5,6 +5,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -190,6 +191,9 @@ inline void clear_caches(const mjModel& m, mjData& d) { std::fill_n(d.qH, m.nM, 
 inline const int* solver_iterations(const mjData& d) { return &d.solver_iter; }
 constexpr const char* kSolverIterations = "solver_iter";
 constexpr int kSolverIterationsCount = 1;
+
+// The arrays that Work::complete_frames computes.
+inline constexpr std::array kFrameArrays{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 
 // Computes the frame of one geom as mj_kinematics does.
 inline void update_frame(const mjModel& m, mjData& d, int geom) {

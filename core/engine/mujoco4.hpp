@@ -7,6 +7,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -202,12 +203,21 @@ inline const int* solver_iterations(const mjData& d) { return d.solver_niter; }
 constexpr const char* kSolverIterations = "solver_niter";
 constexpr int kSolverIterationsCount = mjNISLAND;
 
+// The arrays that Work::complete_frames computes.
+inline constexpr std::array kFrameArrays{"geom_xpos", "geom_xmat",  "geom_xquat", "cam_xpos",
+                                         "cam_xmat",  "light_xpos", "light_xdir"};
+
 // Computes the frame of one geom as mj_kinematics does.
 inline void update_frame(const mjModel& m, mjData& d, int geom) {
-  const int body = m.geom_bodyid[geom];
+  const int body = m.geom_bodyid[geom], sameframe = m.geom_sameframe[geom];
   mj_local2Global(&d, d.geom_xpos + 3 * geom, d.geom_xmat + 9 * geom, m.geom_pos + 3 * geom, m.geom_quat + 4 * geom,
                   body, m.geom_sameframe[geom]);
-  mju_mulQuat(d.geom_xquat + 4 * geom, d.xquat + 4 * body, m.geom_quat + 4 * geom);
+  double* const quat = d.geom_xquat + 4 * geom;
+  if (sameframe == mjSAMEFRAME_NONE)
+    mju_mulQuat(quat, d.xquat + 4 * body, m.geom_quat + 4 * geom);
+  else  // a product with the geom's own quaternion could turn -0 into +0
+    std::copy_n((sameframe == mjSAMEFRAME_BODY || sameframe == mjSAMEFRAME_BODYROT ? d.xquat : d.xiquat) + 4 * body, 4,
+                quat);
 }
 
 // Resets what mj_setConst reads, so that it computes the same as with a new mjData.

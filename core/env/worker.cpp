@@ -443,7 +443,7 @@ const Array* Worker::array(Rows& rows, std::int64_t row, const std::string& name
     work_.complete_forces();
   } else {
     hold(rows, row);
-    if (is_frame(name) || name == "geom_xquat") work_.complete_frames();  // geom_xquat is of MuJoCo 4.0 alone
+    if (is_frame(name)) work_.complete_frames();
   }
   return found;
 }
