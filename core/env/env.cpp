@@ -52,6 +52,10 @@ void check_carried(const Calls& calls, const double* values) {
   if (const std::string found = calls.out_of_bounds(values); !found.empty()) fail(MJENV_E_VALUE, found);
 }
 
+[[noreturn]] void refuse_open(std::int64_t row) {
+  fail(MJENV_E_PENDING, in_row(row, "its step or reset is not finished: call mjenv_finish first"));
+}
+
 bool is_selected(const std::uint8_t* mask, std::int64_t row) { return !mask || mask[row] != 0; }
 
 }  // namespace
@@ -133,8 +137,11 @@ void Env::check_received() const {
 
 void Env::check_settled() const {
   check_received();
-  if (const std::int64_t row = rows_.first_open(); row >= 0)
-    fail(MJENV_E_PENDING, in_row(row, "its step or reset is not finished: call mjenv_finish first"));
+  check_finished();
+}
+
+void Env::check_finished() const {
+  if (const std::int64_t row = rows_.first_open(); row >= 0) refuse_open(row);
 }
 
 void Env::check_actions(const Action& actions, std::int64_t actions_per_row) const {
@@ -310,8 +317,7 @@ void Env::advance(const std::uint8_t* mask, const Action& actions, const double*
   schema_.check(out, rows());
   check_steppable(mask, actions);
   masked(mask).for_each([&](std::int64_t row, std::int64_t /*place*/) {
-    if (rows_.is_open(row))
-      fail(MJENV_E_PENDING, in_row(row, "its step or reset is not finished: call mjenv_finish first"));
+    if (rows_.is_open(row)) refuse_open(row);
     if (ctrl && !episodes_.awaits_reset(row)) episodes_.check_given("before_step: ctrl", row, ctrl + row * nu, nu);
   });
   for_teams(mask, actions, {ctrl, MJENV_DTYPE_FLOAT64, ctrl_count}, out,
@@ -381,7 +387,7 @@ void Env::for_held_rows_first(const Body& body) {
 
 void Env::send(const std::int64_t* rows_sent, std::int64_t row_count, const Action& actions) {
   check_whole();
-  if (rows_.first_open() >= 0) check_settled();
+  check_finished();
   if (!rows_sent) row_count = rows();
   if (row_count < 0 || row_count > rows())  // checked here so that the product below cannot overflow
     fail(MJENV_E_SIZE,

@@ -149,7 +149,9 @@ class Env {
   void end_pushes();
   // Throws while rows are under way between send and receive.
   void check_received() const;
-  // Throws while rows are under way, or while the caller has to finish a step or reset.
+  // Throws while the caller has to finish a step or reset.
+  void check_finished() const;
+  // Throws in both cases.
   void check_settled() const;
   // Throws unless the caller computes the outputs of this task, and no rows are under way.
   void check_halves() const;

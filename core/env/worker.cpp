@@ -398,7 +398,7 @@ Random Worker::random(const Rows& rows, std::int64_t row) {
 void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const double* qvel) {
   const StateLayout& layout = work_.layout();
   const bool has_stepped = rows.head(row).origin == Origin::step;
-  if (has_stepped && task_.carry_count > 0) hold(rows, row);  // the callback carry may read the last step's forces
+  if (has_stepped && task_.calls->has_carry()) hold(rows, row);  // the callback carry may read the last step's forces
   const bool has_forces = has_stepped && holds(rows, row) && !work_.has_lost_forces();
   if (has_stepped) rows.make_room(Entry::set_state);
   double* start = before_.data();
@@ -417,13 +417,11 @@ void Worker::set_state(Rows& rows, std::int64_t row, const double* qpos, const d
   view_.show_parameters(rows.parameters(row));
   work_.load(start);
   work_.forward();
+  if (!has_stepped) return save(rows, row, Origin::forward);
   task_.calls->carry(view_);
-  if (has_stepped)
-    rows.append(row, Entry::set_state);
-  else
-    rows.begin(row, Origin::forward);
-  store(rows, row, has_stepped ? Entry::set_state : Entry::first);
-  if (has_stepped && !has_forces) release();  // the last step's forces are missing; hold() computes them
+  rows.append(row, Entry::set_state);
+  store(rows, row, Entry::set_state);
+  if (!has_forces) release();  // the last step's forces are missing; hold() computes them
 }
 
 void Worker::fail_row(std::int64_t row, mjenv_status status, const char* what) noexcept {
