@@ -21,7 +21,7 @@ LEARNS = """
 int main(void) {
   static const mjenv_learn_calls calls = MJENV_LEARN_CALLS_INIT;
   mjenv_learner *learner = NULL;
-  printf("%d ", mjenv_learner_create(&calls, NULL, NULL, &learner) == MJENV_OK);
+  printf("%d ", mjenv_learner_create(&calls, NULL, NULL, NULL, &learner) == MJENV_OK);
   puts(mjenv_learn_last_error());
 }
 """
