@@ -252,7 +252,7 @@ def check_goals(id: str, achieved: NDArray[Any], desired: NDArray[Any]) -> None:
         )
 
 
-class _Changing:
+class Changing:
     """with rows.changing(): a call that depends on the state and may change it, in its turn."""
 
     __slots__ = ("_rows", "_turn")
@@ -266,8 +266,10 @@ class _Changing:
         self._turn.append(self._rows.enter())
 
     def __exit__(self, *_: object) -> None:
-        self._rows.leave(self._turn.pop())
-        self._rows.moved()
+        try:
+            self._rows.moved()
+        finally:
+            self._rows.leave(self._turn.pop())
 
 
 class Rows:
@@ -293,7 +295,7 @@ class Rows:
         self.turns: Turns = Turns()
         self.leave: Callable[[Turn], None] = self.turns.give_back
         self.lent: list[Lent] = []  # the arrays that readers may have changed, or may hold
-        self._simulation: tuple[Any, ...] = ()  # of `simulate`
+        self._simulation: tuple[Any, ...] = (None,)  # of `simulate`
         self.moves: int = 0  # how often `moved` was called
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
@@ -343,6 +345,8 @@ class Rows:
     def flush(self) -> None:
         """Writes what readers have changed in arrays. Called before every call that depends on the state."""
         changed = [block for block in self.lent if block.is_changed()]
+        if not changed:
+            return
         for block in changed:
             block.flush()
         names = {block.name for block in changed}
@@ -350,23 +354,16 @@ class Rows:
         if len(readers) > len(names):
             for block in readers:
                 block.read()
-        self.lent = [block for block in self.lent if block.kept is not None or block.is_held()]
 
     def moved(self) -> None:
-        """Shows readers the present state. Called after every call that may have changed it."""
+        """Shows readers the present state. Called after every call that may have changed it, which has the turn."""
         self.moves += 1
-        if not self.lent:
-            return
-        turn = [self.enter()]
-        try:
-            if not self.closed:
-                self.lent = [block for block in self.lent if block.moved()]
-        finally:
-            self.leave(turn.pop())
+        if self.lent and not self.closed:
+            self.lent = [block for block in self.lent if block.moved()]
 
-    def changing(self) -> _Changing:
+    def changing(self) -> Changing:
         """The turn for a call that depends on the state and may change it."""
-        return _Changing(self)
+        return Changing(self)
 
     def change(self, function: Callable[..., int], *arguments: Any) -> None:
         """The same as call, for such a call."""
@@ -684,14 +681,14 @@ class Rows:
         self.change(self.engine.mjenv_reset_data, pointer_to(mask, c_uint8))
 
     def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
-        if frames != _int64(frames):
-            raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
         # The call is prepared again only for another row, another size or another number.
-        if self._simulation[:3] != (row, ctrl.size, frames):
+        if self._simulation[0] != (row, ctrl.size, frames):
+            if frames != _int64(frames):
+                raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
             buffer = np.zeros(ctrl.size)
             given = row, pointer_to(buffer, c_double), buffer.size, frames
-            self._simulation = row, ctrl.size, frames, buffer, Rows.prepared(self, "mjenv_simulate", *given)
-        *_, buffer, call = self._simulation
+            self._simulation = (row, ctrl.size, frames), buffer, Rows.prepared(self, "mjenv_simulate", *given)
+        _, buffer, call = self._simulation
         with self.changing():
             if self.closed:
                 raise self.gone()

@@ -228,8 +228,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         finally:
             pool.rows.leave(turn.pop())
         if not pool.pending:
-            pool.rows.flush()  # what was assigned while rows were under way
-            pool.rows.moved()
+            with pool.rows.changing():
+                pass  # writes what was assigned while rows were under way, and shows readers the new state
         if failure:
             failure.results = (rows, *results)
             try:

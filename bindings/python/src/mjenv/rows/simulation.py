@@ -89,13 +89,10 @@ class Simulation:
 
     def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         """Simulates n_frames mj_steps with ctrl[nu]. This is not a step of the episode and gives no reward."""
-        controls = np.ascontiguousarray(ctrl, np.float64)
-        shape = (self.model.nu,)
-        if controls.shape != shape:
-            raise InvalidValueError(
-                f"ctrl has the shape {controls.shape}; {self._rows.id} takes {shape}", Status.E_SIZE
-            )
-        self._step_mujoco_simulation(controls, n_frames)
+        given, shape = np.shape(ctrl), (self.model.nu,)
+        if given != shape:
+            raise InvalidValueError(f"ctrl has the shape {given}; {self._rows.id} takes {shape}", Status.E_SIZE)
+        self._step_mujoco_simulation(ctrl, n_frames)
 
     def _step_mujoco_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         self._check_settled()

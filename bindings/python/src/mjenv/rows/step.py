@@ -94,11 +94,10 @@ class Step(Generic[Results]):
                     del error  # breaks the cycle of error, traceback and frame
             return results()
         finally:
-            self._give_back(turn.pop())
-            if rows.lent:
+            try:
                 rows.moved()
-            else:
-                rows.moves += 1
+            finally:
+                self._give_back(turn.pop())
 
 
 def float_array(actions: ArrayLike) -> NDArray[Any]:
