@@ -9,11 +9,13 @@
 #include "engine/state_layout.hpp"
 #include "error.hpp"
 #include "json.hpp"
+#include "task/task_field.hpp"
 
 namespace mjenv::core {
 namespace {
 
 constexpr std::size_t kMaxItems = 10'000;
+constexpr std::int64_t kMaxDelay = 1'000'000;
 constexpr const char* kNothing = R"({"randomize": null, "noise": null, "delay": null, "push": null})";
 
 using Names = std::vector<std::string>;
@@ -94,23 +96,45 @@ struct Value {
     for (const Value& one : several()) found.push_back(one.integer());
     return found;
   }
-  // One number for each of `count`: the document has all of them, or one for all. If all are 0, the list is empty.
-  std::vector<double> numbers_for(std::int64_t count) const {
-    std::vector<double> found = numbers();
-    const auto wanted = static_cast<std::size_t>(count);
-    if (json && found.size() != 1 && found.size() != wanted)
-      refuse(MJENV_E_SIZE, std::to_string(found.size()) + " numbers, " + std::to_string(wanted) + " or 1 expected");
-    if (std::all_of(found.begin(), found.end(), [](double one) { return one == 0; })) return {};
-    if (found.size() == 1) found.assign(wanted, found[0]);
-    return found;
+  // Calls take(value, indices) for each member of an object, whose name is that of a field or of a group of fields, with
+  // the indices of these fields; if this value is no object, once with it and all indices.
+  template <typename Take>
+  void for_each_part(const std::vector<Field>& fields, const Take& take) const {
+    if (!json) return;
+    std::vector<std::size_t> all(static_cast<std::size_t>(total(fields)));
+    std::iota(all.begin(), all.end(), 0);
+    if (json->kind != Json::Kind::object) return take(*this, all);
+    has(names_of(fields));
+    std::vector<bool> is_taken(all.size());
+    for (const Json& json_part : json->items) {
+      const Value part{&json_part, place + "." + json_part.name};
+      if (json_part.kind == Json::Kind::null) continue;
+      std::vector<std::size_t> indices;
+      for (const Field& field : fields) {
+        if (!is_called(field, json_part.name)) continue;
+        const auto first = all.begin() + field.offset;
+        indices.insert(indices.end(), first, first + field.count);
+        if (is_taken[*first]) part.refuse(MJENV_E_VALUE, quoted(field.name) + " is named twice");
+        is_taken[*first] = true;
+      }
+      take(part, indices);
+    }
   }
-  // The same for standard deviations.
-  std::vector<double> deviations_for(std::int64_t count) const {
-    const std::vector<double> given = numbers();
-    for (std::size_t i = 0; i < given.size(); ++i)
-      if (given[i] < 0)
-        fail(MJENV_E_VALUE, element_is(place, i, given[i]) + ", but a standard deviation is not negative");
-    return numbers_for(count);
+  // One number for each index of the fields: the document has all of them, one for all, or some by names, the others
+  // being 0. If all are 0, the list is empty.
+  std::vector<double> numbers_for(const std::vector<Field>& fields, bool are_deviations) const {
+    std::vector<double> found(static_cast<std::size_t>(total(fields)));
+    for_each_part(fields, [&](const Value& part, const std::vector<std::size_t>& indices) {
+      const std::vector<double> given = part.numbers();
+      if (given.size() != 1 && given.size() != indices.size())
+        part.refuse(MJENV_E_SIZE,
+                    std::to_string(given.size()) + " numbers, " + std::to_string(indices.size()) + " or 1 expected");
+      for (std::size_t i = 0; are_deviations && i < given.size(); ++i)
+        if (given[i] < 0) fail(MJENV_E_VALUE, element_is(part.place, i, given[i]) + ", but must not be negative");
+      for (std::size_t i = 0; i < indices.size(); ++i) found[indices[i]] = given.size() == 1 ? given[0] : given[i];
+    });
+    if (std::all_of(found.begin(), found.end(), [](double one) { return one == 0; })) return {};
+    return found;
   }
   // A pair [least, most], or one integer for both.
   std::pair<std::int64_t, std::int64_t> range() const {
@@ -365,22 +389,35 @@ std::vector<DrawSettings> DrawDocument::draws(const Model& model) const {
   return found;
 }
 
-PerturbationSettings DrawDocument::perturbation(const Model& model, std::int64_t action_count,
-                                                std::int64_t observation_count) const {
+PerturbationSettings DrawDocument::perturbation(const Model& model, const std::vector<Field>& actions,
+                                                const std::vector<Field>& observations) const {
   const Value root{json_.get(), ""}, noise = root["noise"], delay = root["delay"];
-  noise.has({"action", "observation"});
-  delay.has({"action", "observation", "first_action", "redraw"});
+  noise.has({"action", "observation", "distribution"});
+  delay.has({"action", "observation", "first_action", "first_observation", "redraw"});
   PerturbationSettings to;
-  to.action_noise = noise["action"].deviations_for(action_count);
-  to.observation_noise = noise["observation"].deviations_for(observation_count);
-  to.first_action = delay["first_action"].numbers_for(action_count);
-  const auto take = [](DelaySettings& one, const Value& given) {
-    if (!given) return;
+  to.action_noise = noise["action"].numbers_for(actions, true);
+  to.observation_noise = noise["observation"].numbers_for(observations, true);
+  to.noise_is_uniform = noise["distribution"] && noise["distribution"].one_of({"normal", "uniform"}) == 1;
+  to.first_action = delay["first_action"].numbers_for(actions, false);
+  to.begins_with_own = delay["first_observation"] && delay["first_observation"].one_of({"zero", "reset"}) == 1;
+  const auto delay_of = [](const Value& given) {
+    DelaySettings one;
     std::tie(one.least, one.most) = given.range();
+    for (const std::int64_t steps : {one.least, one.most}) check_range(given.place.c_str(), steps, 0, kMaxDelay);
     one.is_drawn = given.json->items.size() == 2 && one.most != 0;
+    return one;
   };
-  take(to.action_delay, delay["action"]);
-  take(to.observation_delay, delay["observation"]);
+  if (delay["action"]) to.action_delay = delay_of(delay["action"]);
+  to.is_delayed.resize(static_cast<std::size_t>(total(observations)));
+  delay["observation"].for_each_part(observations, [&](const Value& part, const std::vector<std::size_t>& indices) {
+    const DelaySettings one = delay_of(part);
+    DelaySettings& all = to.observation_delay;
+    if (one.most == 0) return;
+    if (all.most != 0 && std::tie(one.least, one.most, one.is_drawn) != std::tie(all.least, all.most, all.is_drawn))
+      part.refuse(MJENV_E_VALUE, "all terms that are delayed must have the same delay");
+    all = one;
+    for (const std::size_t index : indices) to.is_delayed[index] = true;
+  });
   if (delay["redraw"]) to.redraws_delays = delay["redraw"].one_of({"reset", "step"}) == 1;
   for (const Value& push : root["push"].several()) to.pushes.push_back(settings_of(push, model));
   return to;

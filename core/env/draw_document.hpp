@@ -11,6 +11,7 @@
 #include "engine/model.hpp"
 #include "engine/own_array.hpp"
 #include "json.hpp"
+#include "task/field.hpp"
 
 namespace mjenv::core {
 
@@ -49,7 +50,10 @@ struct DelaySettings {
 struct PerturbationSettings {
   std::vector<double> action_noise, observation_noise, first_action;
   DelaySettings action_delay, observation_delay;
+  bool noise_is_uniform = false;  // and not normal: from minus to plus the numbers of the noise
+  std::vector<bool> is_delayed;   // each number of the observation
   bool redraws_delays = false;
+  bool begins_with_own = false;  // the reset's observation stands before the first delayed one, not zeros
   std::vector<PushSettings> pushes;
 };
 
@@ -66,8 +70,9 @@ class DrawDocument {
   bool replaces_perturbation() const { return replaces_perturbation_; }
 
   std::vector<DrawSettings> draws(const Model& model) const;
-  PerturbationSettings perturbation(const Model& model, std::int64_t action_count,
-                                    std::int64_t observation_count) const;
+  // actions, observations: the fields of both, which have names and groups.
+  PerturbationSettings perturbation(const Model& model, const std::vector<Field>& actions,
+                                    const std::vector<Field>& observations) const;
 
  private:
   std::shared_ptr<const Json> json_;

@@ -659,7 +659,8 @@ void Env::randomize(const std::string& text) {
   if (document.replaces_draws()) draws = Randomization(document.draws(model()));
   if (document.replaces_perturbation()) {
     const auto observations = static_cast<std::int64_t>(frames_.task_count());
-    const PerturbationSettings settings = document.perturbation(model(), task_.action_count(), observations);
+    const PerturbationSettings settings =
+        document.perturbation(model(), schema_.fields(MJENV_ROLE_ACTION), task_.fields[MJENV_ROLE_OBSERVATION]);
     perturbation = Perturbation(settings, model(), task_.action_count(), observations);
   }
   std::vector<std::string> arrays = draws.arrays();

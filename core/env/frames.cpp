@@ -48,7 +48,8 @@ void declare_frame_options(Options& options) {
   options.text_or_index(
       "history", 0,
       "how many observations are stacked, the newest last, as Gymnasium's FrameStackObservation does; 0: none are; or "
-      "how many of the last values of some terms are stacked, as in \"position=3 velocity=2\"");
+      "how many of the last values of some terms, or of the terms of some groups, are stacked, as in \"position=3 "
+      "velocity=2\"");
   options.text("history_padding", "reset",
                "what stands before the first observation of an episode in the history: this observation (reset), or "
                "zeros (zero)",
@@ -169,17 +170,16 @@ void Frames::stack_terms(const std::string& lengths) {
   std::istringstream words(lengths);
   for (std::string word; words >> word;) {
     const auto [name, length] = length_of(word);
-    const auto found =
-        std::find_if(fields_.begin(), fields_.end(), [&name = name](const Field& field) { return field.name == name; });
-    if (found == fields_.end()) {
-      std::vector<std::string> names;
-      for (const Field& field : fields_) names.push_back(field.name);
-      refuse(MJENV_E_NAME, "the observation has no term " + quoted(name) +
-                               choices(name, names, "mjenv_field_at with MJENV_ROLE_OBSERVATION"));
+    bool is_found = false;
+    for (std::size_t i = 0; i < fields_.size(); ++i) {
+      if (!is_called(fields_[i], name)) continue;
+      is_found = true;
+      if (frames[i] != 0) refuse(MJENV_E_VALUE, "the term " + quoted(fields_[i].name) + " is named twice");
+      frames[i] = length;
     }
-    std::size_t& of_term = frames[static_cast<std::size_t>(found - fields_.begin())];
-    if (of_term != 0) refuse(MJENV_E_VALUE, "the term " + quoted(name) + " is named twice");
-    of_term = length;
+    if (!is_found)
+      refuse(MJENV_E_NAME, "the observation has no term or group " + quoted(name) +
+                               choices(name, names_of(fields_), "mjenv_field_at with MJENV_ROLE_OBSERVATION"));
   }
   std::size_t to = 0;
   for (std::size_t i = 0; i < fields_.size(); ++i) {

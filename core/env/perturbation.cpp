@@ -11,7 +11,6 @@
 namespace mjenv::core {
 namespace {
 
-constexpr std::int64_t kMaxDelay = 1'000'000;
 constexpr std::int64_t kMaxInterval = std::int64_t{1} << 52;  // so that a double can count the steps exactly
 constexpr std::size_t kPushes = 1;                            // where the pushes begin in a record
 
@@ -28,14 +27,15 @@ Perturbation::Perturbation(const PerturbationSettings& given, const Model& model
       first_action_(given.first_action),
       actuators_(static_cast<std::size_t>(action_count)),
       observation_count_(static_cast<std::size_t>(observation_count)),
-      redraws_delays_(given.redraws_delays) {
-  const auto take_delay = [](Delay& delay, const DelaySettings& from, const char* place) {
-    check_range(place, from.least, 0, kMaxDelay);
-    check_range(place, from.most, from.least, kMaxDelay);
-    delay = {static_cast<std::size_t>(from.least), static_cast<std::size_t>(from.most), from.is_drawn};
+      noise_is_uniform_(given.noise_is_uniform),
+      redraws_delays_(given.redraws_delays),
+      begins_with_own_(given.begins_with_own),
+      is_delayed_(given.is_delayed) {
+  const auto delay_of = [](const DelaySettings& from) {
+    return Delay{static_cast<std::size_t>(from.least), static_cast<std::size_t>(from.most), from.is_drawn};
   };
-  take_delay(action_delay_, given.action_delay, "delay.action");
-  take_delay(observation_delay_, given.observation_delay, "delay.observation");
+  action_delay_ = delay_of(given.action_delay);
+  observation_delay_ = delay_of(given.observation_delay);
   take_pushes(given, model);
   has_observations_ = !observation_noise_.empty() || observation_delay_.most > 0;
   if (action_noise_.empty() && action_delay_.most == 0 && !has_observations_ && pushes_.empty()) return;
@@ -48,12 +48,14 @@ Perturbation::Perturbation(const PerturbationSettings& given, const Model& model
   observations_ = actions_ + static_cast<std::size_t>(actions);
   last_ = observations_ + static_cast<std::size_t>(observations);
   record_count_ = actions_ + actions + observations + (has_observations_ ? observation_count_ : 0);
-  const std::array<std::size_t, 9> sizes{action_delay_.least,      action_delay_.most,      action_delay_.is_drawn,
-                                         observation_delay_.least, observation_delay_.most, observation_delay_.is_drawn,
-                                         redraws_delays_,          action_noise_.size(),    pushes_.size()};
+  const std::array<std::size_t, 11> sizes{
+      action_delay_.least,     action_delay_.most,          action_delay_.is_drawn, observation_delay_.least,
+      observation_delay_.most, observation_delay_.is_drawn, redraws_delays_,        action_noise_.size(),
+      pushes_.size(),          noise_is_uniform_,           begins_with_own_};
   fingerprint_ = hash(sizes.data(), sizeof sizes);
   for (const auto* numbers : {&action_noise_, &observation_noise_, &first_action_})
     fingerprint_ = hash(numbers->data(), numbers->size() * sizeof(double), fingerprint_);
+  for (const bool one : is_delayed_) fingerprint_ = hash(&one, sizeof one, fingerprint_);
   for (const Push& push : pushes_) {
     const std::array numbers{std::int64_t{push.body}, push.min_steps,    push.max_steps,
                              push.min_duration,       push.max_duration, std::int64_t{push.dof}};
@@ -126,6 +128,10 @@ void Perturbation::begin(double* record, np::Generator& rng) const {
     std::copy(first_action_.begin(), first_action_.end(), record + actions_ + i * actuators_);
 }
 
+double Perturbation::noise(double scale, np::Generator& rng) const {
+  return noise_is_uniform_ ? rng.uniform(-scale, scale) : 0.0 + scale * rng.normal();
+}
+
 Perturbation::Step Perturbation::make_step() const {
   Step step;
   step.doubles.resize(actuators_);
@@ -162,7 +168,7 @@ Action Perturbation::act(const double* record, std::int64_t steps, const Action&
   for (std::size_t i = 0; i < actuators_; ++i) {
     double value = is_delayed ? delayed[i] : action[static_cast<std::int64_t>(i)];
     if (is_float32) value = static_cast<float>(value);
-    if (!action_noise_.empty()) value += 0.0 + action_noise_[i] * rng.normal();
+    if (!action_noise_.empty()) value += noise(action_noise_[i], rng);
     step.doubles[i] = value;
     step.floats[i] = static_cast<float>(value);
   }
@@ -191,14 +197,16 @@ const double* Perturbation::observe(double* record, std::int64_t steps, const do
   const auto slot = [&](std::size_t step) {
     return most > 0 ? record + observations_ + step % most * observation_count_ : last;
   };
+  const bool begins = steps == 0 && begins_with_own_;
   double* const to = slot(static_cast<std::size_t>(steps));
   const double* const delayed = slot(static_cast<std::size_t>(steps) + most - delay);
   for (std::size_t i = 0; i < observation_count_; ++i) {
     double value = observation[i];
-    if (!observation_noise_.empty()) value += 0.0 + observation_noise_[i] * rng.normal();
-    last[i] = delay > 0 ? delayed[i] : value;
+    if (!observation_noise_.empty()) value += noise(observation_noise_[i], rng);
+    last[i] = delay > 0 && !begins && is_delayed_[i] ? delayed[i] : value;
     to[i] = value;
   }
+  for (std::size_t step = 1; begins && step < most; ++step) std::copy_n(to, observation_count_, slot(step));
   record[0] = kObserved;
   return last;
 }

@@ -95,7 +95,10 @@ class Perturbation {
     bool contains(double steps) const;
   };
   Delay action_delay_, observation_delay_;
-  bool redraws_delays_ = false;  // delays are drawn for each step, not at each reset
+  bool noise_is_uniform_ = false;
+  bool redraws_delays_ = false;   // delays are drawn for each step, not at each reset
+  bool begins_with_own_ = false;  // the reset's observation stands before the first delayed one, not zeros
+  std::vector<bool> is_delayed_;  // each number of the observation
   std::vector<Push> pushes_;
   std::size_t xfrc_offset_ = 0;  // in a row's block of own values
   bool has_observations_ = false;
@@ -111,6 +114,7 @@ class Perturbation {
   std::uint64_t record_count_ = 0, fingerprint_ = 0;
 
   void take_pushes(const PerturbationSettings& given, const Model& model);
+  double noise(double scale, np::Generator& rng) const;
   static double interval(const Push& push, np::Generator& rng);
   // Decides what a push does in a step, and counts down its two numbers in the record, `left` and `lasts`.
   void push(const Push& push, double& left, double& lasts, np::Generator& rng, Work::Pushes& to) const;

@@ -78,6 +78,20 @@ void replace_or_add(std::vector<Field>& fields, Field field) {
   *found = std::move(field);
 }
 
+std::vector<std::string> names_of(const std::vector<Field>& fields) {
+  std::vector<std::string> names;
+  for (const Field& field : fields) {
+    names.push_back(field.name);
+    if (!field.group.empty() && std::find(names.begin(), names.end(), field.group) == names.end())
+      names.push_back(field.group);
+  }
+  return names;
+}
+
+bool is_called(const Field& field, const std::string& name) {
+  return !name.empty() && (field.name == name || field.group == name);
+}
+
 std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role) {
   std::vector<Field> list;
   const std::string role_text = role_name(role);

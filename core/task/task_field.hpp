@@ -25,6 +25,10 @@ Field field_of(const mjenv_task_field& given);
 // Replaces the field that has the same role and name, or adds the field if there is none. A reward replaces the earlier
 // reward whatever its name. If the new field has no doc or group, it keeps that of the replaced one.
 void replace_or_add(std::vector<Field>& fields, Field field);
+// The names of fields and of their groups, each once.
+std::vector<std::string> names_of(const std::vector<Field>& fields);
+// Whether this is the name of the field or of its group.
+bool is_called(const Field& field, const std::string& name);
 // The fields of a role, with their offsets. An observation does not list empty terms.
 std::vector<Field> with_offsets(const std::vector<Field>& fields, mjenv_role role);
 // The keys of an observation with these terms as a Gymnasium Dict: its groups, and the terms without a group. Throws if

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import pickle
 from collections import deque
@@ -110,7 +111,11 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
             self.delays = {}
         self.actions = deque([first] * np.max(self.delay.action))
         self.observations = deque([np.zeros_like(obs)] * np.max(self.delay.observation))
-        return self.observed(obs), info
+        first_seen = self.observed(obs)
+        if self.delay.first_observation == "reset":
+            first_seen = self.observations[-1]
+            self.observations = deque([first_seen] * len(self.observations))
+        return first_seen, info
 
     def drawn_delay(self, name: str) -> int:
         """The delay of an episode; of a step, if each draws one."""
@@ -123,11 +128,16 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
         waiting.popleft()
         return found
 
+    def noisy(self, scale: Any, shape: Any) -> Any:
+        if self.noise.distribution == "uniform":
+            return self.base.np_random.uniform(-np.array(scale), np.array(scale), shape)
+        return self.base.np_random.normal(0, scale, shape)
+
     def observed(self, obs: Array) -> Array:
         if self.delay.redraw == "step":
             self.delays["observation"] = self.drawn_delay("observation")
         if np.any(self.noise.observation):
-            obs = obs + self.base.np_random.normal(0, self.noise.observation, obs.shape)
+            obs = obs + self.noisy(self.noise.observation, obs.shape)
         self.observations.append(obs)
         return self.delayed("observation", self.observations)
 
@@ -138,7 +148,7 @@ class Perturbed(gymnasium.Wrapper[Any, Any, Any, Any]):
             self.delays["action"] = self.drawn_delay("action")
         action = self.delayed("action", self.actions).astype(dtype)
         if np.any(self.noise.action):
-            action = (action + rng.normal(0, self.noise.action, action.shape)).astype(dtype)
+            action = (action + self.noisy(self.noise.action, action.shape)).astype(dtype)
         forces = self.base.data.xfrc_applied
         for i, (push, body) in enumerate(zip(self.pushes, self.bodies, strict=True)):
             if self.lasts[i] > 1:
@@ -294,6 +304,23 @@ def test_delays_with_a_range(delay: Delay, noise: Noise | None) -> None:
             ours = other
         if b[2] or b[3] or t % 11 == 10:
             check_same("reset", ours.reset(), theirs.reset())
+
+
+@pytest.mark.parametrize("lanes", [0, "auto"])
+@pytest.mark.parametrize("delay", [Delay(1, 3), Delay((0, 2), (1, 3)), Delay(0, (0, 2), redraw="step")], ids=str)
+def test_uniform_noise_by_names(delay: Delay, lanes: int | str) -> None:
+    """Rows in lanes and alone, with the reset's own observation before the first delayed one."""
+    delay = dataclasses.replace(delay, first_observation="reset")
+    by_names = Noise({"thigh_joint": 0.2}, {"qpos": 0.1, "qvel": [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]}, "uniform")
+    by_numbers = Noise([0.2, 0.0, 0.0], [0.1] * 5 + [0.0, 0.1, 0.2, 0.3, 0.4, 0.5], "uniform")
+    limits: dict[str, Any] = {"max_episode_steps": 9, "autoreset_mode": AutoresetMode.SAME_STEP}
+    ours = mjenv.make_vec("Hopper-v5", 5, lanes=lanes, noise=by_names, delay=delay, **limits)
+    makers = [lambda: Perturbed(gymnasium.make("Hopper-v5", max_episode_steps=9), noise=by_numbers, delay=delay)] * 5
+    theirs = gymnasium.vector.SyncVectorEnv(makers, autoreset_mode=AutoresetMode.SAME_STEP)
+    check_same("reset", ours.reset(seed=1)[0], theirs.reset(seed=1)[0])
+    for t in range(30):
+        actions = np.random.default_rng(t).uniform(-1, 1, (5, 3)).astype(np.float32)
+        check_same(f"step {t}", ours.step(actions)[:4], theirs.step(actions)[:4])
 
 
 @pytest.mark.parametrize("options", [{"num_threads": 2}, {"lanes": 0}, {"num_threads": 1}], ids=str)

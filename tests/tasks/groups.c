@@ -187,6 +187,42 @@ static void test_history(void** state) {
   mjenv_destroy(dict);
 }
 
+// A group can be delayed alone, here beginning with the reset's own values, and have a history alone.
+static void test_a_group_alone(void** state) {
+  (void)state;
+  enum { SEEN = WIDTH + 8, BEHIND = 2 };
+  mjenv_options* options = options_of_id("Groups-v0");
+  assert_ok(mjenv_options_set_string(options, "history", "policy=2"));
+  mjenv_env *env = env_of_options(options, ROWS), *plain = env_with("Groups-v0", "flat", 0);
+  assert_ok(mjenv_randomize(env, "{\"delay\": {\"observation\": {\"policy\": 2}, \"first_observation\": \"reset\"}}"));
+  seed_rows(env, 7);
+  double seen[ROWS][SEEN], now[LIMIT][ROWS][WIDTH];
+  for (int t = 0; t < LIMIT; ++t) {
+    assert_int_equal(observe_into(env, seen[0], t > 0), SEEN);
+    assert_int_equal(observe_into(plain, now[t][0], t > 0), WIDTH);
+    const int newer = t > BEHIND ? t - BEHIND : 0, older = newer > 0 ? newer - 1 : 0;
+    for (int row = 0; row < ROWS; ++row) {
+      const double *old = now[older][row], *new = now[newer][row], cart[] = {old[0], new[0]};
+      assert_same_bits("cart", seen[row], cart, 2);
+      assert_same_bits("older", seen[row] + 2, old + 1, 7);
+      assert_same_bits("newer", seen[row] + 9, new + 1, 7);
+      assert_same_bits("critic", seen[row] + 16, now[t][row] + 8, WIDTH - 8);
+    }
+  }
+  assert_refused(MJENV_E_NAME, mjenv_randomize(env, "{\"noise\": {\"observation\": {\"critics\": 1}}}"),
+                 "noise.observation", "critic");
+  assert_refused(MJENV_E_SIZE, mjenv_randomize(env, "{\"noise\": {\"observation\": {\"policy\": [1, 2, 3]}}}"),
+                 "noise.observation.policy: 3 numbers, 8", "");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, "{\"delay\": {\"observation\": {\"policy\": 2, \"clock\": 1}}}"),
+                 "delay.observation.clock", "same delay");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, "{\"delay\": {\"observation\": {\"policy\": [0, -1]}}}"),
+                 "delay.observation.policy", "order");
+  assert_refused(MJENV_E_VALUE, mjenv_randomize(env, "{\"noise\": {\"observation\": {\"policy\": 2, \"cart\": 1}}}"),
+                 "noise.observation.cart", "twice");
+  mjenv_destroy(env);
+  mjenv_destroy(plain);
+}
+
 static void assert_bad(const char* id, const term* terms, mjenv_status status, const char* word) {
   mjenv_task task = task_of(id, terms);
   assert_ok(mjenv_register_task(&task));
@@ -332,6 +368,7 @@ int main(void) {
       {"keys", test_keys, NULL, NULL, "Groups-v0"},
       {"keys in C++", test_keys, NULL, NULL, "CppGroups-v0"},
       {"history", test_history, NULL, NULL, "Groups-v0"},
+      cmocka_unit_test(test_a_group_alone),
       {"history in C++", test_history, NULL, NULL, "CppGroups-v0"},
       cmocka_unit_test(test_refusals),
       cmocka_unit_test(test_rewards_of_goals),

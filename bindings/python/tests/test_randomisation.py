@@ -199,6 +199,14 @@ def test_the_stream_is_one() -> None:
             mjenv.InvalidValueError,
             "noise.observation: 12 numbers, 11 or 1 expected",
         ),
+        ({"noise": Noise({"thigh": 0.1})}, mjenv.UnknownNameError, 'noise.action: there is no "thigh"; .* thigh_joint'),
+        ({"noise": Noise({"thigh_joint": -1})}, mjenv.InvalidValueError, r"noise.action.thigh_joint\[0\] is -1"),
+        ({"noise": Noise(0.0, {"qpos": "a"})}, mjenv.OptionError, "noise.observation.qpos: a number"),  # type: ignore
+        ({"noise": Noise(distribution="even")}, mjenv.InvalidValueError, "noise.distribution: there is no"),  # type: ignore
+        ({"delay": Delay({"thigh_joint": 1})}, mjenv.OptionError, "delay.action: an integer"),  # type: ignore[arg-type]
+        ({"delay": Delay(0, {"qvel": -1})}, mjenv.InvalidValueError, "delay.observation.qvel is -1"),
+        ({"delay": Delay(1, first_action={"knee": 1})}, mjenv.UnknownNameError, "delay.first_action: there is no"),
+        ({"delay": Delay(first_observation="own")}, mjenv.InvalidValueError, "delay.first_observation"),  # type: ignore
         ({"delay": Delay(-1)}, mjenv.InvalidValueError, "delay.action"),
         ({"delay": Delay(1, first_action=(0.1, 0.2))}, mjenv.InvalidValueError, "delay.first_action: 2 numbers"),
         ({"delay": Delay(1, first_action=float("inf"))}, mjenv.InvalidValueError, "not JSON compliant"),

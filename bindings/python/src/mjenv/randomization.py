@@ -12,6 +12,7 @@ from typing import Literal
 
 Name = str | int
 Names = Name | Sequence[Name] | None
+Numbers = float | Sequence[float] | Mapping[str, float | Sequence[float]]
 DistributionName = Literal["uniform", "log_uniform", "normal", "truncated_normal", "choice"]
 
 
@@ -88,28 +89,32 @@ class Same:
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviations of the normal noise that is added to actions and observations: one for all elements, or one
-    for each."""
+    """Normal noise that is added to actions and observations, with these standard deviations; or uniform noise from
+    minus to plus these numbers. There is one for all elements, or one for each; or they are those of the actuators,
+    terms and groups that are named: observation={"policy": 0.1}."""
 
-    action: float | Sequence[float] = 0.0
-    observation: float | Sequence[float] = 0.0
+    action: Numbers = 0.0
+    observation: Numbers = 0.0
+    distribution: Literal["normal", "uniform"] = "normal"
 
 
 @dataclass(frozen=True)
 class Delay:
-    """The numbers of steps by which actions and observations are delayed.
+    """The numbers of steps by which actions and observations are delayed; observation={"policy": 2} delays the terms
+    and groups that are named alone.
 
     Until the first one arrives, zeros take its place. For actions, first_action can replace the zeros: one number for
-    all actuators, or one for each.
+    all actuators, or one for each. For observations, first_observation="reset" puts the reset's own there.
 
     A pair such as (0, 2) is a range with both ends, from which the delay is drawn: at each reset, or with
     redraw="step" anew for each step.
     """
 
     action: int | tuple[int, int] = 0
-    observation: int | tuple[int, int] = 0
-    first_action: float | Sequence[float] = 0.0
+    observation: int | tuple[int, int] | Mapping[str, int | tuple[int, int]] = 0
+    first_action: Numbers = 0.0
     redraw: Literal["reset", "step"] = "reset"
+    first_observation: Literal["zero", "reset"] = "zero"
 
 
 @dataclass(frozen=True)
