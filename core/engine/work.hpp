@@ -60,8 +60,8 @@ class Work {
   bool reads_forces() const { return reads_forces_; }
   // Whether `expect` named another array for which is_always_readable is false.
   bool reads_all() const { return reads_all_; }
-  // Whether the last step left all of mjData as MuJoCo does. If not, only these arrays may be read: those for which
-  // is_always_readable is true, and, if reads_forces() is true, the forces, which lanes have then computed.
+  // Whether mjData is all that MuJoCo would leave. After a step in lanes it may be less: the arrays that
+  // is_always_readable names, and the forces if reads_forces().
   bool is_whole() const { return is_whole_; }
 
   const Model& compiled() const { return *model_; }
@@ -176,8 +176,9 @@ class Work {
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool keeps_current_ = false;
-  bool continues_ = false;  // the next step begins with mj_step2
-  std::uint8_t new_state_warnings_ = 0, only_new_state_warnings_ = 0;
+  bool continues_ = false;                          // the next step begins with mj_step2
+  std::uint8_t new_state_warnings_ = 0;             // those of the mj_step1 for the new state
+  std::uint8_t only_new_state_warnings_ = 0;        // of these, those that the step before has not given
   std::vector<double> raw_qpos_, normalized_qpos_;  // before and after the last mj_step1
   std::uint64_t computation_ = 0;
 

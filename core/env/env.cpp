@@ -503,24 +503,51 @@ void Env::reset_data(const Selection& selected) {
   });
 }
 
+Env::Target Env::target_of(const std::string& array) {
+  if (Parameters::is_name(array)) {
+    const Field& field = task_.parameters.find(array, options_.id());
+    return {field.count, [&](const double* values) { task_.parameters.check(field, values); },
+            [&](std::int64_t row, const double* values) {
+              std::copy_n(values, field.count, rows_.parameters(row) + field.offset);
+              forget_observation(row);
+            }};
+  }
+  if (Randomization::is_name(array)) {
+    const Randomization::Range range = randomization_.find(array);
+    return {static_cast<std::int64_t>(range.count),
+            [this, range](const double* values) { randomization_.check(range, values); },
+            [this, range](std::int64_t row, const double* values) {
+              std::copy_n(values, range.count, rows_.ranges(row) + range.first);
+            }};
+  }
+  if (task_.physics_only && array == kCarried)
+    return {
+        task_.carry_count, [this](const double* values) { check_carried(*task_.calls, values); },
+        [this](std::int64_t row, const double* values) { std::copy_n(values, task_.carry_count, rows_.carried(row)); }};
+  if (const auto part = rows_.layout().part(array))
+    return {static_cast<std::int64_t>(part->count),
+            [array, part](const double* values) { check_finite(array, values, part->count); },
+            [this, part](std::int64_t row, const double* values) {
+              std::copy_n(values, part->count, rows_.state(row) + part->offset);
+              note_write(row);
+            }};
+  const OwnArray* found = rows_.arrays().find(array);
+  const OwnArray own = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
+  return {
+      static_cast<std::int64_t>(own.original.count()), [own](const double* values) { own.check(values); },
+      [this, array, placed = static_cast<const OwnArray*>(nullptr)](std::int64_t row, const double* values) mutable {
+        if (!placed && !rows_.arrays().find(array)) make_own({array});
+        if (!placed) placed = rows_.arrays().find(array);
+        rows_.keep(row);
+        placed->write(values, rows_.own_values(row));
+        note_write(row);
+      }};
+}
+
 void Env::write(const Selection& selected, const std::string& array, const double* values, std::int64_t count) {
   check_received();
-  const Field* parameter = Parameters::is_name(array) ? &task_.parameters.find(array, options_.id()) : nullptr;
-  std::optional<Randomization::Range> range;
-  if (Randomization::is_name(array)) range = randomization_.find(array);
-  const auto part = rows_.layout().part(array);
-  const bool is_carried = task_.physics_only && array == kCarried;
-  OwnArray target{};
-  if (!part && !parameter && !range && !is_carried) {
-    const OwnArray* found = rows_.arrays().find(array);
-    target = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
-  }
-  const std::size_t elements = parameter    ? static_cast<std::size_t>(parameter->count)
-                               : range      ? range->count
-                               : part       ? part->count
-                               : is_carried ? static_cast<std::size_t>(task_.carry_count)
-                                            : target.original.count();
-  const auto each = static_cast<std::int64_t>(elements);
+  const Target target = target_of(array);
+  const std::int64_t each = target.count;
   if (count != each && count != selected.count * each)
     fail(MJENV_E_SIZE,
          "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " + std::to_string(each) +
@@ -528,57 +555,25 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
               : selected.count == 1 ? ""
                                     : " (the same in all rows) or " + std::to_string(selected.count * each) + " (" +
                                           std::to_string(each) + " for each row)"));
-  const bool same = count == each;
-  const auto for_each_row = [&](const auto& body) {
-    selected.for_each([&](std::int64_t row, std::int64_t place) { body(row, same ? values : values + place * each); });
-  };
+  const auto of = [&](std::int64_t place) { return count == each ? values : values + place * each; };
   const double* checked = nullptr;  // the values that were checked last; rows may share them
-  for_each_row([&](std::int64_t row, const double* of_row) {
-    if (of_row == checked) return;
+  selected.for_each([&](std::int64_t row, std::int64_t place) {
+    if (of(place) == checked) return;
     try {
-      if (parameter)
-        task_.parameters.check(*parameter, of_row);
-      else if (range)
-        randomization_.check(*range, of_row);
-      else if (part)
-        check_finite(array, of_row, elements);
-      else if (is_carried)
-        check_carried(*task_.calls, of_row);
-      else
-        target.check(of_row);
+      target.check(of(place));
     } catch (const Error& error) {
       fail(error.status(), in_row(row, error.what()));
     }
-    checked = of_row;
+    checked = of(place);
   });
-  if (count == 0) return;
-  if (parameter)
-    return for_each_row([&](std::int64_t row, const double* of_row) {
-      std::copy_n(of_row, elements, rows_.parameters(row) + parameter->offset);
-      forget_observation(row);
-    });
-  if (is_carried)
-    return for_each_row(
-        [&](std::int64_t row, const double* of_row) { std::copy_n(of_row, elements, rows_.carried(row)); });
-  if (range)
-    return for_each_row([&](std::int64_t row, const double* of_row) {
-      std::copy_n(of_row, elements, rows_.ranges(row) + range->first);
-    });
-  if (!part && !rows_.arrays().find(array)) {
-    make_own({array});
-    target = *rows_.arrays().find(array);
-  }
-  for_each_row([&](std::int64_t row, const double* of_row) {
-    if (part) {
-      std::copy_n(of_row, elements, rows_.state(row) + part->offset);
-    } else {
-      rows_.keep(row);
-      target.write(of_row, rows_.own_values(row));
-    }
-    rows_.head(row).written = Written::by_caller;
-    workers_.forget(row);
-    forget_observation(row);
-  });
+  if (count > 0) selected.for_each([&](std::int64_t row, std::int64_t place) { target.write(row, of(place)); });
+}
+
+// The row's state or own values were written without a worker.
+void Env::note_write(std::int64_t row) {
+  rows_.head(row).written = Written::by_caller;
+  workers_.forget(row);
+  forget_observation(row);
 }
 
 void Env::make_own(const std::vector<std::string>& arrays) {

@@ -118,6 +118,14 @@ class Env {
   void restore(std::int64_t row, const void* image, std::size_t size);
 
  private:
+  // What `write` writes to: an array in one row.
+  struct Target {
+    std::int64_t count;
+    std::function<void(const double* values)> check;  // throws unless a row can have these values
+    std::function<void(std::int64_t row, const double* values)> write;
+  };
+
+  // The first eleven are made in this order, each from those before it.
   Options options_;
   Task task_;
   LaneChoice lanes_;
@@ -139,6 +147,8 @@ class Env {
   std::vector<std::byte> whole_array_;  // its values, if rows own only a part of it
 
   const Identity& identity() const;
+  Target target_of(const std::string& array);
+  void note_write(std::int64_t row);
   // The same as array, if no work space is needed; otherwise null.
   const Array* stored(std::int64_t row, const std::string& name);
   // Calls body(worker, row) for all rows on all threads: first with the workers that hold a row's derived arrays,

@@ -92,8 +92,7 @@ class Rows {
   const std::byte* values(std::int64_t row, Entry entry = Entry::now) const;
   // The row's present own values, for writing. If the row has shared the model's, it now has a copy of them.
   std::byte* own_values(std::int64_t row);
-  // Replaces the row's present own values. If the row shares the model's values and the new ones are equal to these, it
-  // goes on sharing them.
+  // Replaces the row's present own values. A row that shares the model's values gets no copy of equal ones.
   void set_values(std::int64_t row, const std::byte* block);
   void share_model_values(std::int64_t row) { owns_values_[static_cast<std::size_t>(row)] = 0; }
   // Gives all rows own values of these arrays; at first they are those of model_values. Changes nothing if it fails.

@@ -63,7 +63,8 @@ class Worker {
   void clear(Rows& rows);
   void clear(Rows& rows, std::int64_t row);
   // Begins an episode: the task draws the initial state from rng, the randomisation draws its values, and mj_forward
-  // computes the derived arrays, still with the row's old values. `adopt` replaces the old values by the drawn ones.
+  // computes the derived arrays. As with a wrapper around Gymnasium's environment, which draws after the reset, this
+  // reset still has the row's old values; `adopt` gives it the drawn ones.
   // initial: replaces what the task has drawn.
   void begin(Rows& rows, std::int64_t row, const Rng& rng, const Randomization& randomization = {},
              const Initial& initial = {});
@@ -181,8 +182,8 @@ class Worker {
   // Makes the work space use the row's own values, if it has any.
   void use(Rows& rows, std::int64_t row, Entry entry = Entry::now);
   void use(const OwnArrays& arrays, const std::byte* block);
-  // The row's own values, for writing. The work space must be using them. If the row now gets a copy, the work space
-  // uses the copy from then on.
+  // The row's own values, for writing, which the work space is using: it also uses the copy that a row gets by its
+  // first write.
   std::byte* own_values(Rows& rows, std::int64_t row);
   // Saves an input of mjData to the row. offset: in the row's block of own values.
   void save_input(Rows& rows, std::int64_t row, std::size_t offset, const double* values, std::size_t bytes);

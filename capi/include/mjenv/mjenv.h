@@ -34,9 +34,9 @@
  * Errors
  *   A function that can fail returns MJENV_OK or a negative mjenv_status, and the handle stays usable. mjenv_last_error
  *   returns the reason. A call that fails changes nothing. But if single rows fail, the others are still computed, and
- *   mjenv_batch.status tells which rows have failed. The lists "Errors" below omit the prefix MJENV_E_, and those
- *   statuses that every function may return: ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING and
- *   FORKED where rows are read or changed.
+ *   mjenv_batch.status tells which rows have failed. Below, each function lists its own errors, without
+ *   MJENV_E_. Any function may also return ARGUMENT, BUSY, MEMORY, INTERNAL, SIZE (a negative count), and PENDING and
+ *   FORKED where it reads or changes rows.
  * Handles
  *   The caller must destroy each handle that it creates; *_destroy does nothing for NULL. Texts and bounds that a
  *   function returns live as long as their handle; those without a handle live as long as the library is loaded. Only

@@ -151,7 +151,7 @@ typedef struct mjenv_sim {
   int32_t reserved2;        /* 0 */
 } mjenv_sim;
 
-/* The initial state of an episode. The comments say what the members hold before reset changes them. */
+/* The initial state of an episode. In: what the comments say. Out: what reset writes. */
 typedef struct mjenv_start {
   uint32_t struct_size;
   int32_t reserved; /* 0 */
@@ -174,7 +174,7 @@ typedef struct mjenv_start {
                          NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
 } mjenv_start;
 
-/* The result of a step. The comments say what the members hold before step changes them. */
+/* The result of a step. In: what the comments say. Out: what step writes. */
 typedef struct mjenv_outcome {
   uint32_t struct_size;
   int32_t terminated;   /* 0. Any other number terminates the episode */
@@ -188,8 +188,7 @@ typedef struct mjenv_outcome {
                    next step see it. What MuJoCo has computed still belongs to the old velocities */
 } mjenv_outcome;
 
-/* What drives the simulation in a step. The comments say what the members hold before before_step and before_substep
- * change them. */
+/* What drives the simulation in a step. In: what the comments say. Out: what before_step and before_substep write. */
 typedef struct mjenv_control {
   uint32_t struct_size;
   int32_t substep; /* which mj_step of the step comes next, from 0 on */

@@ -62,9 +62,8 @@ class ConstraintMaker {
   std::vector<Contacts::Equal> equals_;
   std::vector<Contacts::Friction> frictions_;
   int shared_rows_ = 0;  // the lists are valid for this many rows with the shared model; 0: they are not valid
-  // Whether Model has no list of pairs. Without lanes, MuJoCo then searches for the pairs in every row, so `find` must
-  // find the contacts that this search would find. Since no mjModel has the pairs' parameters, set_contact computes
-  // them.
+  // Whether Model has no list of pairs, so that MuJoCo searches for them in every row. Then `find` finds what this
+  // search would, and set_contact computes the pairs' parameters, which no mjModel has.
   const bool are_always_searched_;
   const bool has_friction_;
   const ModelTables& tables_;

@@ -35,10 +35,11 @@ struct GeomBox {
   double middle[3], half[3], round;
 };
 
-// Two geoms whose GeomBoxes are compared. They do not touch if the gap between the boxes without their round edges is
-// greater than the sum of three numbers: limit, which includes the radii and the margin; kRounding times the sizes of
-// the coordinates, for rounding errors; and kCollinear / (the distance between the geoms' centres), because MuJoCo's
-// search for contacts of convex shapes treats a product of two lengths as zero if it is below 1.5e-8.
+// Two geoms whose GeomBoxes are compared. They do not touch if
+//     gap > limit + kRounding * coordinates + kCollinear / distance
+// gap: between the boxes without their round edges. limit: the radii and the margin. coordinates: their sizes, for
+// rounding errors. distance: between the geoms' centres, because MuJoCo's search for contacts of convex shapes treats a
+// product of two lengths as zero if it is below 1.5e-8.
 struct BoxPair {
   static constexpr double kRounding = 1e-12, kCollinear = 1e-7;
   double limit;
