@@ -1,4 +1,4 @@
 """What the learner adds to mjenv."""
 
 NAMES = {"evaluate": "mjenv_learn.training", "train": "mjenv_learn.training"}
-COMMANDS = {"train": "mjenv_learn.command"}
+COMMANDS = {"export": "mjenv_learn.export", "train": "mjenv_learn.command"}

@@ -3,6 +3,8 @@
 import dataclasses
 import math
 import os
+import shutil
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 
 import mjenv
+from mjenv_command import main
 from mjenv_learn.declarations import Precision
 from mjenv_learn.learner import PolicyHandle
 from mjenv_learn.policy import ACTIVATIONS, Layer, Policy
@@ -75,6 +78,42 @@ def test_all_that_environments_return(activation: str) -> None:
     for wrong in (rows[0, :11], rows[:, :11], {"policy": rows[:, :6], "critic": rows[:39, 6:]}, {}, 3.0):
         with pytest.raises(mjenv.InvalidValueError, match="this policy of Own-v0 sees 12 numbers"):
             policy.act(wrong)
+
+
+PLAYER = """
+#include "policy.h"
+#include <stdio.h>
+
+int main(void) {
+  double observation[MJENV_POLICY_OBSERVATIONS];
+  float action[MJENV_POLICY_ACTIONS];
+  while (fread(observation, sizeof observation, 1, stdin)) {
+    mjenv_policy_act(observation, action);
+    fwrite(action, sizeof action, 1, stdout);
+  }
+}
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_a_header_in_c(tmp_path: Path) -> None:
+    """mjenv export writes C with the bits of the library, also for an id that would end its comment."""
+    rng = np.random.default_rng(5)
+    layers = [
+        Layer(activation, rng.normal(size=(7, inputs)).tolist(), [-0.0, 0.0, *rng.normal(size=5).tolist()])
+        for activation, inputs in (("tanh", 4), ("relu", 7), ("elu", 7), ("identity", 7))
+    ]
+    policy = Policy("*/ int x", rng.normal(size=4).tolist(), [1e-300, 0.5, 1, 7], 5.0, [-1.0] * 7, [1.0] * 7, layers)
+    rows = np.concatenate([rng.normal(size=(500, 4)) * 3, [[0.0, -0.0, math.inf, -math.inf]] * 2])
+    policy.save(tmp_path / "policy.txt")
+    assert main(["export", str(tmp_path / "policy.txt"), "--c", str(tmp_path / "policy.h")]) == 0
+    (tmp_path / "play.c").write_text(PLAYER)
+    for compiler in (["cc", "-std=c99"], ["c++", "-std=c++11", "-x", "c++"]):
+        flags = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off", "-o", "play", "play.c", "-lm"]
+        subprocess.run([*compiler, *flags], cwd=tmp_path, check=True)
+        played = subprocess.run([tmp_path / "play"], input=rows.tobytes(), capture_output=True, check=True).stdout
+        assert played == PolicyHandle(policy.text()).act(rows, 7, Precision.FLOAT64).tobytes()
+    assert main(["export", str(tmp_path / "play.c"), "--c", str(tmp_path / "policy.h")]) == 2
 
 
 def test_signs_of_zeros() -> None:
