@@ -6,10 +6,11 @@ import { MjenvError } from "./errors.js";
 import { describeOptions, optionValue, setOption, withOptions } from "./options.js";
 
 /** @typedef {import("./library.js").Library} Library */
-/** @typedef {import("./library.js").Scratch} Scratch */
+/** @typedef {import("./library.js").Argument} Argument */
 /** @typedef {import("./options.js").OptionValue} OptionValue */
 /** @typedef {number | bigint} Seed an integer from 0 on, of any size */
 /** @typedef {ArrayLike<number | boolean>} Mask one element for each row: whether the call is for it */
+/** @typedef {{ mask?: Mask | null }} Only the rows that a call is for; all if left out */
 /** @typedef {Seed | readonly (Seed | null)[]} Seeds row i gets seed + i; an array has one for each row, or null */
 /** @typedef {{ numEnvs?: number; seed?: Seeds; [option: string]: unknown }} Settings */
 /** @typedef {Lowercase<keyof typeof Role>} RoleName */
@@ -38,42 +39,6 @@ import { describeOptions, optionValue, setOption, withOptions } from "./options.
  * @property {object | readonly object[] | null} [push]
  */
 
-/** @typedef {Float64ArrayConstructor | Float32ArrayConstructor | Uint8ArrayConstructor | Int32ArrayConstructor} View */
-
-// `using` needs this symbol, also as compilers translate it for older engines, but some browsers lack it.
-if (!Symbol.dispose) Object.defineProperty(Symbol, "dispose", { value: Symbol.for("Symbol.dispose") });
-
-/** Instead of a row's number: all rows. */
-export const ALL_ROWS = -1;
-
-/** In `statuses`: the row's state diverged. */
-export const DIVERGED = Status.DIVERGED;
-
-/**
- * @param {Record<string, number>} table of abi.js
- * @param {string} name in lower case
- * @param {string} what
- */
-function numberOf(table, name, what) {
-  const value = table[String(name).toUpperCase()];
-  if (value !== undefined) return value;
-  const names = Object.keys(table).map((key) => `"${key.toLowerCase()}"`);
-  throw new MjenvError("MJENV_E_NAME", `there is no ${what} "${name}"; there are ${names.join(", ")}`);
-}
-
-/**
- * @template {Record<string, number>} Table
- * @param {Table} table of abi.js
- * @param {number} value
- */
-function nameOf(table, value) {
-  const found = Object.keys(table).find((key) => table[key] === value) ?? String(value);
-  return /** @type {Lowercase<keyof Table & string>} */ (found.toLowerCase());
-}
-
-/** @param {readonly { count: number }[]} fields */
-const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
-
 /**
  * What the program has computed for all rows, one row after the other: the task's own observations, without time and
  * history; infos field by field, as `fields("info")` lists them.
@@ -86,6 +51,58 @@ const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
  * @property {ArrayLike<number>} [resetInfos]
  */
 
+// `using` needs this symbol, also as compilers translate it for older engines, but some browsers lack it.
+if (!Symbol.dispose) Object.defineProperty(Symbol, "dispose", { value: Symbol.for("Symbol.dispose") });
+
+/** Instead of a row's number: all rows. */
+export const ALL_ROWS = -1;
+
+/** In `statuses`: the row's state diverged. */
+export const DIVERGED = Status.DIVERGED;
+
+/** The arrays that calls read and write, named as in mjenv_batch. */
+const arrays = {
+  obs: Float64Array,
+  reward: Float64Array,
+  terminated: Uint8Array,
+  truncated: Uint8Array,
+  status: Int32Array,
+  info: Float64Array,
+  was_reset: Uint8Array,
+  reset_info: Float64Array,
+  final_obs: Float64Array,
+  final_info: Float64Array,
+  arrays: Float64Array,
+  action: Float64Array,
+  mask: Uint8Array,
+};
+
+/** @param {Record<string, number>} table of abi.js @param {string} name in lower case @param {string} what */
+function numberOf(table, name, what) {
+  const value = table[String(name).toUpperCase()];
+  if (value !== undefined) return value;
+  const names = Object.keys(table).map((key) => `"${key.toLowerCase()}"`);
+  throw new MjenvError("MJENV_E_NAME", `there is no ${what} "${name}"; there are ${names.join(", ")}`);
+}
+
+/** @template {Record<string, number>} Table @param {Table} table of abi.js @param {number} value */
+function nameOf(table, value) {
+  const found = Object.keys(table).find((key) => table[key] === value) ?? String(value);
+  return /** @type {Lowercase<keyof Table & string>} */ (found.toLowerCase());
+}
+
+/** @param {readonly { count: number }[]} fields */
+const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
+
+/** @param {Float32Array | Float64Array} actions */
+const typeOf = (actions) => (actions instanceof Float32Array ? Float32Array : Float64Array);
+
+/** @param {Float32Array | Float64Array} actions */
+const dtypeOf = (actions) => (actions instanceof Float32Array ? Dtype.FLOAT32 : Dtype.FLOAT64);
+
+/** @param {readonly Field[]} fields @param {(field: Field) => Float64Array} make @returns {Fields} */
+const byName = (fields, make) => Object.freeze(Object.fromEntries(fields.map((field) => [field.name, make(field)])));
+
 /**
  * One or many rows of a robot; a row is one episode. Make it with `mjenv.make`, and `free` it after use: the garbage
  * collector does not know the library's memory.
@@ -93,46 +110,29 @@ const sum = (fields) => fields.reduce((total, field) => total + field.count, 0);
 export class Env {
   #library;
   #handle = 0;
-  /** The memory of the batch and of the arrays to which it points. */
+  /** The memory of the batch and of `arrays`. */
   #block = 0;
-  #actions = 0;
-  #mask = 0;
-  /** @type {Map<string, { type: View; pointer: number; length: number }>} */
-  #places = new Map();
+  /** @type {Record<string, { pointer: number; length: number }>} */
+  #places = {};
   /** @type {Map<string, unknown>} */
   #views = new Map();
   /** @type {ArrayBufferLike | undefined} */
   #viewed;
-  /** @type {readonly Field[]} */
-  #infoFields;
-  /** @type {readonly Field[]} */
-  #resetInfoFields;
-  /** @type {readonly Field[]} */
-  #arrayFields;
-  /** @type {readonly Field[]} */
-  #groupFields;
+  #fields;
 
-  /**
-   * @param {Library} library
-   * @param {string} id
-   * @param {Settings} settings
-   */
+  /** @param {Library} library @param {string} id @param {Settings} settings */
   constructor(library, id, { numEnvs = 1, seed, ...options }) {
     this.#library = library;
     const given = Object.entries(options).filter(([, value]) => value !== undefined);
     const values = given.map(([name, value]) => ({ name, value: optionValue(name, value) }));
     this.#handle = withOptions(library, id, (built) => {
       for (const { name, value } of values) setOption(library, built, name, value);
-      return library.scope((scratch) => {
-        const created = scratch.allocate(4);
-        library.check(library.functions.mjenv_create(built, int64(numEnvs, "numEnvs"), created));
-        return library.number(created, "uint32");
-      });
+      return library.out("uint32", "mjenv_create", built, int64(numEnvs, "numEnvs"));
     });
     try {
       /** The id. */
       this.id = String(id);
-      const info = library.filled(mjenv_info, (pointer) => library.functions.mjenv_info_of(this.#handle, pointer));
+      const info = library.filled(mjenv_info, "mjenv_info_of", this.#handle);
       /** How many rows there are. */
       this.numEnvs = info.rows;
       const described = describeOptions(library, library.functions.mjenv_options_of(this.#handle));
@@ -158,10 +158,12 @@ export class Env {
       this.timestep = this.read("opt.timestep")[0];
       /** How many seconds a step takes. */
       this.dt = this.timestep * this.frameSkip;
-      this.#infoFields = this.fields("info");
-      this.#resetInfoFields = this.fields("reset_info");
-      this.#arrayFields = this.fields("arrays");
-      this.#groupFields = this.fields("groups");
+      this.#fields = {
+        info: this.fields("info"),
+        reset_info: this.fields("reset_info"),
+        arrays: this.fields("arrays"),
+        groups: this.fields("groups"),
+      };
       this.#allocate();
       if (seed !== undefined && seed !== null) this.seed(seed);
     } catch (error) {
@@ -189,70 +191,58 @@ export class Env {
     return this.#handle;
   }
 
+  /**
+   * Calls a function of the library for this environment.
+   *
+   * @param {keyof import("./abi.js").Functions} name
+   * @param {Argument[]} given see `Scratch.place`
+   */
+  #call(name, ...given) {
+    this.#library.call(name, this.#open, ...given);
+  }
+
   #allocate() {
     const rows = this.numEnvs;
-    const info = sum(this.#infoFields);
-    const resetInfo = sum(this.#resetInfoFields);
-    const arrays = sum(this.#arrayFields);
-    const keepsFinal = this.options["autoreset_mode"] === "same_step" ? 1 : 0;
-    /** @type {[string, View, number][]} */
-    const wanted = [
-      ["obs", Float64Array, rows * this.observationSize],
-      ["reward", Float64Array, rows],
-      ["terminated", Uint8Array, rows],
-      ["truncated", Uint8Array, rows],
-      ["status", Int32Array, rows],
-      ["info", Float64Array, rows * info],
-      ["was_reset", Uint8Array, rows],
-      ["reset_info", Float64Array, rows * resetInfo],
-      ["final_obs", Float64Array, keepsFinal * rows * this.observationSize],
-      ["final_info", Float64Array, keepsFinal * rows * info],
-      ["arrays", Float64Array, rows * arrays],
-      ["action", Float64Array, rows * this.actionSize],
-      ["mask", Uint8Array, rows],
-    ];
-    const up = (/** @type {number} */ bytes) => bytes + (-bytes & 7);
-    const total = wanted.reduce((bytes, [, type, length]) => bytes + up(type.BYTES_PER_ELEMENT * length), 0);
-    this.#block = this.#library.allocate(mjenv_batch.size + total);
-    new Uint8Array(this.#library.buffer, this.#block, mjenv_batch.size + total).fill(0);
-    let pointer = this.#block + mjenv_batch.size;
-    for (const [name, type, length] of wanted) {
-      this.#places.set(name, { type, pointer, length });
-      pointer += up(type.BYTES_PER_ELEMENT * length);
+    const [info, resetInfo, data] = [this.#fields.info, this.#fields.reset_info, this.#fields.arrays].map(sum);
+    const final = this.options["autoreset_mode"] === "same_step" ? rows : 0;
+    /** @type {Partial<Record<keyof typeof arrays, number>>} */
+    const lengths = {
+      obs: rows * this.observationSize,
+      info: rows * info,
+      reset_info: rows * resetInfo,
+      final_obs: final * this.observationSize,
+      final_info: final * info,
+      arrays: rows * data,
+      action: rows * this.actionSize,
+    };
+    let total = mjenv_batch.size;
+    for (const [name, type] of Object.entries(arrays)) {
+      const length = lengths[/** @type {keyof typeof arrays} */ (name)] ?? rows;
+      this.#places[name] = { pointer: total, length };
+      const bytes = type.BYTES_PER_ELEMENT * length;
+      total += bytes + (-bytes & 7);
     }
-    const at = (/** @type {string} */ name) => this.#places.get(name)?.pointer ?? 0;
-    this.#actions = at("action");
-    this.#mask = at("mask");
+    this.#block = this.#library.allocate(total);
+    new Uint8Array(this.#library.buffer, this.#block, total).fill(0);
+    for (const place of Object.values(this.#places)) place.pointer += this.#block;
+    const { action, mask, ...written } = this.#places;
+    const kept = Object.entries(written).filter(([name]) => final > 0 || !name.startsWith("final_"));
     this.#library.write(this.#block, mjenv_batch, {
       obs_dtype: Dtype.FLOAT64,
       rows,
       obs_count: this.observationSize,
       info_count: info,
       reset_info_count: resetInfo,
-      arrays_count: arrays,
-      obs: at("obs"),
-      reward: at("reward"),
-      terminated: at("terminated"),
-      truncated: at("truncated"),
-      status: at("status"),
-      info: at("info"),
-      was_reset: at("was_reset"),
-      reset_info: at("reset_info"),
-      final_obs: keepsFinal && at("final_obs"),
-      final_info: keepsFinal && at("final_info"),
-      arrays: at("arrays"),
+      arrays_count: data,
+      ...Object.fromEntries(kept.map(([name, { pointer }]) => [name, pointer])),
     });
   }
 
   /** @param {number} role */
   #space(role) {
-    const library = this.#library;
-    const space = library.filled(mjenv_space, (pointer) => library.functions.mjenv_space_of(this.#open, role, pointer));
-    return {
-      low: library.doubles(space.low, space.count),
-      high: library.doubles(space.high, space.count),
-      shape: space.shape.slice(0, space.ndim),
-    };
+    const space = this.#library.filled(mjenv_space, "mjenv_space_of", this.#open, role);
+    const bounds = (/** @type {number} */ pointer) => this.#library.array(Float64Array, pointer, space.count);
+    return { low: bounds(space.low), high: bounds(space.high), shape: space.shape.slice(0, space.ndim) };
   }
 
   // ---- The outputs of the last call ----
@@ -275,36 +265,21 @@ export class Env {
     return /** @type {T} */ (this.#views.get(name));
   }
 
-  /**
-   * @template T
-   * @param {string} name
-   * @returns {T}
-   */
+  /** @template {keyof typeof arrays} Name @param {Name} name @returns {InstanceType<(typeof arrays)[Name]>} */
   #view(name) {
     return this.#cached(name, () => {
-      const place = this.#places.get(name);
-      if (!place) throw new Error(name);
-      return /** @type {T} */ (new place.type(this.#library.buffer, place.pointer, place.length));
+      const { pointer, length } = this.#places[name];
+      return /** @type {any} */ (new arrays[name](this.#library.buffer, pointer, length));
     });
   }
 
-  /**
-   * @param {string} name
-   * @param {readonly Field[]} fields
-   * @returns {Fields}
-   */
+  /** @param {"info" | "reset_info" | "final_info" | "arrays"} name @param {readonly Field[]} fields */
   #record(name, fields) {
     return this.#cached(`${name} by field`, () => {
-      const numbers = /** @type {Float64Array} */ (this.#view(name));
+      const numbers = this.#view(name);
       const rows = this.numEnvs;
-      const present = numbers.length === 0 ? [] : fields;
-      return Object.freeze(
-        Object.fromEntries(
-          present.map(({ name: field, offset, count }) => [
-            field,
-            numbers.subarray(offset * rows, (offset + count) * rows),
-          ]),
-        ),
+      return byName(numbers.length === 0 ? [] : fields, ({ offset, count }) =>
+        numbers.subarray(offset * rows, (offset + count) * rows),
       );
     });
   }
@@ -312,54 +287,32 @@ export class Env {
   /**
    * The observations, row after row. This and the following are views of the library's memory: the next call writes
    * into them. Do not keep them, because they become empty when the memory grows; read the property again, or `slice`.
-   *
-   * @returns {Float64Array}
    */
   get observations() {
     return this.#view("obs");
   }
 
-  /**
-   * The reward of each row.
-   *
-   * @returns {Float64Array}
-   */
+  /** The reward of each row. */
   get rewards() {
     return this.#view("reward");
   }
 
-  /**
-   * 1 for each row whose episode has ended by the rules of the task.
-   *
-   * @returns {Uint8Array}
-   */
+  /** 1 for each row whose episode has ended by the rules of the task. */
   get terminated() {
     return this.#view("terminated");
   }
 
-  /**
-   * 1 for each row whose episode has ended by its time limit.
-   *
-   * @returns {Uint8Array}
-   */
+  /** 1 for each row whose episode has ended by its time limit. */
   get truncated() {
     return this.#view("truncated");
   }
 
-  /**
-   * For each row 0, DIVERGED, or the negative status of a row that failed.
-   *
-   * @returns {Int32Array}
-   */
+  /** For each row 0, DIVERGED, or the negative status of a row that failed. */
   get statuses() {
     return this.#view("status");
   }
 
-  /**
-   * 1 for each row that the last call has reset.
-   *
-   * @returns {Uint8Array}
-   */
+  /** 1 for each row that the last call has reset. */
   get wasReset() {
     return this.#view("was_reset");
   }
@@ -376,31 +329,22 @@ export class Env {
       throw new MjenvError("MJENV_E_VALUE", `row ${String(row)} is outside 0..${this.numEnvs - 1}`);
     const first = row * this.observationSize;
     const numbers = this.observations;
-    return Object.freeze(
-      Object.fromEntries(
-        this.#groupFields.map(({ name, offset, count }) => [
-          name,
-          numbers.subarray(first + offset, first + offset + count),
-        ]),
-      ),
-    );
+    return byName(this.#fields.groups, ({ offset, count }) => numbers.subarray(first + offset, first + offset + count));
   }
 
   /** The info of the last step. */
   get info() {
-    return this.#record("info", this.#infoFields);
+    return this.#record("info", this.#fields.info);
   }
 
   /** The info of the last reset. */
   get resetInfo() {
-    return this.#record("reset_info", this.#resetInfoFields);
+    return this.#record("reset_info", this.#fields.reset_info);
   }
 
   /**
    * With the option autoreset_mode "same_step": the last observations of episodes that a step has ended and reset;
    * otherwise empty.
-   *
-   * @returns {Float64Array}
    */
   get finalObservations() {
     return this.#view("final_obs");
@@ -408,12 +352,12 @@ export class Env {
 
   /** The info that belongs to `finalObservations`. */
   get finalInfo() {
-    return this.#record("final_info", this.#infoFields);
+    return this.#record("final_info", this.#fields.info);
   }
 
   /** The arrays of mjData that the option "arrays" names. */
   get arrays() {
-    return this.#record("arrays", this.#arrayFields);
+    return this.#record("arrays", this.#fields.arrays);
   }
 
   // ---- Random streams ----
@@ -422,19 +366,10 @@ export class Env {
    * Gives rows new random streams, as Gymnasium's `reset(seed=...)` does, without a reset.
    *
    * @param {Seeds} seed row i gets seed + i; an array has one for each row, or null for a row whose stream continues
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows; all if left out
+   * @param {Only} [settings]
    */
-  seed(seed, { mask, ...others } = {}) {
-    refuseOthers(others, "seed");
-    this.#seed(seed, this.#chosen(mask));
-  }
-
-  /**
-   * @param {Seeds} seed
-   * @param {Uint8Array} [mask] not in the library's memory
-   */
-  #seed(seed, mask) {
+  seed(seed, settings = {}) {
+    const mask = this.#chosen("seed", settings);
     const rows = this.numEnvs;
     /** @type {(bigint | null)[]} */
     let seeds;
@@ -450,36 +385,27 @@ export class Env {
     const negative = seeds.find((one) => one !== null && one < 0n);
     if (negative !== undefined)
       throw new MjenvError("MJENV_E_VALUE", `a seed is ${negative}; it must be an integer from 0 on`);
-    const library = this.#library;
-    const handle = this.#open;
     const isChosen = Uint8Array.from(seeds, (one, row) => (one !== null && (!mask || mask[row]) ? 1 : 0));
-    const lists = seeds.map((one, row) => (one !== null && isChosen[row] ? wordsOf(one) : []));
+    const lists = seeds.map((one, row) => (isChosen[row] ? wordsOf(one ?? 0n) : []));
     const count = lists.reduce((most, { length }) => Math.max(most, length), 1);
-    library.scope((scratch) => {
-      const pointer = scratch.allocate(8 * count * rows);
-      const words = new BigUint64Array(library.buffer, pointer, count * rows).fill(0n);
-      lists.forEach((list, row) => words.set(list, row * count));
-      library.check(library.functions.mjenv_seed(handle, this.#place(isChosen), pointer, BigInt(words.length)));
-    });
+    const words = new BigUint64Array(count * rows);
+    lists.forEach((list, row) => words.set(list, row * count));
+    this.#call("mjenv_seed", this.#place(isChosen), words);
   }
 
-  /**
-   * Seeds the stream of `sampleActions`, as Gymnasium's `action_space.seed` does.
-   *
-   * @param {Seed} seed below 2^64
-   */
+  /** Seeds the stream of `sampleActions`, as Gymnasium's `action_space.seed` does. @param {Seed} seed below 2^64 */
   seedActions(seed) {
     const value = integer(seed, "the seed");
     if (BigInt.asUintN(64, value) !== value)
       throw new MjenvError("MJENV_E_VALUE", `the seed is ${value}; it must be an integer from 0 on, below 2^64`);
-    this.#library.check(this.#library.functions.mjenv_seed_actions(this.#open, value));
+    this.#call("mjenv_seed_actions", value);
   }
 
   /** Draws an action for each row, as Gymnasium's `action_space.sample` does. */
   sampleActions() {
-    const count = this.numEnvs * this.actionSize;
-    this.#library.check(this.#library.functions.mjenv_sample_actions(this.#open, this.#actions, BigInt(count)));
-    return new Float32Array(this.#library.buffer, this.#actions, count).slice();
+    const { pointer, length } = this.#places.action;
+    this.#call("mjenv_sample_actions", pointer, BigInt(length));
+    return this.#library.array(Float32Array, pointer, length);
   }
 
   // ---- Episodes ----
@@ -487,15 +413,12 @@ export class Env {
   /**
    * Begins new episodes.
    *
-   * @param {object} [settings]
-   * @param {Seeds} [settings.seed] see `seed`; the streams continue if left out
-   * @param {Mask} [settings.mask] the rows to reset; all if left out
+   * @param {{ seed?: Seeds | null } & Only} [settings] see `seed`; the streams continue if no seed is given
    */
-  reset({ seed, mask, ...others } = {}) {
-    refuseOthers(others, "reset");
-    const chosen = this.#chosen(mask);
-    if (seed !== undefined && seed !== null) this.#seed(seed, chosen);
-    this.#library.check(this.#library.functions.mjenv_reset(this.#open, this.#place(chosen), this.#block));
+  reset({ seed, ...settings } = {}) {
+    const mask = this.#chosen("reset", settings);
+    if (seed !== undefined && seed !== null) this.seed(seed, { mask });
+    this.#call("mjenv_reset", this.#place(mask), this.#block);
   }
 
   /**
@@ -503,21 +426,15 @@ export class Env {
    *
    * @param {ArrayLike<number>} actions the actions, row after row. The library computes with the numbers of a
    *   Float32Array in float32, and with all others in float64, as NumPy does
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows to step; all if left out
+   * @param {Only} [settings]
    */
-  step(actions, { mask, ...others } = {}) {
-    refuseOthers(others, "step");
-    const chosen = this.#chosen(mask);
+  step(actions, settings = {}) {
     const given = numbers(actions, "actions");
-    const { dtype, type } = dtypeOf(given);
-    const handle = this.#open;
-    const { buffer, functions } = this.#library;
+    const mask = this.#rows("step", settings);
+    const { buffer, byteOffset, length } = this.#view("action");
     // If there are too many or too few, the library says so, and does not read them.
-    if (given.length === this.numEnvs * this.actionSize) new type(buffer, this.#actions, given.length).set(given);
-    const mine = this.#place(chosen);
-    const count = BigInt(given.length);
-    this.#library.check(functions.mjenv_step(handle, mine, this.#actions, count, dtype, this.#block));
+    if (given.length === length) new (typeOf(given))(buffer, byteOffset, length).set(given);
+    this.#call("mjenv_step", mask, byteOffset, BigInt(given.length), dtypeOf(given), this.#block);
   }
 
   /**
@@ -531,35 +448,27 @@ export class Env {
   rollout(actions, steps) {
     const given = numbers(actions, "actions");
     const wanted = int64(steps, "steps");
-    const handle = this.#open;
     const library = this.#library;
-    const { dtype } = dtypeOf(given);
-    const count = given.length;
     // If there are too many or too few actions, the library says so, and writes nothing.
-    const isWhole = count === this.numEnvs * Number(wanted) * this.actionSize;
+    const isWhole = given.length === this.numEnvs * Number(wanted) * this.actionSize;
     const rows = isWhole ? this.numEnvs * Math.max(0, Number(wanted)) : 0;
+    const count = rows * this.observationSize;
     return library.scope((scratch) => {
-      const copy = scratch.copy(given);
       const batch = scratch.allocate(mjenv_batch.size);
-      const obs = scratch.allocate(8 * rows * this.observationSize);
-      const reward = scratch.allocate(8 * rows);
-      const terminated = scratch.allocate(rows);
-      const truncated = scratch.allocate(rows);
-      library.write(batch, mjenv_batch, {
-        obs_dtype: Dtype.FLOAT64,
-        rows,
-        obs_count: this.observationSize,
-        obs,
-        reward,
-        terminated,
-        truncated,
-      });
-      library.check(library.functions.mjenv_rollout(handle, copy, BigInt(count), dtype, wanted, batch));
+      const written = {
+        obs: scratch.allocate(8 * count),
+        reward: scratch.allocate(8 * rows),
+        terminated: scratch.allocate(rows),
+        truncated: scratch.allocate(rows),
+      };
+      const sizes = { obs_dtype: Dtype.FLOAT64, rows, obs_count: this.observationSize };
+      library.write(batch, mjenv_batch, { ...sizes, ...written });
+      this.#call("mjenv_rollout", given, dtypeOf(given), wanted, batch);
       return {
-        observations: library.doubles(obs, rows * this.observationSize),
-        rewards: library.doubles(reward, rows),
-        terminated: new Uint8Array(library.buffer, terminated, rows).slice(),
-        truncated: new Uint8Array(library.buffer, truncated, rows).slice(),
+        observations: library.array(Float64Array, written.obs, count),
+        rewards: library.array(Float64Array, written.reward, rows),
+        terminated: library.array(Uint8Array, written.terminated, rows),
+        truncated: library.array(Uint8Array, written.truncated, rows),
       };
     });
   }
@@ -576,22 +485,18 @@ export class Env {
     const [from, to] = [doubles(achieved, "achieved goals"), doubles(desired, "desired goals")];
     checkLength(to, from.length, "list of desired goals", "are in the list of achieved goals");
     const pairs = int64(count, "count");
-    const handle = this.#open;
-    const library = this.#library;
     // If they are too many or too few, the library says so, and writes nothing.
     const room = Number(pairs) <= from.length ? Math.max(0, Number(pairs)) : 0;
-    return library.scope((scratch) => {
-      const [mine, wanted] = [scratch.copy(from), scratch.copy(to)];
+    return this.#library.scope((scratch) => {
       const rewards = scratch.allocate(8 * room);
-      const length = BigInt(from.length);
-      library.check(library.functions.mjenv_compute_reward(handle, mine, wanted, length, rewards, pairs));
-      return library.doubles(rewards, room);
+      this.#call("mjenv_compute_reward", scratch.copy(from), to, rewards, pairs);
+      return this.#library.array(Float64Array, rewards, room);
     });
   }
 
   /** Computes `observations` and `arrays` of the present states, for instance after `restore`. */
   observe() {
-    this.#library.check(this.#library.functions.mjenv_observe(this.#open, this.#block));
+    this.#call("mjenv_observe", this.#block);
   }
 
   // ---- Resets and steps whose outputs the program computes ("Batch-v0") ----
@@ -599,44 +504,29 @@ export class Env {
   /**
    * Begins new episodes, and writes `arrays`. Then compute the observations and call `finish`.
    *
-   * @param {object} [settings]
-   * @param {ArrayLike<number>} [settings.qpos] the positions of all rows; the model's if left out
-   * @param {ArrayLike<number>} [settings.qvel] the velocities of all rows
-   * @param {Mask} [settings.mask] the rows; all if left out
+   * @param {{ qpos?: ArrayLike<number>; qvel?: ArrayLike<number> } & Only} [settings] the positions and velocities of all
+   *   rows; the model's if left out
    */
-  begin({ qpos, qvel, mask, ...others } = {}) {
-    refuseOthers(others, "begin");
-    const chosen = this.#chosen(mask);
-    const handle = this.#open;
-    this.#library.scope((scratch) => {
-      const [q, v] = [optional(scratch, qpos, "positions"), optional(scratch, qvel, "velocities")];
-      const { mjenv_begin } = this.#library.functions;
-      this.#library.check(
-        mjenv_begin(handle, this.#place(chosen), q.pointer, q.count, v.pointer, v.count, this.#block),
-      );
-    });
+  begin({ qpos, qvel, ...settings } = {}) {
+    const [q, v] = [qpos && doubles(qpos, "positions"), qvel && doubles(qvel, "velocities")];
+    this.#call("mjenv_begin", this.#rows("begin", settings), q, v, this.#block);
   }
 
   /**
    * The actions that the task sees in the next step: transformed, delayed and with noise. Changes nothing.
    *
    * @param {ArrayLike<number>} actions as for `step`
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows; the numbers of others are 0
+   * @param {Only} [settings] the numbers of other rows are 0
    * @returns {Float64Array | Float32Array}
    */
-  act(actions, { mask, ...others } = {}) {
-    refuseOthers(others, "act");
-    const chosen = this.#chosen(mask);
+  act(actions, settings = {}) {
     const given = numbers(actions, "actions");
-    const { dtype, type } = dtypeOf(given);
-    const handle = this.#open;
-    const library = this.#library;
-    return library.scope((scratch) => {
-      const [action, seen] = [scratch.copy(given), scratch.copy(new type(given.length))];
-      const count = BigInt(given.length);
-      library.check(library.functions.mjenv_act(handle, this.#place(chosen), action, count, dtype, seen));
-      return new type(library.buffer, seen, given.length).slice();
+    const mask = this.#rows("act", settings);
+    return this.#library.scope((scratch) => {
+      const seen = scratch.copy(given.slice().fill(0));
+      this.#call("mjenv_act", mask, given, dtypeOf(given), seen);
+      given.set(new (typeOf(given))(this.#library.buffer, seen, given.length));
+      return given;
     });
   }
 
@@ -645,66 +535,48 @@ export class Env {
    * Then compute the outputs and call `finish`.
    *
    * @param {ArrayLike<number>} actions as for `step`
-   * @param {object} [settings]
-   * @param {ArrayLike<number>} [settings.ctrl] what the program makes of the actions of all rows; the actions if left out
-   * @param {Mask} [settings.mask] the rows; all if left out
+   * @param {{ ctrl?: ArrayLike<number> } & Only} [settings] `ctrl`: what the program makes of the actions of all rows;
+   *   the actions if left out
    */
-  advance(actions, { ctrl, mask, ...others } = {}) {
-    refuseOthers(others, "advance");
-    const chosen = this.#chosen(mask);
-    const given = numbers(actions, "actions");
-    const { dtype } = dtypeOf(given);
-    const handle = this.#open;
-    const library = this.#library;
-    library.scope((scratch) => {
-      const [action, made] = [scratch.copy(given), optional(scratch, ctrl, "ctrl")];
-      const [mine, count] = [this.#place(chosen), BigInt(given.length)];
-      const { mjenv_advance } = library.functions;
-      library.check(mjenv_advance(handle, mine, action, count, dtype, made.pointer, made.count, this.#block));
-    });
+  advance(actions, { ctrl, ...settings } = {}) {
+    const [given, made] = [numbers(actions, "actions"), ctrl && doubles(ctrl, "ctrl")];
+    this.#call("mjenv_advance", this.#rows("advance", settings), given, dtypeOf(given), made, this.#block);
   }
 
   /**
    * Ends the step or reset with what the program has computed, and writes the outputs. What is left out is 0.
    *
    * @param {Computed | null} computed null: gives the step up
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows; all if left out
+   * @param {Only} [settings]
    */
-  finish(computed, { mask, ...others } = {}) {
-    refuseOthers(others, "finish");
+  finish(computed, settings = {}) {
     const { observations, rewards, terminated, infos, resetInfos, ...unknown } = computed ?? {};
     refuseOthers(unknown, "finish");
-    const chosen = this.#chosen(mask);
-    const handle = this.#open;
-    const library = this.#library;
-    const [info, resetInfo] = [sum(this.#infoFields), sum(this.#resetInfoFields)];
-    library.scope((scratch) => {
-      /** @type {(values: ArrayLike<number> | undefined, what: string, each: number) => number} */
-      const place = (values, what, each) => {
-        const { pointer, count } = optional(scratch, values, what);
-        if (values && Number(count) !== each * this.numEnvs)
-          throw new MjenvError("MJENV_E_SIZE", `${what}: ${count} numbers, not ${each * this.numEnvs}`);
-        return pointer;
-      };
-      const obsCount = observations ? observations.length / this.numEnvs : 0;
+    const sizes = {
+      rows: this.numEnvs,
+      obs_count: Math.floor((observations?.length ?? 0) / this.numEnvs),
+      info_count: sum(this.#fields.info),
+      reset_info_count: sum(this.#fields.reset_info),
+    };
+    /** @type {(values: ArrayLike<number> | undefined, each: number, what: string, copy?: typeof doubles | typeof bytes) => any} */
+    const list = (values, each, what, copy = doubles) => {
+      if (values) checkLength(values, each * this.numEnvs, `list of ${what}`, "are needed");
+      return values && copy(values, what);
+    };
+    const lists = Object.entries({
+      obs: list(observations, sizes.obs_count, "observations"),
+      reward: list(rewards, 1, "rewards"),
+      terminated: list(terminated, 1, "terminated", bytes),
+      info: list(infos, sizes.info_count, "infos"),
+      reset_info: list(resetInfos, sizes.reset_info_count, "resetInfos"),
+    });
+    const mask = this.#rows("finish", settings);
+    this.#library.scope((scratch) => {
       const given = scratch.allocate(mjenv_batch.size);
-      library.write(given, mjenv_batch, {
-        obs_dtype: Dtype.FLOAT64,
-        rows: this.numEnvs,
-        obs_count: Math.floor(obsCount),
-        info_count: info,
-        reset_info_count: resetInfo,
-        obs: place(observations, "observations", Math.floor(obsCount)),
-        reward: place(rewards, "rewards", 1),
-        terminated: terminated ? scratch.copy(Uint8Array.from(terminated)) : 0,
-        info: place(infos, "infos", info),
-        reset_info: place(resetInfos, "resetInfos", resetInfo),
-      });
-      if (terminated && terminated.length !== this.numEnvs)
-        throw new MjenvError("MJENV_E_SIZE", `terminated: ${terminated.length} numbers, not ${this.numEnvs}`);
-      const { mjenv_finish } = library.functions;
-      library.check(mjenv_finish(handle, this.#place(chosen), computed ? given : 0, this.#block));
+      const placed = lists.map(([name, values]) => [name, values ? scratch.copy(values) : 0]);
+      const batch = { obs_dtype: Dtype.FLOAT64, ...sizes, ...Object.fromEntries(placed) };
+      this.#library.write(given, mjenv_batch, batch);
+      this.#call("mjenv_finish", mask, computed ? given : 0, this.#block);
     });
   }
 
@@ -717,17 +589,7 @@ export class Env {
    * @returns {Uint8Array} the library's image, the same bytes as in other languages
    */
   snapshot(row = 0) {
-    const handle = this.#open;
-    const { functions } = this.#library;
-    const number = int64(row, "the row");
-    return this.#library.scope((scratch) => {
-      const size = scratch.allocate(8);
-      this.#library.check(functions.mjenv_snapshot(handle, number, 0, 0n, size));
-      const bytes = this.#library.number(size, "int64");
-      const image = scratch.allocate(bytes);
-      this.#library.check(functions.mjenv_snapshot(handle, number, image, BigInt(bytes), size));
-      return new Uint8Array(this.#library.buffer, image, bytes).slice();
-    });
+    return this.#library.sized(Uint8Array, "mjenv_snapshot", this.#open, int64(row, "the row"));
   }
 
   /**
@@ -739,27 +601,13 @@ export class Env {
    */
   restore(image, row = 0) {
     if (!(image instanceof Uint8Array)) throw new MjenvError("MJENV_E_TYPE", "an image is a Uint8Array");
-    const given = bytes(image, "bytes of the image");
-    const number = int64(row, "the row");
-    const handle = this.#open;
-    this.#library.scope((scratch) => {
-      const copy = scratch.copy(given);
-      this.#library.check(this.#library.functions.mjenv_restore(handle, number, copy, BigInt(given.length)));
-    });
+    this.#call("mjenv_restore", int64(row, "the row"), bytes(image, "bytes of the image"));
   }
 
-  /**
-   * Copies a row to others.
-   *
-   * @param {number} from
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows to overwrite; all if left out
-   */
-  copyRow(from, { mask, ...others } = {}) {
-    refuseOthers(others, "copyRow");
-    const chosen = this.#chosen(mask);
-    const number = int64(from, "the row");
-    this.#library.check(this.#library.functions.mjenv_copy_row(this.#open, this.#place(chosen), number));
+  /** Copies a row to others. @param {number} from @param {Only} [settings] the rows to overwrite */
+  copyRow(from, settings = {}) {
+    const row = int64(from, "the row");
+    this.#call("mjenv_copy_row", this.#rows("copyRow", settings), row);
   }
 
   /**
@@ -770,18 +618,7 @@ export class Env {
    * @param {number} [row]
    */
   read(name, row = 0) {
-    const handle = this.#open;
-    const { functions } = this.#library;
-    const number = int64(row, "the row");
-    return this.#library.scope((scratch) => {
-      const array = scratch.text(String(name));
-      const size = scratch.allocate(8);
-      this.#library.check(functions.mjenv_read(handle, number, array, 0, 0n, size));
-      const count = this.#library.number(size, "int64");
-      const values = scratch.allocate(8 * count);
-      this.#library.check(functions.mjenv_read(handle, number, array, values, BigInt(count), size));
-      return this.#library.doubles(values, count);
-    });
+    return this.#library.sized(Float64Array, "mjenv_read", this.#open, int64(row, "the row"), String(name));
   }
 
   /**
@@ -791,20 +628,11 @@ export class Env {
    * @param {string} name
    * @param {ArrayLike<number>} values all elements of the array, which each row gets; or those of each row, row after
    *   row
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows to write; all if left out
+   * @param {Only} [settings]
    */
-  write(name, values, { mask, ...others } = {}) {
-    refuseOthers(others, "write");
-    const chosen = this.#chosen(mask);
-    const given = doubles(values, "values");
-    const handle = this.#open;
-    this.#library.scope((scratch) => {
-      const array = scratch.text(String(name));
-      const copy = scratch.copy(given);
-      const mine = this.#place(chosen);
-      this.#library.check(this.#library.functions.mjenv_write(handle, mine, array, copy, BigInt(given.length)));
-    });
+  write(name, values, settings = {}) {
+    const [array, given] = [String(name), doubles(values, "values")];
+    this.#call("mjenv_write", this.#rows("write", settings), array, given);
   }
 
   /**
@@ -815,27 +643,17 @@ export class Env {
    * @param {number} [row]
    */
   setState(qpos, qvel, row = 0) {
-    const [positions, velocities] = [doubles(qpos, "qpos"), doubles(qvel, "qvel")];
-    const [nq, nv] = [BigInt(positions.length), BigInt(velocities.length)];
-    const number = int64(row, "the row");
-    const handle = this.#open;
-    this.#library.scope((scratch) => {
-      const [at, moving] = [scratch.copy(positions), scratch.copy(velocities)];
-      this.#library.check(this.#library.functions.mjenv_set_state(handle, number, at, nq, moving, nv));
-    });
+    this.#call("mjenv_set_state", int64(row, "the row"), doubles(qpos, "qpos"), doubles(qvel, "qvel"));
   }
 
   /**
    * Makes MuJoCo compute what it computes from masses, sizes and the like when it loads a model (mj_setConst). Reset
    * the rows or set their states afterwards.
    *
-   * @param {object} [settings]
-   * @param {Mask} [settings.mask] the rows; all if left out
+   * @param {Only} [settings]
    */
-  setConstants({ mask, ...others } = {}) {
-    refuseOthers(others, "setConstants");
-    const chosen = this.#chosen(mask);
-    this.#library.check(this.#library.functions.mjenv_set_constants(this.#open, this.#place(chosen)));
+  setConstants(settings = {}) {
+    this.#call("mjenv_set_constants", this.#rows("setConstants", settings));
   }
 
   // ---- Description ----
@@ -848,13 +666,10 @@ export class Env {
    * @returns {Field[]}
    */
   fields(role) {
-    const handle = this.#open;
     const library = this.#library;
     const number = numberOf(Role, role, "role");
-    return Array.from({ length: Number(library.functions.mjenv_field_count(handle, number)) }, (_, index) => {
-      const field = library.filled(mjenv_field, (pointer) =>
-        library.functions.mjenv_field_at(handle, number, BigInt(index), pointer),
-      );
+    return Array.from({ length: Number(library.functions.mjenv_field_count(this.#open, number)) }, (_, index) => {
+      const field = library.filled(mjenv_field, "mjenv_field_at", this.#open, number, BigInt(index));
       return {
         name: library.text(field.name),
         doc: library.text(field.doc),
@@ -874,34 +689,16 @@ export class Env {
    * @returns {string[]}
    */
   objectNames(type) {
-    const handle = this.#open;
-    const library = this.#library;
-    return library.scope((scratch) => {
-      const kind = scratch.text(String(type));
-      const to = scratch.allocate(8);
-      library.check(library.functions.mjenv_object_count(handle, kind, to));
-      return Array.from({ length: library.number(to, "int64") }, (_, index) => {
-        library.check(library.functions.mjenv_object_name(handle, kind, BigInt(index), to));
-        return library.text(library.number(to, "uint32"));
-      });
-    });
+    const [library, kind] = [this.#library, String(type)];
+    const length = library.out("int64", "mjenv_object_count", this.#open, kind);
+    return Array.from({ length }, (_, index) =>
+      library.text(library.out("uint32", "mjenv_object_name", this.#open, kind, BigInt(index))),
+    );
   }
 
-  /**
-   * The index of the object of this type and name.
-   *
-   * @param {string} type
-   * @param {string} name
-   */
+  /** The index of the object of this type and name. @param {string} type @param {string} name */
   objectIndex(type, name) {
-    const handle = this.#open;
-    const library = this.#library;
-    return library.scope((scratch) => {
-      const to = scratch.allocate(8);
-      const [kind, wanted] = [scratch.text(String(type)), scratch.text(String(name))];
-      library.check(library.functions.mjenv_object_index(handle, kind, wanted, to));
-      return library.number(to, "int64");
-    });
+    return this.#library.out("int64", "mjenv_object_index", this.#open, String(type), String(name));
   }
 
   // ---- Randomisation ----
@@ -919,20 +716,12 @@ export class Env {
       return isNumber ? String(value) : value;
     };
     const text = typeof document === "string" ? document : document ? JSON.stringify(document, plain) : "";
-    const handle = this.#open;
-    this.#library.scope((scratch) =>
-      this.#library.check(this.#library.functions.mjenv_randomize(handle, scratch.text(text))),
-    );
+    this.#call("mjenv_randomize", text);
   }
 
   /** The document of all parts that are set, as JSON. */
   get randomization() {
-    const library = this.#library;
-    return library.scope((scratch) => {
-      const to = scratch.allocate(4);
-      library.check(library.functions.mjenv_randomization(this.#open, to));
-      return library.text(library.number(to, "uint32"));
-    });
+    return this.#library.text(this.#library.out("uint32", "mjenv_randomization", this.#open));
   }
 
   // ---- End ----
@@ -950,12 +739,9 @@ export class Env {
     this.free();
   }
 
-  /**
-   * A copy of a mask that a caller has given.
-   *
-   * @param {Mask | null | undefined} mask
-   */
-  #chosen(mask) {
+  /** A copy of the mask that a caller has given. @param {string} method @param {Only} settings */
+  #chosen(method, { mask, ...others }) {
+    refuseOthers(others, method);
     return mask === undefined || mask === null ? undefined : flags(mask, this.numEnvs);
   }
 
@@ -966,46 +752,24 @@ export class Env {
    */
   #place(mask) {
     if (!mask) return 0;
-    /** @type {Uint8Array} */ (this.#view("mask")).set(mask);
-    return this.#mask;
+    this.#view("mask").set(mask);
+    return this.#places.mask.pointer;
+  }
+
+  /** @param {string} method @param {Only} settings */
+  #rows(method, settings) {
+    return this.#place(this.#chosen(method, settings));
   }
 }
 
-/**
- * The 64-bit words of a seed, the least significant first.
- *
- * @param {bigint} seed
- */
+/** The 64-bit words of a seed, the least significant first. @param {bigint} seed */
 function wordsOf(seed) {
   const words = [];
   for (let rest = seed; rest > 0n; rest >>= 64n) words.push(BigInt.asUintN(64, rest));
   return words;
 }
 
-/** @param {Float32Array | Float64Array} actions */
-function dtypeOf(actions) {
-  return actions instanceof Float32Array
-    ? { dtype: Dtype.FLOAT32, type: Float32Array }
-    : { dtype: Dtype.FLOAT64, type: Float64Array };
-}
-
-/**
- * A copy of numbers that may be left out, and how many they are.
- *
- * @param {import("./library.js").Scratch} scratch
- * @param {ArrayLike<number> | undefined} values
- * @param {string} what
- */
-function optional(scratch, values, what) {
-  if (!values) return { pointer: 0, count: 0n };
-  const given = doubles(values, what);
-  return { pointer: scratch.copy(given), count: BigInt(given.length) };
-}
-
-/**
- * @param {object} others
- * @param {string} method
- */
+/** @param {object} others @param {string} method */
 function refuseOthers(others, method) {
   const names = Object.keys(others);
   if (names.length > 0) throw new MjenvError("MJENV_E_NAME", `${method} has no setting "${names[0]}"`);

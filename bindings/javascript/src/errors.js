@@ -4,10 +4,7 @@ import { Status } from "./abi.js";
 
 /** What the library refuses or fails at. The message is the library's, and names the cause. */
 export class MjenvError extends Error {
-  /**
-   * @param {ErrorCode} code
-   * @param {string} message
-   */
+  /** @param {ErrorCode} code @param {string} message */
   constructor(code, message) {
     super(message);
     this.name = "MjenvError";

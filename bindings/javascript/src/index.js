@@ -64,18 +64,10 @@ export class Mjenv {
     );
   }
 
-  /**
-   * Describes an id.
-   *
-   * @param {string} id
-   * @returns {Spec}
-   */
+  /** Describes an id. @param {string} id @returns {Spec} */
   spec(id) {
     const library = this.#library;
-    const spec = library.scope((scratch) => {
-      const name = scratch.text(String(id));
-      return library.filled(mjenv_spec, (pointer) => library.functions.mjenv_spec_of(name, pointer));
-    });
+    const spec = library.filled(mjenv_spec, "mjenv_spec_of", String(id));
     return {
       id: library.text(spec.id),
       robot: library.text(spec.robot),
@@ -92,12 +84,7 @@ export class Mjenv {
     };
   }
 
-  /**
-   * Describes the options that `make` takes for an id.
-   *
-   * @param {string} id
-   * @returns {Option[]}
-   */
+  /** Describes the options that `make` takes for an id. @param {string} id @returns {Option[]} */
   options(id) {
     return withOptions(this.#library, id, (options) => describeOptions(this.#library, options));
   }
@@ -123,10 +110,7 @@ export async function load({ wasm = new URL("./mjenv.wasm", import.meta.url) } =
   return new Mjenv(await Library.of(await compile(wasm)));
 }
 
-/**
- * @param {Wasm} wasm
- * @returns {Promise<WebAssembly.Module>}
- */
+/** @param {Wasm} wasm @returns {Promise<WebAssembly.Module>} */
 async function compile(wasm) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm))

@@ -6,6 +6,8 @@ import { MjenvError } from "./errors.js";
 /** @typedef {import("./abi.js").Functions} Functions */
 /** @typedef {import("./abi.js").Member} Member */
 /** @typedef {import("./errors.js").ErrorCode} ErrorCode */
+/** @typedef {Float64Array | Float32Array | BigUint64Array | Uint8Array} List not in the library's memory */
+/** @typedef {string | number | bigint | List | undefined} Argument */
 /**
  * @typedef {Functions & {
  *   memory: WebAssembly.Memory;
@@ -83,9 +85,7 @@ function imports(memory) {
 }
 
 export class Library {
-  /**
-   * @param {WebAssembly.Module} module
-   */
+  /** @param {WebAssembly.Module} module */
   static async of(module) {
     // Node.js 18 has it under another name.
     if (!globalThis.crypto) {
@@ -124,28 +124,81 @@ export class Library {
     return this.#view;
   }
 
-  /**
-   * Throws unless the status is OK.
-   *
-   * @param {number} status what a function returned
-   */
+  /** Throws unless the status is OK. @param {number} status what a function returned */
   check(status) {
-    if (status !== 0) throw this.#error(status);
+    if (status === 0) return;
+    const code = /** @type {ErrorCode} */ (this.text(this.functions.mjenv_status_name(status)));
+    throw new MjenvError(code, this.text(this.functions.mjenv_last_error()));
   }
 
-  /** @param {number} status */
-  #error(status) {
-    const code = /** @type {ErrorCode} */ (this.text(this.functions.mjenv_status_name(status)));
-    return new MjenvError(code, this.text(this.functions.mjenv_last_error()));
+  // ---- Calls ----
+
+  /**
+   * Calls a function that returns a status.
+   *
+   * @param {keyof Functions} name
+   * @param {Argument[]} given see `Scratch.place`
+   */
+  call(name, ...given) {
+    this.scope((scratch) => {
+      const placed = given.flatMap((value) => scratch.place(value));
+      this.check(/** @type {(...placed: (number | bigint)[]) => number} */ (this.functions[name])(...placed));
+    });
+  }
+
+  /**
+   * The number that a function writes to the address in its last argument.
+   *
+   * @param {"int64" | "uint32"} type
+   * @param {keyof Functions} name
+   * @param {Argument[]} given
+   */
+  out(type, name, ...given) {
+    return this.scope((scratch) => {
+      const to = scratch.allocate(8);
+      this.call(name, ...given, to);
+      return this.number(to, type);
+    });
+  }
+
+  /**
+   * What a function writes that is first asked for the number of elements. Its last arguments are an array, how many
+   * elements fit, and where it writes their number.
+   *
+   * @template {Float64Array | Uint8Array} Values
+   * @param {{ new (buffer: ArrayBufferLike, pointer: number, count: number): Values; BYTES_PER_ELEMENT: number }} type
+   * @param {keyof Functions} name
+   * @param {Argument[]} given
+   */
+  sized(type, name, ...given) {
+    const count = this.out("int64", name, ...given, 0, 0n);
+    return this.scope((scratch) => {
+      const to = scratch.allocate(type.BYTES_PER_ELEMENT * count);
+      this.out("int64", name, ...given, to, BigInt(count));
+      return this.array(type, to, count);
+    });
+  }
+
+  /**
+   * Reads a struct that a function fills, which is its last argument.
+   *
+   * @template {Record<string, Member>} Members
+   * @param {{ size: number; members: Members }} struct of abi.js
+   * @param {keyof Functions} name
+   * @param {Argument[]} given
+   */
+  filled(struct, name, ...given) {
+    return this.scope((scratch) => {
+      const pointer = scratch.allocate(struct.size);
+      this.write(pointer, struct);
+      this.call(name, ...given, pointer);
+      return this.read(pointer, struct);
+    });
   }
 
   // ---- Memory ----
 
-  /**
-   * Memory that belongs to the caller until `free`.
-   *
-   * @param {number} bytes
-   */
+  /** Memory that belongs to the caller until `free`. @param {number} bytes */
   allocate(bytes) {
     const pointer = bytes <= MAX_SIZE ? this.functions.malloc(Math.max(bytes, 1)) >>> 0 : 0;
     if (pointer === 0) throw new MjenvError("MJENV_E_MEMORY", `there is no memory for ${bytes} bytes`);
@@ -158,7 +211,7 @@ export class Library {
   }
 
   /**
-   * Calls `body` with a function that allocates memory, which is freed when `body` returns or throws.
+   * Calls `body` with memory for it, which is freed when `body` returns or throws.
    *
    * @template T
    * @param {(scratch: Scratch) => T} body
@@ -172,11 +225,7 @@ export class Library {
     }
   }
 
-  /**
-   * The text at an address, or "" if it is null.
-   *
-   * @param {number} pointer
-   */
+  /** The text at an address, or "" if it is null. @param {number} pointer */
   text(pointer) {
     if (pointer === 0) return "";
     const bytes = new Uint8Array(this.buffer);
@@ -184,36 +233,20 @@ export class Library {
   }
 
   /**
-   * A copy of numbers.
+   * A copy of an array.
    *
+   * @template {Float64Array | Float32Array | Uint8Array} Values
+   * @param {new (buffer: ArrayBufferLike, pointer: number, count: number) => Values} type
    * @param {number} pointer
    * @param {number} count
    */
-  doubles(pointer, count) {
-    return new Float64Array(this.buffer, pointer >>> 0, count).slice();
+  array(type, pointer, count) {
+    return /** @type {Values} */ (new type(this.buffer, pointer >>> 0, count).slice());
   }
 
-  /**
-   * The number at an address.
-   *
-   * @param {number} pointer
-   * @param {import("./abi.js").Scalar} type
-   */
+  /** The number at an address. @param {number} pointer @param {import("./abi.js").Scalar} type */
   number(pointer, type) {
     return Number(this.#memory[/** @type {"getInt32"} */ (access[type].get)](pointer >>> 0, true));
-  }
-
-  /**
-   * @param {number} pointer
-   * @param {import("./abi.js").Scalar} type
-   * @param {number | bigint} value
-   */
-  #set(pointer, type, value) {
-    const given = type === "int64" || type === "uint64" ? BigInt(value) : Number(value);
-    this.#memory[/** @type {"setInt32"} */ (access[type].set)](pointer >>> 0, /** @type {number} */ (given), true);
-    // What a type cannot hold would wrap.
-    const held = this.#memory[/** @type {"getInt32"} */ (access[type].get)](pointer >>> 0, true);
-    return type === "float64" || type === "float32" || held === given;
   }
 
   /**
@@ -229,8 +262,14 @@ export class Library {
     for (const [name, value] of Object.entries({ struct_size: struct.size, ...values })) {
       const { offset, type } = struct.members[name];
       const elements = /** @type {(number | bigint)[]} */ (typeof value === "object" ? Array.from(value) : [value]);
+      const { bytes, get, set } = access[type];
       elements.forEach((element, index) => {
-        if (!this.#set(pointer + offset + index * access[type].bytes, type, element))
+        const given = type === "int64" || type === "uint64" ? BigInt(element) : Number(element);
+        const at = pointer + offset + index * bytes;
+        this.#memory[/** @type {"setInt32"} */ (set)](at, /** @type {number} */ (given), true);
+        // What a type cannot hold would wrap.
+        const held = this.#memory[/** @type {"getInt32"} */ (get)](at, true);
+        if (!type.startsWith("float") && held !== given)
           throw new MjenvError("MJENV_E_VALUE", `${name} is ${element}, which does not fit into ${type}`);
       });
     }
@@ -253,22 +292,6 @@ export class Library {
     }
     return values;
   }
-
-  /**
-   * Reads a struct that a function fills.
-   *
-   * @template {Record<string, Member>} Members
-   * @param {{ size: number; members: Members }} struct of abi.js
-   * @param {(pointer: number) => number} fill
-   */
-  filled(struct, fill) {
-    return this.scope((scratch) => {
-      const pointer = scratch.allocate(struct.size);
-      this.write(pointer, struct);
-      this.check(fill(pointer));
-      return this.read(pointer, struct);
-    });
-  }
 }
 
 /** Memory for one call. */
@@ -289,24 +312,27 @@ export class Scratch {
     return pointer;
   }
 
+  /**
+   * C's arguments for a value: a text's address; an array's and its length, and null and 0 for one that is left out; a
+   * number as it is.
+   *
+   * @param {Argument} value
+   * @returns {(number | bigint)[]}
+   */
+  place(value) {
+    if (value === undefined) return [0, 0n];
+    if (typeof value === "string") return [this.text(value)];
+    return typeof value === "object" ? [this.copy(value), BigInt(value.length)] : [value];
+  }
+
   /** @param {string} text */
   text(text) {
     // C's text would end there.
     if (text.includes("\0")) throw new MjenvError("MJENV_E_VALUE", `${JSON.stringify(text)} contains a NUL character`);
-    const bytes = encoder.encode(text);
-    const pointer = this.allocate(bytes.length + 1);
-    const copy = new Uint8Array(this.#library.buffer, pointer, bytes.length + 1);
-    copy.set(bytes);
-    copy[bytes.length] = 0;
-    return pointer;
+    return this.copy(encoder.encode(`${text}\0`));
   }
 
-  /**
-   * A copy of an array that is not in the library's memory.
-   *
-   * @template {Float64Array | Float32Array | BigInt64Array | Uint8Array} Values
-   * @param {Values} values
-   */
+  /** A copy of an array that is not in the library's memory. @param {List} values */
   copy(values) {
     const pointer = this.allocate(values.byteLength);
     const bytes = new Uint8Array(values.buffer, values.byteOffset, values.byteLength);

@@ -1,6 +1,6 @@
 // The constructor options of an id.
 
-import { Kind, Status, mjenv_option } from "./abi.js";
+import { Kind, mjenv_option } from "./abi.js";
 import { doubles, int64 } from "./arguments.js";
 import { MjenvError } from "./errors.js";
 
@@ -38,11 +38,7 @@ const names = /** @type {const} */ ({
  * @param {(options: number) => T} use
  */
 export function withOptions(library, id, use) {
-  const options = library.scope((scratch) => {
-    const created = scratch.allocate(4);
-    library.check(library.functions.mjenv_options_create(scratch.text(String(id)), created));
-    return library.number(created, "uint32");
-  });
+  const options = library.out("uint32", "mjenv_options_create", String(id));
   try {
     return use(options);
   } finally {
@@ -50,16 +46,10 @@ export function withOptions(library, id, use) {
   }
 }
 
-/**
- * @param {Library} library
- * @param {number} options
- * @returns {Option[]}
- */
+/** @param {Library} library @param {number} options @returns {Option[]} */
 export function describeOptions(library, options) {
   return Array.from({ length: Number(library.functions.mjenv_options_count(options)) }, (_, index) => {
-    const found = library.filled(mjenv_option, (pointer) =>
-      library.functions.mjenv_options_at(options, BigInt(index), pointer),
-    );
+    const found = library.filled(mjenv_option, "mjenv_options_at", options, BigInt(index));
     const name = library.text(found.name);
     const kind = /** @type {keyof typeof names} */ (found.kind);
     return {
@@ -75,37 +65,21 @@ export function describeOptions(library, options) {
   });
 }
 
-/**
- * @param {Library} library
- * @param {number} options
- * @param {string} name
- * @param {number} kind
- * @returns {OptionValue}
- */
+/** @param {Library} library @param {number} options @param {string} name @param {number} kind @returns {OptionValue} */
 function valueOf(library, options, name, kind) {
-  const { functions } = library;
-  return library.scope((scratch) => {
-    const key = scratch.text(name);
-    const to = scratch.allocate(8);
-    if (kind === Kind.REALS) {
-      library.check(functions.mjenv_options_get_reals(options, key, 0, 0n, to));
-      const count = library.number(to, "int64");
-      const values = scratch.allocate(8 * count);
-      library.check(functions.mjenv_options_get_reals(options, key, values, BigInt(count), to));
-      const numbers = Array.from(library.doubles(values, count));
-      return count === 1 ? numbers[0] : numbers;
-    }
-    if (kind !== Kind.STRING) {
-      const status = functions.mjenv_options_get_integer(options, key, to);
-      if (kind !== Kind.STRING_OR_INT || status !== Status.E_TYPE) {
-        library.check(status);
-        const value = library.number(to, "int64");
-        return kind === Kind.FLAG ? value !== 0 : value;
-      }
-    }
-    library.check(functions.mjenv_options_get_string(options, key, to));
-    return library.text(library.number(to, "uint32"));
-  });
+  if (kind === Kind.REALS) {
+    const numbers = Array.from(library.sized(Float64Array, "mjenv_options_get_reals", options, name));
+    return numbers.length === 1 ? numbers[0] : numbers;
+  }
+  const text = () => library.text(library.out("uint32", "mjenv_options_get_string", options, name));
+  if (kind === Kind.STRING) return text();
+  try {
+    const value = library.out("int64", "mjenv_options_get_integer", options, name);
+    return kind === Kind.FLAG ? value !== 0 : value;
+  } catch (error) {
+    if (kind === Kind.STRING_OR_INT && error instanceof MjenvError && error.code === "MJENV_E_TYPE") return text();
+    throw error;
+  }
 }
 
 /**
@@ -134,19 +108,11 @@ export function optionValue(name, value) {
  * @param {string | bigint | Float64Array} value of `optionValue`
  */
 export function setOption(library, options, name, value) {
-  const { functions } = library;
-  library.scope((scratch) => {
-    const key = scratch.text(name);
-    if (typeof value === "string") library.check(functions.mjenv_options_set_string(options, key, scratch.text(value)));
-    else if (typeof value === "bigint") library.check(functions.mjenv_options_set_integer(options, key, value));
-    else library.check(functions.mjenv_options_set_reals(options, key, scratch.copy(value), BigInt(value.length)));
-  });
+  const kind = typeof value === "string" ? "string" : typeof value === "bigint" ? "integer" : "reals";
+  library.call(`mjenv_options_set_${kind}`, options, name, value);
 }
 
-/**
- * @param {unknown} value
- * @returns {value is ArrayLike<number>}
- */
+/** @param {unknown} value @returns {value is ArrayLike<number>} */
 function isNumbers(value) {
   const list =
     ArrayBuffer.isView(value) && !(value instanceof DataView) ? Array.from(/** @type {any} */ (value)) : value;
