@@ -60,6 +60,7 @@ bool Work::has_forces() const {
 void Work::clear() {
   mj_resetData(&model(), data_.get());
   std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
+  clear_warnings();
   forces_ = Forces::kCurrent;
   frames_lag_ = false;
   is_whole_ = true;
@@ -67,7 +68,7 @@ void Work::clear() {
 }
 
 void Work::begin() {
-  if (layout_.more > 0) return clear();
+  if (layout_.more > 0 || keeps_current_) return clear();
   const mjModel* m = model_->get();
   mjData* d = data_.get();
   clear_stack(*d);

@@ -104,15 +104,16 @@ Env::Env(const Options& options, std::int64_t rows)
       frames_(options_, task_.fields[MJENV_ROLE_OBSERVATION], rows,
               threads_for(options_, task_, rows) * std::max<std::int64_t>(lanes_.width, 1)),
       transform_(options_, task_),
-      workers_(task_, threads_for(options_, task_, rows), lanes_.width, options_.get("cpu_affinity").integer != 0),
-      schema_(task_, frames_, transform_, options_, workers_.first().work()),
       rows_(task_, frames_.record_count(), rows),
+      workers_(task_, rows_, threads_for(options_, task_, rows), lanes_.width,
+               options_.get("cpu_affinity").integer != 0),
+      schema_(task_, frames_, transform_, options_, workers_.first().work()),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
       episodes_(options_, task_, schema_, randomization_, perturbation_, frames_, transform_, rows_),
       pipeline_(std::make_unique<Pipeline>(schema_, rows_, episodes_, workers_)) {
   workers_.prepare(schema_, frames_);
   if (!task_.needs.own.empty()) make_own(task_.needs.own);
-  workers_.first().clear(rows_);
+  workers_.first().clear();
 }
 
 Env::~Env() {
@@ -336,7 +337,7 @@ void Env::finish(const std::uint8_t* mask, const mjenv_batch* given, const mjenv
       forget_observation(row);
     });
   schema_.check(*given, rows(), static_cast<std::int64_t>(frames_.task_count()));
-  Writer& writer = workers_.first().writer();
+  Writer& writer = workers_.first().writer;
   selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
     if (rows_.is_open(row)) episodes_.check_given(writer, row, {*given, rows(), row});
   });
@@ -373,8 +374,8 @@ template <typename Body>
 void Env::for_held_rows_first(const Body& body) {
   std::vector<std::uint8_t> done(static_cast<std::size_t>(rows()));
   for (std::int64_t row = 0; row < rows(); ++row) {
-    Worker& holder = workers_.of(rows_, row);
-    if (!holder.holds(rows_, row)) continue;
+    Worker& holder = workers_.of(row);
+    if (!holder.holds(row)) continue;
     holder.attempt(row, [&] { body(holder, row); });
     done[static_cast<std::size_t>(row)] = 1;
   }
@@ -418,7 +419,7 @@ const Array* Env::stored(std::int64_t row, const std::string& name) {
     own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(range.count)}, rows_.ranges(row) + range.first};
     return &own_array_;
   }
-  // With mjenv_build_current, readers see another qpos than the state has (Worker::hold).
+  // With mjenv_build_current, readers see another qpos than the state has (Holder::hold).
   if (const auto part = rows_.layout().part(name); part && !task_.needs.current) {
     own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(part->count)}, rows_.state(row) + part->offset};
     return &own_array_;
@@ -442,7 +443,7 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
   check_received();
   rows_.check(row);
   if (const Array* found = stored(row, name)) return *found;
-  if (const Array* found = workers_.of(rows_, row).array(rows_, row, name)) return *found;
+  if (const Array* found = workers_.of(row).array(row, name)) return *found;
   std::vector<std::string> names;
   for (const auto role : {MJENV_ROLE_DATA, MJENV_ROLE_MODEL})
     for (const auto& field : schema_.fields(role)) names.push_back(field.name);
@@ -461,7 +462,7 @@ void Env::read(const std::string& name, double* values, std::size_t each) {
   } else {
     workers_.pool().check_here();
     for_held_rows_first([&](Worker& worker, std::int64_t row) {
-      worker.array(rows_, row, name)->read(values + static_cast<std::size_t>(row) * each);
+      worker.array(row, name)->read(values + static_cast<std::size_t>(row) * each);
     });
   }
 }
@@ -470,7 +471,7 @@ void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjDat
   check_received();
   rows_.check(row);
   if (!rows_.head(row).ready) fail(MJENV_E_NOT_RESET, in_row(row, "reset it before it is drawn"));
-  workers_.of(rows_, row).show(rows_, row, draw);
+  workers_.of(row).show(row, draw);
 }
 
 void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const double* qvel, std::int64_t nv) {
@@ -483,13 +484,13 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
   check_finite("qpos", qpos, static_cast<std::size_t>(nq));
   check_finite("qvel", qvel, static_cast<std::size_t>(nv));
   const auto set = [&](Worker& worker, std::int64_t i, std::int64_t place) {
-    worker.set_state(rows_, i, qpos + place * each_nq, qvel + place * each_nv);
+    worker.set_state(i, qpos + place * each_nq, qvel + place * each_nv);
     Rows::Head& head = rows_.head(i);
     head.ready = true;
     head.ended = false;
     forget_observation(i);
   };
-  if (!all) return set(workers_.of(rows_, row), row, 0);
+  if (!all) return set(workers_.of(row), row, 0);
   workers_.pool().check_here();
   rows_.make_room(Entry::set_state);  // here, because it allocates memory for all rows
   workers_.for_rows(rows(), [&](Worker& worker, std::int64_t i) { set(worker, i, i); });
@@ -498,7 +499,7 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
 void Env::reset_data(const Selection& selected) {
   check_settled();
   selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
-    workers_.of(rows_, row).clear(rows_, row);
+    workers_.of(row).clear(row);
     forget_observation(row);
   });
 }
@@ -587,28 +588,28 @@ void Env::make_own(const std::vector<std::string>& arrays) {
 void Env::prepare_workers() {
   if (rows_.arrays().empty()) return;
   workers_.for_each([](Worker& worker) { worker.forget_layout(); });
-  workers_.for_each([&](Worker& worker) { worker.prepare(rows_.arrays()); });
+  workers_.for_each([&](Worker& worker) { worker.prepare(); });
 }
 
 // Prepares all workers, because any of them may compute a row for which mj_setConst was called.
 void Env::prepare_constants() {
-  workers_.for_each([](Worker& worker) { worker.constants().prepare(); });
+  workers_.for_each([](Worker& worker) { worker.constants(); });
 }
 
 void Env::set_constants(const Selection& selected) {
   check_settled();
   prepare_constants();
   const auto set = [&](Worker& worker, std::int64_t row) {
-    const auto names = worker.set_constants(rows_, row);
+    const auto names = worker.set_constants(row);
     if (!names.empty()) {
       make_own(names);
-      worker.set_constants(rows_, row);
+      worker.set_constants(row);
     }
     forget_observation(row);
   };
   // On this thread, one row after the other, because make_own moves the values of all rows.
   selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
-    Worker& worker = workers_.of(rows_, row);
+    Worker& worker = workers_.of(row);
     worker.attempt(row, [&] { set(worker, row); });
   });
   workers_.raise();
@@ -620,9 +621,9 @@ void Env::simulate(std::int64_t row, const Action& ctrl, std::int64_t frames) {
   check_count("count", ctrl.count, task_.model->nu());
   if (frames < 1) fail(MJENV_E_VALUE, "frames is " + std::to_string(frames) + ", less than 1");
   Worker& worker = workers_.first();
-  worker.load(rows_, row, ctrl);
-  worker.advance(frames);
-  worker.commit(rows_, row);
+  worker.step.load(row, ctrl);
+  worker.step.advance(frames);
+  worker.step.commit(row);
   forget_observation(row);
 }
 
@@ -663,7 +664,7 @@ void Env::randomize(const std::string& text) {
     for (const std::string& name : constant_arrays(model(), arrays)) arrays.push_back(name);
     check_memory(static_cast<std::int64_t>(workers_.threads()), " thread(s)",
                  model().work_bytes() * workers_.team_size());
-    workers_.for_each([](Worker& worker) { worker.constants().prepare_draw(); });
+    workers_.for_each([](Worker& worker) { worker.constants().make_data(); });
   }
   if (perturbation.applies_forces()) arrays.emplace_back("xfrc_applied");
   Zeros ranges = rows_.make_ranges(draws.ranges()), records = rows_.make_perturbation(perturbation.record_count());

@@ -131,9 +131,9 @@ class Env {
   LaneChoice lanes_;
   Frames frames_;
   ActionTransform transform_;
+  Rows rows_;
   Workers workers_;
   Schema schema_;
-  Rows rows_;
   Order order_;
   DrawDocument document_;
   Randomization randomization_;

@@ -32,9 +32,8 @@ void report_failure(const Place& place, const Body& body) {
 // Calls adopt in its destructor, because the row has begun the episode even if writing its outputs fails.
 struct Adoption {
   Worker& worker;
-  Rows& rows;
   std::int64_t row;
-  ~Adoption() { worker.adopt(rows, row); }
+  ~Adoption() { worker.reset.adopt(row); }
 };
 
 }  // namespace
@@ -76,7 +75,7 @@ void Episodes::check_finite(std::int64_t row, const Action& action) const {
 void Episodes::begin(Worker& worker, std::int64_t row, const Initial& initial) const {
   Rows::Head& head = rows_.head(row);
   Rng rng = head.seeded ? head.rng : Rng::from_entropy();
-  worker.begin(rows_, row, rng, randomization_, initial);
+  worker.reset.begin(row, rng, randomization_, initial);
   head.steps = 0;
   head.ready = true;
   head.ended = false;
@@ -97,17 +96,17 @@ void Episodes::reset_row(Worker& worker, std::int64_t row, const Place& place) c
 }
 
 void Episodes::write_reset(Worker& worker, std::int64_t row, const Place& place) const {
-  const Adoption after_outputs{worker, rows_, row};
+  const Adoption after_outputs{worker, row};
   const mjenv_batch& out = place.out;
   write_observation(worker, row, out.obs, place);
   place.put<std::uint8_t>(out.was_reset, 1);
   if (out.reset_info && task_.calls->has_reset_info())
     place.put(schema_.fields(MJENV_ROLE_RESET_INFO), task_.calls->reset_info(worker.view()), out.reset_info);
-  worker.writer().write_arrays(schema_, place);
+  worker.writer.write_arrays(schema_, place);
 }
 
 void Episodes::write_observation(Worker& worker, std::int64_t row, void* to, const Place& place) const {
-  Writer& writer = worker.writer();
+  Writer& writer = worker.writer;
   const bool is_changed = is_perturbed(row) && perturbation_.changes_observations();
   if (!is_changed && frames_.empty()) return writer.write_observation(to, place);
   writer.write_observation(seen(row, writer.observation(), writer), to, place);
@@ -152,9 +151,9 @@ void Episodes::step(Team& team) const {
 void Episodes::advance(Team& team, std::uint32_t& moving) const {
   const auto load = [&](std::size_t i) {
     Turn& turn = team.turns()[i];
-    if (!task_.calls->has_control()) return team[i].load(rows_, turn.row, turn.seen, turn.pushes);
+    if (!task_.calls->has_control()) return team[i].step.load(turn.row, turn.seen, turn.pushes);
     turn.random = turn.begun;  // restored, because the row may be loaded a second time (Team::advance)
-    team[i].begin_step(rows_, turn.row, turn.seen, turn.pushes, turn.random);
+    team[i].step.begin(turn.row, turn.seen, turn.pushes, turn.random);
   };
   const auto attempt = [&](std::size_t i, const auto& body) {
     std::uint32_t turn = 1u << i;
@@ -165,7 +164,7 @@ void Episodes::advance(Team& team, std::uint32_t& moving) const {
 }
 
 void Episodes::begin_step(Worker& worker, Turn& turn) const {
-  turn.random = Worker::random(rows_, turn.row);
+  turn.random = worker.step.random(turn.row);
   turn.is_perturbed = is_perturbed(turn.row);
   if (!transform_.empty()) turn.action = transform_.apply(turn.action, worker.transformed);
   turn.seen = turn.action;
@@ -179,8 +178,8 @@ void Episodes::begin_step(Worker& worker, Turn& turn) const {
 
 mjenv_outcome Episodes::commit(Worker& worker, Turn& turn) const {
   const std::int64_t row = turn.row;
-  const mjenv_outcome outcome = worker.step(rows_, row, turn.seen, turn.random);
-  worker.commit(rows_, row, turn.random);
+  const mjenv_outcome outcome = worker.step.call(row, turn.seen, turn.random);
+  worker.step.commit(row, &turn.random);
   if (turn.is_perturbed)
     perturbation_.commit(rows_.perturbation(row), rows_.head(row).steps, turn.action, worker.perturbed);
   return outcome;
@@ -213,7 +212,7 @@ void Episodes::end_step_and_reset(Worker& worker, Turn& turn) const {
   write_observation(worker, turn.row, resets ? out.final_obs : out.obs, place);
   if (!resets) {
     place.put<std::uint8_t>(out.was_reset, 0);
-    return worker.writer().write_arrays(schema_, place);
+    return worker.writer.write_arrays(schema_, place);
   }
   place.copy(schema_.fields(MJENV_ROLE_INFO), out.info, out.final_info);
   place.clear(schema_.fields(MJENV_ROLE_INFO), out.info);
@@ -255,7 +254,7 @@ void Episodes::rollout(Team& team, std::int64_t first, std::int64_t last, const 
     for_turns(team, moving, [&](std::size_t i) {
       ends[i] = end_step(team[i], turns[i]);
       write_observation(team[i], turns[i].row, out.obs, turns[i].place);
-      team[i].writer().write_arrays(schema_, turns[i].place);
+      team[i].writer.write_arrays(schema_, turns[i].place);
     });
     playing &= ~(begun & ~moving);
   }
@@ -272,8 +271,8 @@ const double* Episodes::present(std::int64_t row, const Observation& observation
 }
 
 void Episodes::observe(Worker& worker, std::int64_t row, const Place& place) const {
-  worker.hold(rows_, row);
-  Writer& writer = worker.writer();
+  worker.hold(row);
+  Writer& writer = worker.writer;
   const auto own = [&] { return writer.observation(); };
   if (place.out.obs) writer.write_observation(present(row, own, writer), place.out.obs, place);
   writer.write_arrays(schema_, place);
@@ -287,10 +286,10 @@ void Episodes::begin_given(Worker& worker, std::int64_t row, const Initial& init
     begin(worker, row, initial);
     rows_.head(row).ended = true;  // until the reset is finished: a row that is given up must be reset again
     rows_.set_phase(row, follows_step ? Phase::restarted : Phase::begun);
-    const Adoption after_outputs{worker, rows_, row};
+    const Adoption after_outputs{worker, row};
     if (!follows_step) place.put_status(MJENV_OK);
     place.put<std::uint8_t>(place.out.was_reset, 1);
-    worker.writer().write_arrays(schema_, place);
+    worker.writer.write_arrays(schema_, place);
   });
 }
 
@@ -322,7 +321,7 @@ void Episodes::advance_given(Team& team) const {
     commit(team[i], turns[i]);
     rows_.set_phase(turn.row, diverged ? Phase::diverged : Phase::advanced);
     turn.place.put_status(diverged ? MJENV_DIVERGED : MJENV_OK);
-    team[i].writer().write_arrays(schema_, turn.place);
+    team[i].writer.write_arrays(schema_, turn.place);
   });
   team.gather_failures();
 }

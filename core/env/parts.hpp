@@ -81,7 +81,7 @@ static_assert(are_in_order());
 constexpr std::uint16_t kept_bit(Part part) { return kParts[index_of(part)].kept; }
 
 // A row's recipe. Rows do not store the derived arrays of mjData (xpos, contacts, ...): a worker makes them again when
-// they are needed (Worker::hold). It repeats, in this order, what has computed them, each time with the state and the
+// they are needed (Holder::hold). It repeats, in this order, what has computed them, each time with the state and the
 // own values that the row had then. At last it loads the present ones, because a write changes no derived array until
 // the next mj_step or mj_forward, as in Gymnasium.
 //

@@ -10,8 +10,9 @@ std::size_t Team::bytes(const Model& model, int lanes) {
   return lanes > 0 ? work_spaces + lanes::stepper_bytes(model, lanes) : work_spaces;
 }
 
-Team::Team(std::int32_t index, const Task& task, int lanes) {
-  for (std::int32_t i = 0; i < std::max(lanes, 1); ++i) workers_.push_back(std::make_unique<Worker>(index + i, task));
+Team::Team(std::int32_t index, const Task& task, Rows& rows, int lanes) {
+  for (std::int32_t i = 0; i < std::max(lanes, 1); ++i)
+    workers_.push_back(std::make_unique<Worker>(index + i, task, rows));
   if (lanes > 0) stepper_ = lanes::make_stepper(*task.model, *lanes::code_of(lanes));
   turns_.reserve(size());
 }
@@ -29,10 +30,10 @@ std::uint32_t Team::step_together(std::uint32_t ready, std::int64_t frames) {
   }
   if (count < 2) return 0;  // load has failed for the other rows, and a single row is faster without lanes
   const lanes::Stepper::BeforeSubstep before_substep = [&](int i, std::int64_t substep) {
-    workers_[workers[static_cast<std::size_t>(i)]]->before_substep(substep);
+    workers_[workers[static_cast<std::size_t>(i)]]->step.before_substep(substep);
   };
   const std::uint32_t done = stepper_->step(works.data(), count, frames, before.data(),
-                                            first().has_before_substep() ? &before_substep : nullptr);
+                                            first().step.has_before_substep() ? &before_substep : nullptr);
   std::uint32_t advanced = 0;
   for (int i = 0; i < count; ++i)
     if (done >> i & 1) advanced |= 1u << workers[i];

@@ -38,7 +38,7 @@ class Team {
   static std::size_t bytes(const Model& model, int lanes);
 
   // index: that of the first worker. lanes: how many lanes there are; 0: none.
-  Team(std::int32_t index, const Task& task, int lanes);
+  Team(std::int32_t index, const Task& task, Rows& rows, int lanes);
 
   std::atomic<std::int64_t> next{0};  // the first row of this team's block that no team has taken
 
@@ -54,7 +54,7 @@ class Team {
   bool steps_together() const { return stepper_ != nullptr; }
   // Advances the simulations of some turns by `frames` calls of mj_step.
   //   moving   these turns, as bits. advance clears the bits of those that fail
-  //   load     load(i) makes worker i ready for the step of its turn (Worker::load)
+  //   load     load(i) makes worker i ready for the step of its turn (TaskStep::load)
   //   attempt  attempt(i, body) calls body, and returns false if it has failed
   template <typename Load, typename Attempt>
   void advance(std::uint32_t& moving, std::int64_t frames, const Load& load, const Attempt& attempt);
@@ -84,7 +84,7 @@ void Team::advance(std::uint32_t& moving, std::int64_t frames, const Load& load,
   }
   for_moving(moving & ~advanced, [&](std::size_t i) {
     load(i);
-    workers_[i]->advance(frames);
+    workers_[i]->step.advance(frames);
   });
 }
 

@@ -8,10 +8,10 @@
 
 namespace mjenv::core {
 
-Workers::Workers(const Task& task, int threads, int lanes, bool pinned) {
+Workers::Workers(const Task& task, Rows& rows, int threads, int lanes, bool pinned) {
   const int size = std::max(lanes, 1);
   check_memory(threads, " thread(s)", Team::bytes(*task.model, lanes));
-  for (int i = 0; i < threads; ++i) teams_.push_back(std::make_unique<Team>(i * size, task, lanes));
+  for (int i = 0; i < threads; ++i) teams_.push_back(std::make_unique<Team>(i * size, task, rows, lanes));
   pool_ = std::make_unique<Pool>(threads, pinned);
   std::atomic<bool> prepared{true};
   pool_->run([&](int) {

@@ -15,14 +15,14 @@ namespace mjenv::core {
 class Workers {
  public:
   // lanes: how many rows each thread steps at once; 0: one by one.
-  Workers(const Task& task, int threads, int lanes, bool pinned);
+  Workers(const Task& task, Rows& rows, int threads, int lanes, bool pinned);
 
   Team& team(std::size_t thread) { return *teams_[thread]; }
   // The first worker of the thread that calls the library.
   Worker& first() { return team(0).first(); }
   // The worker that last computed the row.
-  Worker& of(const Rows& rows, std::int64_t row) {
-    const auto index = static_cast<std::size_t>(rows.worker(row));
+  Worker& of(std::int64_t row) {
+    const auto index = static_cast<std::size_t>(first().rows().worker(row));
     return team(index / team_size())[index % team_size()];
   }
   std::size_t threads() const { return teams_.size(); }

@@ -74,7 +74,7 @@ bool same(const Array& array, const double* expected, std::int64_t count) {
 }
 
 // The first array of the row that differs from plain MuJoCo's; "" if none does.
-std::string difference(Worker& worker, Rows& rows, std::int64_t row, const Plain& plain) {
+std::string difference(Worker& worker, std::int64_t row, const Plain& plain) {
   const mjData& d = plain.data();
   const mjModel& m = plain.model();
   const struct {
@@ -92,20 +92,20 @@ std::string difference(Worker& worker, Rows& rows, std::int64_t row, const Plain
                 {"qfrc_actuator", d.qfrc_actuator, m.nv},
                 {"qacc_warmstart", d.qacc_warmstart, m.nv}};
   for (const auto& a : arrays)
-    if (!same(*worker.array(rows, row, a.name), a.expected, a.count)) return a.name;
+    if (!same(*worker.array(row, a.name), a.expected, a.count)) return a.name;
   return "";
 }
 
 void test_rows_in_turn(void** state) {
   const char* id = static_cast<const char*>(*state);
   const Task task = task_of(id_of(id))->build(default_options(id_of(id)));
-  Worker worker(0, task), other(1, task);
   Rows rows(task, 0, kRows);
-  worker.clear(rows);
+  Worker worker(0, task, rows), other(1, task, rows);
+  worker.clear();
   std::vector<std::string> arrays = constant_arrays(*task.model, {"body_mass"});
   arrays.emplace_back("body_mass");
   rows.add_arrays(arrays);
-  for (Worker* each : {&worker, &other}) each->prepare(rows.arrays());
+  for (Worker* each : {&worker, &other}) each->prepare();
   const OwnArray& mass = *rows.arrays().find("body_mass");
   std::vector<std::unique_ptr<Plain>> plain;
   for (std::int64_t row = 0; row < kRows; ++row) plain.push_back(std::make_unique<Plain>(task));
@@ -126,19 +126,19 @@ void test_rows_in_turn(void** state) {
     if (kind == 0) {
       Rng rng = Rng::from_seed(static_cast<std::uint64_t>(i));
       plain[static_cast<std::size_t>(target)]->reset(rng);
-      chosen.begin(rows, target, rng);
+      chosen.reset.begin(target, rng);
     } else if (kind < 10) {
       const std::vector<double> action = draw(task.model->nu(), 1);
       expected.step(action);
-      chosen.load(rows, row, {action.data(), MJENV_DTYPE_FLOAT64, task.model->nu()});
-      chosen.advance(task.frame_skip);
-      chosen.commit(rows, row);
+      chosen.step.load(row, {action.data(), MJENV_DTYPE_FLOAT64, task.model->nu()});
+      chosen.step.advance(task.frame_skip);
+      chosen.step.commit(row);
     } else if (kind < 12) {
       std::vector<double> qpos(expected.data().qpos, expected.data().qpos + task.model->nq());
       qpos[0] += 0.01;
       const std::vector<double> qvel = draw(task.model->nv(), 1);
       expected.set_state(qpos, qvel);
-      (rows.worker(row) == 0 ? worker : other).set_state(rows, row, qpos.data(), qvel.data());
+      (rows.worker(row) == 0 ? worker : other).set_state(row, qpos.data(), qvel.data());
     } else if (kind == 12) {
       std::vector<double> masses(expected.model().body_mass, expected.model().body_mass + expected.model().nbody);
       for (double& x : masses) x *= random.uniform(0.5, 2);
@@ -149,12 +149,12 @@ void test_rows_in_turn(void** state) {
       for (Worker* each : {&worker, &other}) each->forget(row);
     } else if (kind == 13) {
       expected.set_constants();
-      assert_true((rows.worker(row) == 0 ? worker : other).set_constants(rows, row).empty());
+      assert_true((rows.worker(row) == 0 ? worker : other).set_constants(row).empty());
     } else {
       Worker& reader = rows.worker(target) == 0 ? worker : other;
-      computed_again += !reader.holds(rows, target);
-      assert_string_equal(difference(reader, rows, target, *plain[static_cast<std::size_t>(target)]).c_str(), "");
-      assert_true(reader.holds(rows, target));
+      computed_again += !reader.holds(target);
+      assert_string_equal(difference(reader, target, *plain[static_cast<std::size_t>(target)]).c_str(), "");
+      assert_true(reader.holds(target));
     }
   }
   assert_true(computed_again > 20);
@@ -164,20 +164,20 @@ void test_rows_in_turn(void** state) {
 void test_forget(void** state) {
   (void)state;
   const Task task = task_of(id_of("Hopper-v5"))->build(default_options(id_of("Hopper-v5")));
-  Worker worker(0, task);
   Rows rows(task, 0, 2);
-  worker.clear(rows);
+  Worker worker(0, task, rows);
+  worker.clear();
   Rng rng = Rng::from_seed(1);
-  worker.begin(rows, 0, rng);
-  assert_true(worker.holds(rows, 0) && !worker.holds(rows, 1));
+  worker.reset.begin(0, rng);
+  assert_true(worker.holds(0) && !worker.holds(1));
   worker.forget(1);
-  assert_true(worker.holds(rows, 0));
+  assert_true(worker.holds(0));
   worker.forget(0);
-  assert_false(worker.holds(rows, 0));
-  worker.hold(rows, 1);  // never reset: as mj_resetData leaves it
-  assert_true(worker.holds(rows, 1));
+  assert_false(worker.holds(0));
+  worker.hold(1);  // never reset: as mj_resetData leaves it
+  assert_true(worker.holds(1));
   const Plain plain(task);
-  assert_true(same(*worker.array(rows, 1, "xpos"), plain.data().xpos, 3 * plain.model().nbody));
+  assert_true(same(*worker.array(1, "xpos"), plain.data().xpos, 3 * plain.model().nbody));
 }
 
 int run() {
