@@ -17,6 +17,31 @@ inline V dot6(const V* a, const V* b) {
   return sum + (a[4] * b[4] + a[5] * b[5]);
 }
 
+// mju_dot. Its four partial sums begin with a product, so they can be -0. With fewer than four products there is one
+// sum, which begins at +0.
+template <typename T>
+inline V dot(const T* a, const V* b, int n) {
+  V res{};
+  int i = 0;
+  if (n >= 4) {
+    V res0 = a[0] * b[0], res1 = a[1] * b[1], res2 = a[2] * b[2], res3 = a[3] * b[3];
+    for (i = 4; i <= n - 4; i += 4) {
+      res0 += a[i] * b[i];
+      res1 += a[i + 1] * b[i + 1];
+      res2 += a[i + 2] * b[i + 2];
+      res3 += a[i + 3] * b[i + 3];
+    }
+    res = (res0 + res2) + (res1 + res3);
+  }
+  if (n - i == 3)
+    res += a[i] * b[i] + a[i + 1] * b[i + 1] + a[i + 2] * b[i + 2];
+  else if (n - i == 2)
+    res += a[i] * b[i] + a[i + 1] * b[i + 1];
+  else if (n - i == 1)
+    res += a[i] * b[i];
+  return res;
+}
+
 // mju_normalize3
 inline V normalize3(V* vec) {
   const V norm = sqrt(vec[0] * vec[0] + vec[1] * vec[1] + vec[2] * vec[2]);

@@ -6,7 +6,7 @@
 #if mjVERSION_HEADER == 222
 #include "engine/lanes/mujoco2/code.hpp"
 #else
-#include "engine/lanes/mujoco4/smooth.hpp"
+#include "engine/lanes/mujoco4/code.hpp"
 #endif
 
 namespace mjenv::core::lanes {

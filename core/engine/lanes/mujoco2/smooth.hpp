@@ -22,31 +22,6 @@ namespace {
 
 inline V dot3(const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// mju_dot. Its four partial sums begin with a product, so they can be -0. With fewer than four products there is one
-// sum, which begins at +0.
-template <typename T>
-inline V dot(const T* a, const V* b, int n) {
-  V res{};
-  int i = 0;
-  if (n >= 4) {
-    V res0 = a[0] * b[0], res1 = a[1] * b[1], res2 = a[2] * b[2], res3 = a[3] * b[3];
-    for (i = 4; i <= n - 4; i += 4) {
-      res0 += a[i] * b[i];
-      res1 += a[i + 1] * b[i + 1];
-      res2 += a[i + 2] * b[i + 2];
-      res3 += a[i + 3] * b[i + 3];
-    }
-    res = (res0 + res2) + (res1 + res3);
-  }
-  if (n - i == 3)
-    res += a[i] * b[i] + a[i + 1] * b[i + 1] + a[i + 2] * b[i + 2];
-  else if (n - i == 2)
-    res += a[i] * b[i] + a[i + 1] * b[i + 1];
-  else if (n - i == 1)
-    res += a[i] * b[i];
-  return res;
-}
-
 // mju_normalize4
 inline void normalize4(V* vec) {
   const V norm = sqrt(vec[0] * vec[0] + vec[1] * vec[1] + vec[2] * vec[2] + vec[3] * vec[3]);
@@ -456,6 +431,50 @@ void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
     const V* row = qLD + dof_Madr[i];
     for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) tmp -= *++row * x[j];
     x[i] = tmp;
+  }
+}
+
+// mj_mulM
+void mulM(const Lanes& d, V* res, const V* vec) {
+  const mjModel& m = *d.model;
+  const V* const qM = vectors(d.qM);
+  const int *const dof_Madr = m.dof_Madr, *const dof_parentid = m.dof_parentid, *const dof_simplenum = m.dof_simplenum;
+  const int nv = m.nv;
+  zero(res, nv);
+  for (int i = 0; i < nv; ++i) {
+    int adr = dof_Madr[i];
+    const V own = vec[i];
+    if (dof_simplenum[i]) {
+      res[i] = qM[adr] * own;
+      continue;
+    }
+    V sum = res[i] + qM[adr] * own;
+    for (int j = dof_parentid[i]; j >= 0; j = dof_parentid[j]) {
+      ++adr;
+      sum += qM[adr] * vec[j];
+      res[j] += qM[adr] * own;
+    }
+    res[i] = sum;
+  }
+}
+
+// mj_addM, to the lower triangle
+void addM(const Lanes& d, V* res) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.nv; ++i) {
+    int adr = m.dof_Madr[i];
+    for (int j = i; j >= 0; j = m.dof_simplenum[i] ? -1 : m.dof_parentid[j]) res[i * m.nv + j] += vectors(d.qM)[adr++];
+  }
+}
+
+// mju_cholSolve
+void cholSolve(V* res, const V* mat, const V* vec, int n) {
+  copy(res, vec, n);
+  for (int i = 0; i < n; ++i) res[i] = (res[i] - dot(mat + i * n, res, i)) / mat[i * (n + 1)];
+  for (int i = n - 1; i >= 0; --i) {
+    V sum = res[i];
+    for (int j = i + 1; j < n; ++j) sum -= mat[j * n + i] * res[j];
+    res[i] = sum / mat[i * (n + 1)];
   }
 }
 

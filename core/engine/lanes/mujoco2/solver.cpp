@@ -20,22 +20,12 @@ void append(Counts<Constraints>& counts, const Counts<Constraints>& more) {
   counts.insert(counts.end(), more.begin(), more.end());
 }
 
-Counts<Constraints> counts(const mjModel& m, std::size_t places) {
+// The arrays that only some solvers have
+Counts<Constraints> special_counts(const mjModel& m, int most_places) {
   using C = Constraints;
-  const auto nv = static_cast<std::size_t>(m.nv);
-  Counts<Constraints> result{
-      {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},     {&C::aref, places},         {&C::b, places},
-      {&C::jar, places},    {&C::force, places}, {&C::damping, places}, {&C::spring, places},       {&C::tolerance, 1},
-      {&C::meaninertia, 1}, {&C::low, places},   {&C::high, places},    {&C::frictionloss, places}, {&C::bend, places}};
+  const auto nv = static_cast<std::size_t>(m.nv), places = static_cast<std::size_t>(most_places);
   const bool is_pgs = m.opt.solver == mjSOL_PGS;
-  if (is_pgs) {
-    append(result, {{&C::ARinv, places}, {&C::A, places}, {&C::least, places}, {&C::greatest, places}});
-  } else {
-    append(result,
-           {{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv}, {&C::Mv, nv}, {&C::grad, nv}, {&C::search, nv}});
-    append(result, m.opt.solver == mjSOL_CG ? Counts<Constraints>{{&C::Mgrad, nv}, {&C::Mgraddif, nv}}
-                                            : Counts<Constraints>{{&C::vec, nv}, {&C::H, nv * nv}});
-  }
+  Counts<Constraints> result;
   if (is_pgs || is_numbered(m)) append(result, {{&C::JM2, places * nv}, {&C::AR, places * places}});
   if (is_pgs || removes_slip(m)) append(result, {{&C::R, places}});
   if (removes_slip(m)) append(result, {{&C::noslip_tolerance, 1}});
@@ -55,16 +45,6 @@ Counts<Constraints> numbered_counts(const mjModel& m) {
           {&C::force, kPlaces},  {&C::R, kPlaces},        {&C::frictionloss, kPlaces}, {&C::scale, kPlaces}};
 }
 
-// The next multiple of four
-int in_fours(int count) { return (count + 3) / 4 * 4; }
-
-// MuJoCo's dualState for constraint i: whether the force that PGS has found is in the quadratic zone.
-bool is_quadratic_of(const mjData& d, int i) {
-  if (i < d.ne) return true;
-  const double force = d.efc_force[i];
-  return i < d.ne + d.nf ? std::fabs(force) < d.efc_frictionloss[i] : force > 0;
-}
-
 }  // namespace
 
 std::string Solver::unsupported_feature(const mjModel& m) {
@@ -80,35 +60,25 @@ std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
   if (!unsupported_feature(m).empty()) return 0;
-  return Memory<Constraints>::bytes(width, counts(m, is_aligned(m) ? kSharedPlaces : kPlaces)) +
+  const int places = places_of(m);
+  return RowSolver::bytes(width, m, places, special_counts(m, places)) +
          Memory<Constraints>::bytes(width, numbered_counts(m));
 }
 
+int Solver::places_of(const mjModel& m) { return is_aligned(m) ? kSharedPlaces : kPlaces; }
+
 Solver::Solver(const Code& code, const mjModel& m)
-    : code_(code),
-      nv_(m.nv),
-      is_dual_(m.opt.solver == mjSOL_PGS),
+    : RowSolver(code, m, places_of(m), special_counts(m, places_of(m))),
       is_elliptic_(is_elliptic(m)),
       removes_slip_(removes_slip(m)),
-      places_(is_aligned(m) ? kSharedPlaces : kPlaces),
-      memory_(constraints_, code.width, counts(m, static_cast<std::size_t>(places_))),
       numbered_memory_(numbered_, code.width, numbered_counts(m)),
-      bits_(static_cast<std::size_t>(4 * places_)),
-      columns_(static_cast<std::size_t>(places_ * (m.nv + 1))),
-      starts_(is_numbered(m) || removes_slip_ ? Constraints::kMostNumbered : 0),
-      zeros_(static_cast<std::size_t>(m.nv)) {
-  constraints_.quadratic = bits_.data();
-  constraints_.old = bits_.data() + places_;
-  constraints_.dims = bits_.data() + 2 * places_;
-  constraints_.middle = bits_.data() + 3 * places_;
+      starts_(is_numbered(m) || removes_slip_ ? Constraints::kMostNumbered : 0) {
   constraints_.is_aligned = is_aligned(m);
   constraints_.is_numbered = is_numbered(m);
   numbered_.is_numbered = true;
-  for (Constraints* c : {&constraints_, &numbered_}) {
-    c->starts = starts_.data();
-    c->column_counts = columns_.data();
-    c->columns = columns_.data() + places_;
-  }
+  constraints_.starts = numbered_.starts = starts_.data();
+  numbered_.column_counts = constraints_.column_counts;
+  numbered_.columns = constraints_.columns;
   constraints_.is_sparse = mj_isSparse(&m) != 0;
   if (constraints_.is_sparse) make_pattern(m);
 }
@@ -163,30 +133,6 @@ bool Solver::has_room(const Contacts& contacts) const {
   return !constraints_.is_aligned || shared_places(contacts) <= places_;
 }
 
-// The place of a constraint in a row that has `count` constraints.
-int Solver::place(int constraint, int count) const {
-  const int beyond = constraint - in_blocks(count);
-  return beyond < 0 ? constraint : constraints_.size - Constraints::kRest + beyond;
-}
-
-// The constraint at a place in a row that has `count` constraints; -1 if there is none.
-int Solver::constraint_at(int place, int count) const {
-  if (place < in_blocks(count)) return place;
-  const int in_rest = place - (constraints_.size - Constraints::kRest);
-  return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
-}
-
-// rows: the rows that have constraints, as bits. most: the largest number of constraints in a row; if places are
-// aligned, the number of places. bounded: the same for equality and friction constraints alone. cones:
-// Constraints::cones; -1: no aligned cones.
-void Solver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
-  constraints_.rows = rows;
-  const bool is_numbered = constraints_.is_numbered, has_rest = is_dual_ && !is_numbered;
-  constraints_.size = is_numbered ? in_fours(most) : has_rest ? most / 4 * 4 + Constraints::kRest : most;
-  constraints_.bounded = has_rest && bounded > 0 ? constraints_.size : bounded;
-  constraints_.cones = cones < 0 ? constraints_.size : cones;
-}
-
 void Solver::run(Lanes& lanes) {
   switch (lanes.model->opt.solver) {
     case mjSOL_PGS: return code_.solPGS(lanes, constraints_);
@@ -196,26 +142,10 @@ void Solver::run(Lanes& lanes) {
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read) {
-  int most = 0, bounded = 0, first = code_.width;
-  for (int lane = code_.width - 1; lane >= 0; --lane)
-    if (rows >> lane & 1) {
-      most = std::max(most, data[lane]->nefc);
-      bounded = std::max(bounded, data[lane]->ne + data[lane]->nf);
-      first = lane;
-    }
-  set_size(rows, most, bounded);
-
-  // Lanes that take no part compute the constraints of the first row that does.
-  RowData from{};
-  for (int lane = 0; lane < code_.width; ++lane) {
-    const int row = rows >> lane & 1 ? lane : first;
-    from[lane] = data[row];
-    load(lane, *models[row]);
-    load(lane, *data[row]);
-  }
-  gather_J(from);
+  RowSolver::load(rows, data);
+  for (int lane = 0; lane < code_.width; ++lane) load(lane, *models[row_of(lane, rows)]);
   run(lanes);
-  for (int lane = first; lane < code_.width; ++lane)
+  for (int lane = 0; lane < code_.width; ++lane)
     if ((rows & ~lanes.left_to_mujoco) >> lane & 1) finish(lanes, lane, *data[lane], is_read);
 }
 
@@ -236,10 +166,9 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
     } else {
       set_size(rows, most, bounded);
     }
-    const int some = static_cast<int>(__builtin_ctz(rows));
     for (int lane = 0; lane < width; ++lane) {
       constraints_.at_first[lane] = in_blocks(contacts.constraints[lane]);
-      load(lane, *models[rows >> lane & 1 ? lane : some]);
+      load(lane, *models[row_of(lane, rows)]);
     }
     code_.makeConstraint(lanes, contacts, constraints_);
     if (!starts_.empty()) number(contacts);
@@ -249,23 +178,6 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
   set_rest(lanes, rows);
   for (int lane = 0; lane < width; ++lane)
     if (contacts.rows >> lane & 1) data[lane]->nefc = contacts.constraints[lane];
-}
-
-// Does what mj_fwdConstraint does for a row without constraints, in all but these rows (bits).
-void Solver::set_rest(Lanes& lanes, std::uint32_t rows) const {
-  if (rows == 0) {
-    const auto count = static_cast<std::size_t>(nv_) * static_cast<std::size_t>(code_.width);
-    std::copy_n(lanes.qacc_smooth, count, lanes.qacc);
-    std::fill_n(lanes.qfrc_constraint, count, 0.0);
-    return;
-  }
-  for (int lane = 0; lane < code_.width; ++lane) {
-    if (rows >> lane & 1) continue;
-    for (int i = 0; i < nv_; ++i) {
-      lanes.qacc[i * code_.width + lane] = lanes.qacc_smooth[i * code_.width + lane];
-      lanes.qfrc_constraint[i * code_.width + lane] = 0;
-    }
-  }
 }
 
 void Solver::remove_slip(Lanes& lanes, const Contacts& contacts) {
@@ -346,65 +258,14 @@ void Solver::copy_forces_back() {
       constraints_.force[origins_[lane][i] * width + lane] = numbered_.force[i * width + lane];
 }
 
-void Solver::gather_J(const RowData& from) {
-  std::array<const double*, kMaxWidth> numbers{};
-  for (int at = 0; at < constraints_.size; ++at) {
-    for (int lane = 0; lane < code_.width; ++lane) {
-      const int constraint = constraint_at(at, from[lane]->nefc);
-      numbers[lane] =
-          constraint < 0 ? zeros_.data() : from[lane]->efc_J + static_cast<std::ptrdiff_t>(constraint) * nv_;
-    }
-    code_.gather(constraints_.J + static_cast<std::ptrdiff_t>(at) * nv_ * code_.width, numbers.data(), nv_);
-  }
-}
-
 void Solver::load(int lane, const mjModel& m) {
   constraints_.tolerance[lane] = m.opt.tolerance;
   constraints_.meaninertia[lane] = m.stat.meaninertia;
   constraints_.most[lane] = std::max(0, m.opt.iterations);
+  constraints_.most_evaluations[lane] = 50;  // LSmaxiter
   if (!removes_slip_) return;
   constraints_.noslip_most[lane] = m.opt.noslip_iterations;
   constraints_.noslip_tolerance[lane] = m.opt.noslip_tolerance;
-}
-
-void Solver::load(int lane, const mjData& d) {
-  Constraints& c = constraints_;
-  const int count = d.nefc, width = code_.width;
-  for (double* array : {c.D, c.damping, c.spring})
-    for (int at = 0; at < c.size; ++at) array[at * width + lane] = 0;
-  if (is_dual_)
-    for (int at = 0; at < c.size; ++at) c.R[at * width + lane] = 0;
-  for (int i = 0; i < count; ++i) {
-    const int at = place(i, count) * width + lane;
-    const double* const KBIP = d.efc_KBIP + static_cast<std::ptrdiff_t>(4) * i;
-    c.D[at] = d.efc_D[i];
-    c.damping[at] = KBIP[1];
-    c.spring[at] = KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
-    if (is_dual_) c.R[at] = d.efc_R[i];
-  }
-  if (c.bounded > 0) load_bounds(lane, d);
-}
-
-void Solver::load_bounds(int lane, const mjData& d) {
-  constexpr double kInfinite = std::numeric_limits<double>::infinity(),
-                   kNoBound = std::numeric_limits<double>::quiet_NaN();
-  Constraints& c = constraints_;
-  const auto set = [&](int at, double low, double high, double frictionloss, double bend) {
-    const int number = at * code_.width + lane;
-    c.low[number] = low;
-    c.high[number] = high;
-    c.frictionloss[number] = frictionloss;
-    c.bend[number] = bend;
-    if (!is_dual_) return;
-    c.least[number] = frictionloss > 0 ? -frictionloss : (high == 0 ? 0 : -kInfinite);
-    c.greatest[number] = frictionloss > 0 ? frictionloss : kInfinite;
-  };
-  for (int at = 0; at < c.bounded; ++at) set(at, kNoBound, 0, 0, 0);
-  for (int i = 0; i < d.ne; ++i) set(place(i, d.nefc), kNoBound, kNoBound, 0, 0);
-  for (int i = d.ne; i < d.ne + d.nf; ++i) {
-    const double R = d.efc_R[i], loss = d.efc_frictionloss[i];
-    set(place(i, d.nefc), -(R * loss), R * loss, loss, -0.5 * R * loss * loss);
-  }
 }
 
 void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const {
@@ -414,20 +275,7 @@ void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const
     d.qfrc_constraint[i] = lanes.qfrc_constraint[i * code_.width + lane];
   }
   d.solver_iter = c.iterations[lane];
-  if (!is_read) return;
-  for (int i = 0; i < d.nefc; ++i) {
-    const int at = place(i, d.nefc), number = at * code_.width + lane;
-    d.efc_vel[i] = c.vel[number];
-    d.efc_aref[i] = c.aref[number];
-    d.efc_b[i] = c.b[number];
-    d.efc_force[i] = c.force[number];
-    const bool is_friction = i >= d.ne && i < d.ne + d.nf;
-    const bool is_quadratic = is_dual_ ? is_quadratic_of(d, i) : (c.quadratic[at] >> lane & 1) != 0;
-    if (is_friction && !is_quadratic)
-      d.efc_state[i] = d.efc_force[i] > 0 ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_LINEARPOS;
-    else
-      d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
-  }
+  if (is_read) write(lane, d);
 }
 
 }  // namespace mjenv::core::lanes

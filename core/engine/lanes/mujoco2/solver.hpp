@@ -8,16 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/lanes/frame/memory.hpp"
-#include "engine/lanes/mujoco2/lanes.hpp"
+#include "engine/lanes/frame/row_solver.hpp"
 #include "engine/mujoco.hpp"
 
 namespace mjenv::core::lanes {
 
-using RowModels = std::array<const mjModel*, kMaxWidth>;
-using RowData = std::array<mjData*, kMaxWidth>;
-
-class Solver {
+class Solver : public RowSolver {
  public:
   // The feature of the model for which lanes have no solver; "" if there is none.
   static std::string unsupported_feature(const mjModel& m);
@@ -36,9 +32,6 @@ class Solver {
   // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;
 
-  // The constraints that were solved last.
-  const Constraints& constraints() const { return constraints_; }
-
   // Whether there are enough places for the constraints of all rows.
   bool has_room(const Contacts& contacts) const;
 
@@ -53,44 +46,29 @@ class Solver {
   void remove_slip(Lanes& lanes, const Contacts& contacts);
 
  private:
-  static constexpr int kMaxConstraints = 64;  // of one row
-  static constexpr int kPlaces = kMaxConstraints + Constraints::kRest;
   // If a place belongs to the same contact in all rows (Constraints::is_aligned), more places are needed, because each
   // row has few contacts, but rows have different ones.
   static constexpr int kSharedPlaces = 2 * kMaxConstraints;
-  const Code& code_;
-  const int nv_;
-  const bool is_dual_;  // the solver is PGS
   const bool is_elliptic_, removes_slip_;
-  const int places_;
-  Constraints constraints_{}, numbered_{};  // numbered_: a copy for noslip if constraints_ are aligned
-  Memory<Constraints> memory_, numbered_memory_;
+  Constraints numbered_{};  // a copy for noslip if constraints_ are aligned
+  Memory<Constraints> numbered_memory_;
   // The place of each constraint of a lane.
   std::array<std::array<int, Constraints::kMostNumbered>, kMaxWidth> origins_{};
-  std::vector<unsigned char> bits_;
-  std::vector<int> columns_;
   std::vector<Constraints::Starts> starts_;
   std::vector<unsigned char> elements_;  // of Constraints::pattern
   std::vector<int> element_columns_;
-  std::vector<double> zeros_;  // the row of J at a place without a constraint
 
   Solver(const Code& code, const mjModel& m);
+  static int places_of(const mjModel& m);
   static int places_without_contacts(const Contacts& contacts);
   int shared_places(const Contacts& contacts) const;
-  void set_rest(Lanes& lanes, std::uint32_t rows) const;
-  int in_blocks(int count) const { return is_dual_ && !constraints_.is_numbered ? count / 4 * 4 : count; }
   void make_pattern(const mjModel& m);
-  void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
-  int place(int constraint, int count) const;
-  int constraint_at(int place, int count) const;
   void run(Lanes& lanes);
   void number(const Contacts& contacts);
   void copy_to_numbered(const Contacts& contacts);
   void copy_forces_back();
-  void gather_J(const RowData& from);
+  using RowSolver::load;
   void load(int lane, const mjModel& m);
-  void load(int lane, const mjData& d);
-  void load_bounds(int lane, const mjData& d);
   void finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const;
 };
 

@@ -20,7 +20,7 @@ enum Party : unsigned {
   kConstraints = 1 << 11,   // mj_fwdConstraint
   kIntegration = 1 << 12,   // the integrator
   kFactor = 1 << 13,        // whoever reads the matrix that mj_Euler factorises
-  kMean = 1 << 14,          // whoever reads the mean acceleration that mj_RungeKutta leaves
+  kSolved = 1 << 14,        // whoever reads mjData after lanes have solved the constraints
 };
 constexpr int kParties = 15;
 
@@ -61,10 +61,10 @@ constexpr int kParties = 15;
   ARRAY(qfrc_bias, m.nv, kVelocities, kMiddle)                              \
   ARRAY(qfrc_passive, m.nv, kMiddle, kNobody)                               \
   ARRAY(qfrc_actuator, m.nv, kMiddle, kNobody)                              \
-  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints)                     \
-  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints)                     \
-  ARRAY(qacc, m.nv, kConstraints, kMean)                                    \
-  ARRAY(qfrc_constraint, m.nv, kConstraints, kNobody)                       \
+  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints | kSolved)           \
+  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints | kSolved)           \
+  ARRAY(qacc, m.nv, kConstraints, kSolved)                                  \
+  ARRAY(qfrc_constraint, m.nv, kConstraints, kSolved)                       \
   ARRAY(qH, m.nC, kNobody, kFactor)                                         \
   ARRAY(qHDiagInv, m.nv, kNobody, kFactor)
 

@@ -3,6 +3,7 @@
 
 #include <mujoco/mjmodel.h>
 
+#include "engine/lanes/frame/constraints.hpp"
 #include "engine/lanes/frame/lanes_base.hpp"
 #include "engine/lanes/frame/width.hpp"
 #include "engine/lanes/mujoco4/arrays.hpp"
@@ -36,6 +37,8 @@ struct Lanes : LanesBase {
   FUNCTION(void, comVel, (Lanes&))                                                                          \
   FUNCTION(void, rne, (Lanes&))                                                                             \
   FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \
+  /* Computes qacc and qfrc_constraint from constraints that have been made. */                             \
+  FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
   FUNCTION(void, Euler, (Lanes&))                                                                           \
   /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \
   FUNCTION(void, RungeKutta, (Lanes&, int stage))

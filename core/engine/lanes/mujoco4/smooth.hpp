@@ -308,6 +308,41 @@ void solveLD(const mjModel& m, V* x, const V* qLD, const V* qLDiagInv) {
   }
 }
 
+// mj_mulM
+void mulM(const Lanes& d, V* res, const V* vec) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.nv; ++i) {
+    const int diagonal = m.M_rownnz[i] - 1;
+    const V* const row = vectors(d.M) + m.M_rowadr[i];
+    const int* const columns = m.M_colind + m.M_rowadr[i];
+    V sum = row[diagonal] * vec[i];
+    for (int k = diagonal - 1; k >= 0; --k) {
+      sum += row[k] * vec[columns[k]];
+      res[columns[k]] += row[k] * vec[i];
+    }
+    res[i] = sum;
+  }
+}
+
+// mju_addToSymSparse with M, to the lower triangle
+void addM(const Lanes& d, V* res) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.nv; ++i)
+    for (int adr = m.M_rowadr[i]; adr < m.M_rowadr[i] + m.M_rownnz[i]; ++adr)
+      res[i * m.nv + m.M_colind[adr]] += vectors(d.M)[adr];
+}
+
+// mju_cholSolve, whose second pass subtracts one column of the transposed factor after the other.
+void cholSolve(V* res, const V* mat, const V* vec, int n) {
+  copy(res, vec, n);
+  for (int i = 0; i < n; ++i) res[i] = (res[i] - dot(mat + i * n, res, i)) / mat[i * (n + 1)];
+  for (int i = n - 1; i >= 0; --i) {
+    const V* const row = mat + i * n;
+    res[i] = res[i] / row[i];
+    for (int j = 0; j < i; ++j) res[j] -= row[j] * res[i];
+  }
+}
+
 // ---- engine_forward.c ----
 
 // mj_fwdAcceleration, without forces in qfrc_applied and xfrc_applied

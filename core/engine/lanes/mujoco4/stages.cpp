@@ -6,6 +6,7 @@
 
 #include "engine/lanes/frame/lane_arrays.hpp"
 #include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco4/solver.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -103,13 +104,18 @@ void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
     mju_mulMatVecSparse(d.actuator_velocity, d.actuator_moment, d.qvel, m.nout, d.moment_rownnz, d.moment_rowadr,
                         d.moment_colind, nullptr);
   mj_passive(&m, &d);
-  mj_referenceConstraint(&m, &d);
   if (m.opt.enableflags & mjENBL_ENERGY) mj_energyVel(&m, &d);
   mj_fwdActuation(&m, &d);
 }
 
 void compute_acceleration(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdAcceleration(&work.stepped(), &d); }
-void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdConstraint(&work.stepped(), &d); }
+
+void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) {
+  mj_referenceConstraint(&work.stepped(), &d);
+  mj_fwdConstraint(&work.stepped(), &d);
+}
+
+std::string other_solvers(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 std::string activations(const Model& model) { return text_if(model.get()->na > 0, "states of actuators"); }
 
@@ -195,7 +201,17 @@ const std::vector<Stage>& stages() {
        never,
        compute_acceleration,
        kAcceleration},
-      {"solver", "", "all", {}, always, unwritten, never, compute_constraints, kConstraints},
+      {"solver",
+       "Newton, for limits and contacts with pyramidal cones; up to 64 constraints of a row",
+       "PGS, CG and noslip, elliptic cones, sparse Jacobians; rows with equalities or friction, or whose constraints "
+       "are "
+       "several islands",
+       {MJENV_FUNCTION(solNewton)},
+       always,
+       other_solvers,
+       never,
+       compute_constraints,
+       kConstraints},
       {"integration",
        "Euler and RK4",
        "all, if actuators have states",

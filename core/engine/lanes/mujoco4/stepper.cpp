@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "engine/lanes/frame/lane_stepper.hpp"
+#include "engine/lanes/mujoco4/solver.hpp"
 #include "engine/mujoco.hpp"
 
 namespace mjenv::core::lanes {
@@ -15,18 +16,23 @@ bool has_negative_zero(const double* numbers, int count) {
 class MujocoStepper final : public LaneStepper {
  public:
   MujocoStepper(const Model& model, const Code& code)
-      : LaneStepper(model, code), is_by_rows_(m_.na > 0), is_RungeKutta_(m_.opt.integrator == mjINT_RK4) {}
+      : LaneStepper(model, code),
+        is_by_rows_(m_.na > 0),
+        is_RungeKutta_(m_.opt.integrator == mjINT_RK4),
+        solver_(Solver::make(code, m_)) {}
 
  private:
   const bool is_by_rows_, is_RungeKutta_;  // how a step is integrated
+  const std::unique_ptr<Solver> solver_;   // null: the stages' table has its twin
 
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
   void advance(bool is_last) override;
   Left finish() override;
-  void evaluate();
+  void evaluate(bool is_read);
+  void solve(bool is_read);
   void sense(bool is_last);
-  void integrate();
+  void integrate(bool is_last);
   void integrate_by_rows();
 };
 
@@ -54,21 +60,43 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
 
 void MujocoStepper::advance(bool is_last) {
   if (lanes_.has_forces) lanes_.left_to_mujoco = ~0U;
-  evaluate();
+  evaluate(is_last);
   if (live() == 0) return;
   sense(is_last);
   if (is_by_rows_)
     integrate_by_rows();
   else
-    integrate();
+    integrate(is_last);
 }
 
-// mj_forward without sensors. The order differs from MuJoCo's where that does not change the results.
-void MujocoStepper::evaluate() {
+// mj_forward without sensors. The order differs from MuJoCo's where that does not change the results. is_read: whether
+// sensors or others read mjData afterwards.
+void MujocoStepper::evaluate(bool is_read) {
   if (live() == 0) return;
   compute();
   leave_bad(lanes_.qacc_smooth, m_.nv);
+  if (solver_) solve(is_read);
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
+}
+
+// Lanes solve the constraints that MuJoCo has made, if they can. MuJoCo solves the others.
+void MujocoStepper::solve(bool is_read) {
+  std::uint32_t solvable = 0, others = 0;
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    if (d.nefc > 0) (solver_->solves(m, d) ? solvable : others) |= 1U << row;
+    if (is_read) std::fill_n(d.solver_niter, mjNISLAND, 0);
+  });
+  solver_->solve(lanes_, solvable, row_models_, data_, is_read);
+  if (is_by_rows_) scatter(kConstraints);
+  if (is_read || is_by_rows_ || others != 0) scatter(kSolved, ~others);
+  if (others == 0) return;
+  scatter(kConstraints, others);
+  const auto stage = std::find_if(stages().begin(), stages().end(),
+                                  [](const Stage& candidate) { return candidate.party == kConstraints; });
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    if (others >> row & 1) stage->compute(*works_[row], m, d);
+  });
+  gather(kConstraints);
 }
 
 void MujocoStepper::sense(bool is_last) {
@@ -82,13 +110,13 @@ void MujocoStepper::sense(bool is_last) {
   });
 }
 
-void MujocoStepper::integrate() {
+void MujocoStepper::integrate(bool is_last) {
   if (!is_RungeKutta_) return code_.Euler(lanes_);
   for (int stage = 1; stage < 4; ++stage) {
     code_.RungeKutta(lanes_, stage);
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
-    evaluate();
+    evaluate(is_last && stage == 3);
     if (live() == 0) return;
   }
   code_.RungeKutta(lanes_, 4);
@@ -108,14 +136,17 @@ void MujocoStepper::integrate_by_rows() {
 }
 
 MujocoStepper::Left MujocoStepper::finish() {
-  if (!is_by_rows_ && is_RungeKutta_) scatter(kMean);
+  // mj_RungeKutta leaves the mean acceleration.
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
+    for (int i = 0; i < m_.nv && !is_by_rows_ && is_RungeKutta_; ++i) d.qacc[i] = lanes_.qacc[i * code_.width + row];
+  });
   if (!is_by_rows_ && !is_RungeKutta_ && lanes_.damped != 0) scatter(kFactor, lanes_.damped);
   return {true, false, false};
 }
 
 }  // namespace
 
-std::size_t more_bytes(const mjModel& /*m*/, int /*width*/) { return 0; }
+std::size_t more_bytes(const mjModel& m, int width) { return Solver::bytes(width, m); }
 
 std::unique_ptr<Stepper> make_stepper(const Model& model, const Code& code) {
   return std::make_unique<MujocoStepper>(model, code);

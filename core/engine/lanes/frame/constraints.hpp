@@ -1,0 +1,104 @@
+// The constraints of several rows, as solvers read and change them.
+#pragma once
+
+#include "engine/lanes/frame/width.hpp"
+
+namespace mjenv::core::lanes {
+
+// What rownnz, rowadr and colind of mjCGContext say in Newton's method with sparse Jacobians: which numbers of H and of
+// its Cholesky factor are part of MuJoCo's sparse matrix. of_M, of_J and filled are [nv][nv]. For each element of the
+// lower triangle they hold the lanes, as bits, that have it.
+struct Pattern {
+  const unsigned char* of_M;  // the elements that M has: all bits
+  unsigned char* of_J;        // the elements that J' * J has (mju_sqrMatTDSparse), but not M
+  unsigned char* filled;      // the elements of the factor (mju_cholFactorSparse)
+  int *columns, *counts;      // for each row of `filled`, the columns before the diagonal that some lane has, ascending
+  // For each row: whether it has elements that M does not have, and whether these are not the same in all lanes.
+  unsigned char *is_changed, *is_mixed;
+  unsigned char* of_vector;  // of a rank-one update of the factor (mju_cholUpdateSparse): the elements of its vector
+};
+
+// The constraints of several rows, for a solver. The arrays have an element, the "place", for each constraint; at a
+// place without a constraint all numbers are 0. For Newton's method and CG, constraint i of a lane is at place i,
+// unless is_aligned. For PGS, mju_dot adds whole blocks of four constraints, and then the remaining ones, at most
+// three. So each lane has its whole blocks at the first places and its remaining constraints at the last three places:
+// the terms of all lanes' sums are then added in the same order. PGS with elliptic cones and noslip need the
+// constraints of a contact at places that follow each other, so constraint i of a lane is at place i (is_numbered).
+struct Constraints {
+  static constexpr int kRest = 3;
+  int size;                 // how many places there are
+  unsigned rows;            // the lanes, as bits, that take part
+  int at_first[kMaxWidth];  // how many constraints of each lane are at the first places
+
+  // The layout is that of Lanes. J is [size][nv]; the others up to force have a number for each place.
+  double *J, *D, *vel, *aref, *b, *jar, *force;
+  double *damping, *spring;         // aref is -damping * vel - spring
+  double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
+  int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
+  int most[kMaxWidth];              // opt.iterations of each lane, at least 0
+  int most_evaluations[kMaxWidth];  // of each lane's line search, if the solver has one
+  double* ls_tolerance;             // of each lane: that option, since MuJoCo 3
+  unsigned islands;                 // the lanes, as bits, whose constraints MuJoCo solves as an island, since MuJoCo 3
+  int iterations[kMaxWidth];        // how many iterations each lane took
+
+  // Equality and friction constraints are at places before `bounded`. For each of these places: low and high, between
+  // which the cost is quadratic in J * qacc - aref (NaN: no bound); frictionloss; and bend, which is -R *
+  // frictionloss^2 / 2. Outside of the bounds the force is frictionloss or -frictionloss. An inequality at such a place
+  // has frictionloss 0.
+  int bounded;
+  double *low, *high, *frictionloss, *bend;
+
+  // For Newton's method and CG with elliptic cones or sparse Jacobians (is_aligned), a place belongs to the same
+  // equality, friction, limit or contact in all lanes, also in lanes that lack it. With elliptic cones, contacts begin
+  // at the place `cones`; otherwise it equals `size`. dims: at the first place of an equality, friction, limit or
+  // contact, how many places it has. scale: mjContact's mu at a contact's first place, and its friction at the others.
+  // middle: at a contact's first place, the lanes, as bits, in which it is in the middle zone. Hcone: H plus the part
+  // of the contacts in the middle zone. LTJ: the array of that name in MuJoCo's HessianCone.
+  bool is_aligned;
+  int cones;
+  unsigned char *dims, *middle;
+  double *scale, *Hcone, *LTJ;
+
+  // Not for PGS. quad is [size][3]. quadratic: for each place, the lanes, as bits, whose cost is quadratic; old: the
+  // same before the last move.
+  double *Jv, *quad, *Ma, *Mv, *grad, *search;
+  unsigned char *quadratic, *old;
+  // Only for Newton's method. H is [nv][nv]. vec: the vector of a rank-one update of H; the update overwrites vec.
+  double *vec, *H;
+  // Only for CG: the gradient preconditioned by M, and its change in the last iteration.
+  double *Mgrad, *Mgraddif;
+
+  // If is_numbered, size is a multiple of four, and at_first is how many constraints each lane has.
+  // starts[place].blocks[n]: the lanes, as bits, in which a group of n constraints begins at this place. A group is 1
+  // constraint that PGS updates alone, 2 opposite edges of a pyramidal cone, which noslip updates together, or the 3, 4
+  // or 6 constraints of a contact with an elliptic cone.
+  static constexpr int kMostNumbered = 64;
+  bool is_numbered;
+  struct Starts {
+    unsigned char blocks[7];
+  };
+  Starts* starts;
+  int noslip_most[kMaxWidth];  // opt.noslip_iterations of each lane
+  double* noslip_tolerance;    // a number for each lane
+
+  // Only for PGS and noslip. JM2 is [size][nv], AR is [size][size].
+  double *R, *JM2, *AR;
+  // Only for PGS. ARinv is 1 / the diagonal of AR, and A is 1 / ARinv. least and greatest bound the force at each place
+  // before `bounded`.
+  double *ARinv, *A, *least, *greatest;
+
+  // Only for sparse Jacobians. `columns` are then the dofs at which MuJoCo's sparse matrix has numbers, also if these
+  // are 0, and the other numbers of J are undefined. holders: for each place, the lanes, as bits, that have the
+  // constraint or take no part. couples: at the first place of an equality, friction, limit or contact, Chain::couples;
+  // 0 at its others. The places whose columns contain dof k are the dof_place_counts[k] elements from dof_places[k *
+  // most_places] on. products and product_lanes: the terms of a sum, and the lanes, as bits, that have them. products
+  // is also room for 2 * nv vectors.
+  bool is_sparse;
+  int most_places;
+  unsigned char *holders, *couples, *product_lanes;
+  int *dof_places, *dof_place_counts;
+  double* products;
+  Pattern pattern;
+};
+
+}  // namespace mjenv::core::lanes

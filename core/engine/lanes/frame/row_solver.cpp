@@ -1,0 +1,181 @@
+#include "engine/lanes/frame/row_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace mjenv::core::lanes {
+namespace {
+
+// The arrays of Constraints that every version has.
+Counts<Constraints> counts(const mjModel& m, int most_places, const Counts<Constraints>& special) {
+  using C = Constraints;
+  const auto nv = static_cast<std::size_t>(m.nv), places = static_cast<std::size_t>(most_places);
+  Counts<C> all{
+      {&C::J, places * nv}, {&C::D, places},     {&C::vel, places},     {&C::aref, places},         {&C::b, places},
+      {&C::jar, places},    {&C::force, places}, {&C::damping, places}, {&C::spring, places},       {&C::tolerance, 1},
+      {&C::meaninertia, 1}, {&C::low, places},   {&C::high, places},    {&C::frictionloss, places}, {&C::bend, places}};
+  const Counts<C> of_PGS{{&C::ARinv, places}, {&C::A, places}, {&C::least, places}, {&C::greatest, places}};
+  const Counts<C> of_primal{{&C::Jv, places}, {&C::quad, 3 * places}, {&C::Ma, nv},   {&C::Mv, nv},
+                            {&C::grad, nv},   {&C::search, nv},       {&C::Mgrad, nv}};
+  const Counts<C> of_CG{{&C::Mgraddif, nv}}, of_newton{{&C::vec, nv}, {&C::H, nv * nv}};
+  const auto append = [&](const Counts<C>& more) { all.insert(all.end(), more.begin(), more.end()); };
+  if (m.opt.solver == mjSOL_PGS) {
+    append(of_PGS);
+  } else {
+    append(of_primal);
+    append(m.opt.solver == mjSOL_CG ? of_CG : of_newton);
+  }
+  append(special);
+  return all;
+}
+
+// MuJoCo's dualState for constraint i: whether the force that PGS has found is in the quadratic zone.
+bool is_quadratic_of(const mjData& d, int i) {
+  if (i < d.ne) return true;
+  const double force = d.efc_force[i];
+  return i < d.ne + d.nf ? std::fabs(force) < d.efc_frictionloss[i] : force > 0;
+}
+
+}  // namespace
+
+RowSolver::RowSolver(const Code& code, const mjModel& m, int places, const Counts<Constraints>& special)
+    : code_(code),
+      nv_(static_cast<int>(m.nv)),
+      is_dual_(m.opt.solver == mjSOL_PGS),
+      places_(places),
+      memory_(constraints_, code.width, counts(m, places, special)),
+      bits_(static_cast<std::size_t>(4 * places)),
+      columns_(static_cast<std::size_t>(places * (nv_ + 1))),
+      zeros_(static_cast<std::size_t>(nv_)) {
+  constraints_.quadratic = bits_.data();
+  constraints_.old = bits_.data() + places;
+  constraints_.dims = bits_.data() + 2 * places;
+  constraints_.middle = bits_.data() + 3 * places;
+  constraints_.column_counts = columns_.data();
+  constraints_.columns = columns_.data() + places;
+}
+
+std::size_t RowSolver::bytes(int width, const mjModel& m, int places, const Counts<Constraints>& special) {
+  return Memory<Constraints>::bytes(width, counts(m, places, special));
+}
+
+void RowSolver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
+  constraints_.rows = rows;
+  const bool is_numbered = constraints_.is_numbered, has_rest = is_dual_ && !is_numbered;
+  constraints_.size = is_numbered ? in_fours(most) : has_rest ? most / 4 * 4 + Constraints::kRest : most;
+  constraints_.bounded = has_rest && bounded > 0 ? constraints_.size : bounded;
+  constraints_.cones = cones < 0 ? constraints_.size : cones;
+}
+
+void RowSolver::load(std::uint32_t rows, const RowData& data) {
+  int most = 0, bounded = 0;
+  for (int lane = 0; lane < code_.width; ++lane) {
+    if (!(rows >> lane & 1)) continue;
+    most = std::max(most, data[lane]->nefc);
+    bounded = std::max(bounded, data[lane]->ne + data[lane]->nf);
+  }
+  set_size(rows, most, bounded);
+  RowData from{};
+  for (int lane = 0; lane < code_.width; ++lane) load_row(lane, *(from[lane] = data[row_of(lane, rows)]));
+  gather_J(from);
+}
+
+int RowSolver::place(int constraint, int count) const {
+  const int beyond = constraint - in_blocks(count);
+  return beyond < 0 ? constraint : constraints_.size - Constraints::kRest + beyond;
+}
+
+int RowSolver::constraint_at(int place, int count) const {
+  if (place < in_blocks(count)) return place;
+  const int in_rest = place - (constraints_.size - Constraints::kRest);
+  return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
+}
+
+void RowSolver::gather_J(const RowData& from) {
+  std::array<const double*, kMaxWidth> numbers{};
+  for (int at = 0; at < constraints_.size; ++at) {
+    for (int lane = 0; lane < code_.width; ++lane) {
+      const int constraint = constraint_at(at, from[lane]->nefc);
+      numbers[lane] =
+          constraint < 0 ? zeros_.data() : from[lane]->efc_J + static_cast<std::ptrdiff_t>(constraint) * nv_;
+    }
+    code_.gather(constraints_.J + static_cast<std::ptrdiff_t>(at) * nv_ * code_.width, numbers.data(), nv_);
+  }
+}
+
+void RowSolver::load_row(int lane, const mjData& d) {
+  Constraints& c = constraints_;
+  const int count = d.nefc, width = code_.width;
+  for (double* array : {c.D, c.damping, c.spring})
+    for (int at = 0; at < c.size; ++at) array[at * width + lane] = 0;
+  if (is_dual_)
+    for (int at = 0; at < c.size; ++at) c.R[at * width + lane] = 0;
+  for (int i = 0; i < count; ++i) {
+    const int at = place(i, count) * width + lane;
+    const double* const KBIP = d.efc_KBIP + static_cast<std::ptrdiff_t>(4) * i;
+    c.D[at] = d.efc_D[i];
+    c.damping[at] = KBIP[1];
+    c.spring[at] = KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
+    if (is_dual_) c.R[at] = d.efc_R[i];
+  }
+  if (c.bounded > 0) load_bounds(lane, d);
+}
+
+void RowSolver::load_bounds(int lane, const mjData& d) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity(),
+                   kNoBound = std::numeric_limits<double>::quiet_NaN();
+  Constraints& c = constraints_;
+  const auto set = [&](int at, double low, double high, double frictionloss, double bend) {
+    const int number = at * code_.width + lane;
+    c.low[number] = low;
+    c.high[number] = high;
+    c.frictionloss[number] = frictionloss;
+    c.bend[number] = bend;
+    if (!is_dual_) return;
+    c.least[number] = frictionloss > 0 ? -frictionloss : (high == 0 ? 0 : -kInfinite);
+    c.greatest[number] = frictionloss > 0 ? frictionloss : kInfinite;
+  };
+  for (int at = 0; at < c.bounded; ++at) set(at, kNoBound, 0, 0, 0);
+  for (int i = 0; i < d.ne; ++i) set(place(i, d.nefc), kNoBound, kNoBound, 0, 0);
+  for (int i = d.ne; i < d.ne + d.nf; ++i) {
+    const double R = d.efc_R[i], loss = d.efc_frictionloss[i];
+    set(place(i, d.nefc), -(R * loss), R * loss, loss, -0.5 * R * loss * loss);
+  }
+}
+
+void RowSolver::set_rest(Lanes& lanes, std::uint32_t rows) const {
+  if (rows == 0) {
+    const auto count = static_cast<std::size_t>(nv_) * static_cast<std::size_t>(code_.width);
+    std::copy_n(lanes.qacc_smooth, count, lanes.qacc);
+    std::fill_n(lanes.qfrc_constraint, count, 0.0);
+    return;
+  }
+  for (int lane = 0; lane < code_.width; ++lane) {
+    if (rows >> lane & 1) continue;
+    for (int i = 0; i < nv_; ++i) {
+      lanes.qacc[i * code_.width + lane] = lanes.qacc_smooth[i * code_.width + lane];
+      lanes.qfrc_constraint[i * code_.width + lane] = 0;
+    }
+  }
+}
+
+void RowSolver::write(int lane, mjData& d) const {
+  const Constraints& c = constraints_;
+  for (int i = 0; i < d.nefc; ++i) {
+    const int at = place(i, d.nefc), number = at * code_.width + lane;
+    d.efc_vel[i] = c.vel[number];
+    d.efc_aref[i] = c.aref[number];
+    d.efc_b[i] = c.b[number];
+    d.efc_force[i] = c.force[number];
+    const bool is_friction = i >= d.ne && i < d.ne + d.nf;
+    const bool is_quadratic = is_dual_ ? is_quadratic_of(d, i) : (c.quadratic[at] >> lane & 1) != 0;
+    if (is_friction && !is_quadratic)
+      d.efc_state[i] = d.efc_force[i] > 0 ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_LINEARPOS;
+    else
+      d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
+  }
+}
+
+}  // namespace mjenv::core::lanes

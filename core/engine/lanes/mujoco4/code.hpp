@@ -1,0 +1,5 @@
+// All functions of lanes for MuJoCo 4.0.
+#pragma once
+
+#include "engine/lanes/mujoco4/smooth.hpp"
+#include "engine/lanes/mujoco4/solver_newton.hpp"
