@@ -19,6 +19,7 @@ std::string Solver::unsupported_feature(const mjModel& m) {
   if (is_sparse(m)) return "sparse Jacobians";
   if (m.opt.cone != mjCONE_PYRAMIDAL) return "elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
+  if (m.opt.enableflags & mjENBL_DIAGEXACT) return "exact diagonals (opt.enableflags)";
   if (m.flg_surfacevel) return "velocities of surfaces";
   return m.flg_adhesion ? "adhesion" : "";
 }
@@ -33,14 +34,20 @@ std::size_t Solver::bytes(int width, const mjModel& m) {
 
 Solver::Solver(const Code& code, const mjModel& m) : RowSolver(code, m, kMaxConstraints, special_counts()) {}
 
-// Without islands, MuJoCo solves all dofs at once. With one island, it does the same if all dofs are part of it.
-// MuJoCo fails if its memory is too small to solve the constraints. `needed` is more than it takes.
-bool Solver::solves(const mjModel& m, const mjData& d) {
+// MuJoCo solves all dofs at once without islands, and if all are part of one island. With a single tree, that is known
+// without mj_island. MuJoCo fails if its memory is too small to solve the constraints. `needed` is more than it takes.
+bool Solver::solves(const mjModel& m, mjData& d) {
   const std::int64_t rows = d.nefc, nv = m.nv;
-  const std::int64_t needed = 20 * rows + 40 * nv + 3 * nv * nv + 2 * nv * rows + 6 * m.nC;
-  return rows > 0 && rows <= kMaxConstraints && d.ne == 0 && d.nf == 0 && unsupported_feature(m).empty() &&
-         (d.nisland == 0 || (d.nisland == 1 && d.nidof == m.nv)) &&
-         static_cast<std::int64_t>(d.narena - d.parena - d.pstack) >= 8 * needed;
+  const std::int64_t needed = 40 * rows + 50 * nv + 3 * nv * nv + 2 * nv * rows + 6 * m.nC;
+  if (rows == 0 || rows > kMaxConstraints || d.ne > 0 || d.nf > 0 || !unsupported_feature(m).empty() ||
+      static_cast<std::int64_t>(d.narena - d.parena - d.pstack) < 8 * needed)
+    return false;
+  if (m.ntree == 1) return true;
+  const auto used = d.parena;
+  mj_island(&m, &d);
+  if (d.nisland == 0 || (d.nisland == 1 && d.nidof == m.nv)) return true;
+  d.parena = used;  // mj_island is called again for this row
+  return false;
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read) {
@@ -56,7 +63,8 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
     c.meaninertia[lane] = m.stat.meaninertia;
     c.most[lane] = std::max(0, m.opt.iterations);
     c.most_evaluations[lane] = m.opt.ls_iterations;
-    if (data[row]->nisland > 0) c.islands |= 1U << lane;
+    const bool has_islands = (m.opt.disableflags & mjDSBL_ISLAND) == 0 && (m.ntree == 1 || data[row]->nisland > 0);
+    if (has_islands) c.islands |= 1U << lane;
   }
   code_.solNewton(lanes, c);
   set_rest(lanes, rows);

@@ -18,9 +18,9 @@ class Solver : public RowSolver {
   // How much memory a solver's arrays take.
   static std::size_t bytes(int width, const mjModel& m);
 
-  // Whether lanes can solve the constraints that MuJoCo has made for this row.
-  static bool solves(const mjModel& m, const mjData& d);
-  // Does what mj_referenceConstraint and mj_fwdConstraint do for these rows (bits). is_read: also writes what only
+  // Whether lanes can solve the constraints that MuJoCo has made for this row. May call mj_island.
+  static bool solves(const mjModel& m, mjData& d);
+  // Does what mj_forward does with constraints after mj_makeConstraint for these rows (bits). is_read: also writes what only
   // sensors and readers of mjData after the step need.
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read);
 

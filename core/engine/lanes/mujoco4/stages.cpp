@@ -89,8 +89,6 @@ void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_tendon(&m, &d);
   mj_collision(&m, &d);
   mj_makeConstraint(&m, &d);
-  mj_island(&m, &d);
-  mj_projectConstraint(&m, &d);
   mj_transmission(&m, &d);
   if (m.opt.enableflags & mjENBL_ENERGY)
     mj_energyPos(&m, &d);
@@ -111,6 +109,8 @@ void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
 void compute_acceleration(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdAcceleration(&work.stepped(), &d); }
 
 void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) {
+  mj_island(&work.stepped(), &d);
+  mj_projectConstraint(&work.stepped(), &d);
   mj_referenceConstraint(&work.stepped(), &d);
   mj_fwdConstraint(&work.stepped(), &d);
 }

@@ -83,8 +83,11 @@ void MujocoStepper::evaluate(bool is_read) {
 void MujocoStepper::solve(bool is_read) {
   std::uint32_t solvable = 0, others = 0;
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    if (d.nefc > 0) (solver_->solves(m, d) ? solvable : others) |= 1U << row;
-    if (is_read) std::fill_n(d.solver_niter, mjNISLAND, 0);
+    const bool is_solvable = solver_->solves(m, d);
+    if (d.nefc > 0) (is_solvable ? solvable : others) |= 1U << row;
+    if (!is_read) return;
+    if (d.nefc == 0 || (is_solvable && m.ntree == 1)) mj_island(&m, &d);
+    std::fill_n(d.solver_niter, mjNISLAND, 0);
   });
   solver_->solve(lanes_, solvable, row_models_, data_, is_read);
   if (is_by_rows_) scatter(kConstraints);
