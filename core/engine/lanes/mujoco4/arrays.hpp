@@ -20,7 +20,7 @@ enum Party : unsigned {
   kConstraints = 1 << 11,   // mj_fwdConstraint
   kIntegration = 1 << 12,   // the integrator
   kFactor = 1 << 13,        // whoever reads the matrix that mj_Euler factorises
-  kSolved = 1 << 14,        // whoever reads mjData after lanes have solved the constraints
+  kSolved = 1 << 14,        // whoever reads mjData after an evaluation, such as sensors
 };
 constexpr int kParties = 15;
 
@@ -39,7 +39,7 @@ constexpr int kParties = 15;
   ARRAY(xquat, 4 * m.nbody, kPlaces, kMiddle)                               \
   ARRAY(xmat, 9 * m.nbody, kPlaces, kMiddle)                                \
   ARRAY(xipos, 3 * m.nbody, kPlaces, kMiddle)                               \
-  ARRAY(xiquat, 4 * m.nbody, kPlaces, kMiddle)                              \
+  ARRAY(xiquat, 4 * m.nbody, kPlaces, kSolved)                              \
   ARRAY(ximat, 9 * m.nbody, kPlaces, kMiddle)                               \
   ARRAY(xanchor, 3 * m.njnt, kPlaces, kMiddle)                              \
   ARRAY(xaxis, 3 * m.njnt, kPlaces, kMiddle)                                \
@@ -51,14 +51,14 @@ constexpr int kParties = 15;
   ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle)                           \
   ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle)                         \
   ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle)                                   \
-  ARRAY(cinert, 10 * m.nbody, kPlaces, kMiddle)                             \
-  ARRAY(crb, 10 * m.nbody, kInertia, kMiddle)                               \
-  ARRAY(M, m.nC, kInertia, kMiddle)                                         \
-  ARRAY(qLD, m.nC, kInertia, kMiddle)                                       \
-  ARRAY(qLDiagInv, m.nv, kInertia, kMiddle)                                 \
+  ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved)                             \
+  ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                               \
+  ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                          \
+  ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                        \
+  ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                  \
   ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle)                            \
-  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kMiddle)                           \
-  ARRAY(qfrc_bias, m.nv, kVelocities, kMiddle)                              \
+  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kSolved)                           \
+  ARRAY(qfrc_bias, m.nv, kVelocities, kSolved)                              \
   ARRAY(qfrc_passive, m.nv, kMiddle, kNobody)                               \
   ARRAY(qfrc_actuator, m.nv, kMiddle, kNobody)                              \
   ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints | kSolved)           \

@@ -84,16 +84,12 @@ void compute_velocities(Work& work, const mjModel& /*m*/, mjData& d) {
 // What mj_forward computes between the velocities and the accelerations, in its order.
 void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
   const mjModel& m = work.stepped();
-  d.flg_energypos = d.flg_subtreevel = d.flg_energyvel = false;
+  d.flg_subtreevel = false;
   mj_camlight(&m, &d);
   mj_tendon(&m, &d);
   mj_collision(&m, &d);
   mj_makeConstraint(&m, &d);
   mj_transmission(&m, &d);
-  if (m.opt.enableflags & mjENBL_ENERGY)
-    mj_energyPos(&m, &d);
-  else
-    d.energy[0] = d.energy[1] = 0;
   mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.ten_J_rownnz, m.ten_J_rowadr, m.ten_J_colind,
                       nullptr);
   if (m.opt.disableflags & mjDSBL_ACTUATION)
@@ -102,7 +98,6 @@ void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
     mju_mulMatVecSparse(d.actuator_velocity, d.actuator_moment, d.qvel, m.nout, d.moment_rownnz, d.moment_rowadr,
                         d.moment_colind, nullptr);
   mj_passive(&m, &d);
-  if (m.opt.enableflags & mjENBL_ENERGY) mj_energyVel(&m, &d);
   mj_fwdActuation(&m, &d);
 }
 

@@ -31,6 +31,7 @@ class MujocoStepper final : public LaneStepper {
   Left finish() override;
   void evaluate(bool is_read);
   void solve(bool is_read);
+  void show();
   void sense(bool is_last);
   void integrate(bool is_last);
   void integrate_by_rows();
@@ -75,7 +76,9 @@ void MujocoStepper::evaluate(bool is_read) {
   if (live() == 0) return;
   compute();
   leave_bad(lanes_.qacc_smooth, m_.nv);
+  if (live() == 0) return;
   if (solver_) solve(is_read);
+  if (is_read) show();
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
 }
 
@@ -91,7 +94,7 @@ void MujocoStepper::solve(bool is_read) {
   });
   solver_->solve(lanes_, solvable, row_models_, data_, is_read);
   if (is_by_rows_) scatter(kConstraints);
-  if (is_read || is_by_rows_ || others != 0) scatter(kSolved, ~others);
+  if (is_by_rows_ || others != 0) scatter(kSolved, ~others);
   if (others == 0) return;
   scatter(kConstraints, others);
   const auto stage = std::find_if(stages().begin(), stages().end(),
@@ -100,6 +103,19 @@ void MujocoStepper::solve(bool is_read) {
     if (others >> row & 1) stage->compute(*works_[row], m, d);
   });
   gather(kConstraints);
+}
+
+// Writes to mjData what no stage has read, and the energies.
+void MujocoStepper::show() {
+  scatter(kSolved);
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
+    const mjModel& m = works_[row]->stepped();
+    d.flg_energypos = d.flg_energyvel = false;
+    d.energy[0] = d.energy[1] = 0;
+    if (!(m.opt.enableflags & mjENBL_ENERGY)) return;
+    mj_energyPos(&m, &d);
+    mj_energyVel(&m, &d);
+  });
 }
 
 void MujocoStepper::sense(bool is_last) {
