@@ -47,7 +47,8 @@ const char* const kRobots[] = {"ant.xml",
                                "walker2d_v5.xml"};
 
 // All joints, two of them in one body, a body whose frame has negative zeros, all kinds of frames, and a long tree.
-constexpr const char* kOdd = R"(<mujoco><option integrator='RK4'><flag energy='enable'/></option><worldbody><geom type='plane' size='9 9 1'/>
+constexpr const char* kOdd =
+    R"(<mujoco><option integrator='RK4'><flag energy='enable'/></option><worldbody><geom type='plane' size='9 9 1'/>
     <body pos='0 0 2'><freejoint/><geom size='0.1'/><site name='s' pos='0.1 0 0' euler='10 20 30'/>
     <body pos='0.3 -0 0' euler='30 0 -0'><joint type='ball' pos='0 0.1 -0'/><geom type='box' size='0.1 0.2 0.3' pos='0.1 0 0'/>
     <body pos='0.3 0 0'><joint axis='0 1 0'/><joint axis='1 -0 0' pos='0.1 0 0'/><joint type='slide' axis='0 0 1'/>
@@ -225,7 +226,7 @@ void test_stages(void** /*state*/) {
       solved += twins.solved;
       unsolved += twins.unsolved;
     }
-  assert_true(solved > unsolved);
+  assert_true(solved > 9 * unsolved);
 }
 
 // The name of an array in which two work spaces differ, "" if there is none

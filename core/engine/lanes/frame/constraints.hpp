@@ -38,7 +38,8 @@ struct Constraints {
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0
   int most_evaluations[kMaxWidth];  // of each lane's line search, if the solver has one
   double* ls_tolerance;             // of each lane: that option, since MuJoCo 3
-  unsigned islands;                 // the lanes, as bits, whose constraints MuJoCo solves as an island, since MuJoCo 3
+  bool are_islands;                 // MuJoCo solves the constraints as an island, since MuJoCo 3
+  double* qfrc;                     // of an island: room for its part of qfrc_constraint
   int iterations[kMaxWidth];        // how many iterations each lane took
 
   // Equality and friction constraints are at places before `bounded`. For each of these places: low and high, between

@@ -37,7 +37,11 @@ struct Lanes : LanesBase {
   FUNCTION(void, comVel, (Lanes&))                                                                          \
   FUNCTION(void, rne, (Lanes&))                                                                             \
   FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \
-  /* Computes qacc and qfrc_constraint from constraints that have been made. */                             \
+  /* mj_referenceConstraint, and the choice of the acceleration with which a solver begins */               \
+  FUNCTION(void, warmstart, (Lanes&, Constraints&))                                                         \
+  /* Takes the constraints of an island, with aref and the acceleration that warmstart has found. */        \
+  FUNCTION(void, begin_island, (Lanes&, Constraints&))                                                      \
+  /* Call one of these two first. Computes qacc and qfrc_constraint. */                                     \
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
   FUNCTION(void, Euler, (Lanes&))                                                                           \
   /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \

@@ -1,9 +1,11 @@
-// MuJoCo 4.0's Newton in lanes: for dense Jacobians, pyramidal cones, limits and contacts, and one island.
+// MuJoCo 4.0's Newton in lanes: for dense Jacobians, pyramidal cones, limits and contacts.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/lanes/frame/row_solver.hpp"
 
@@ -25,7 +27,22 @@ class Solver : public RowSolver {
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read);
 
  private:
+  // Dofs that follow each other, as a model of their own.
+  struct Part {
+    int first, count;
+    mjModel model;             // with the shared model's addresses of M, but columns that count from `first`
+    std::vector<int> columns;  // M_colind
+  };
+  const mjModel& m_;
+  std::vector<std::unique_ptr<Part>> parts_;  // the islands that have occurred
+
   Solver(const Code& code, const mjModel& m);
+  static int first_dof(const mjData& d, int island) { return d.map_idof2dof[d.island_idofadr[island]]; }
+  void set_options(std::uint32_t rows, const RowModels& models);
+  void solve_islands(Lanes& lanes, std::uint32_t rows, const RowData& data);
+  void solve_island(Lanes& lanes, const Part& part, std::uint32_t rows, const std::array<int, kMaxWidth>& islands,
+                    const RowData& data);
+  const Part& part(int first, int count);
 };
 
 }  // namespace mjenv::core::lanes

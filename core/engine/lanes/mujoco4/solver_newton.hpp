@@ -7,18 +7,57 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mj_referenceConstraint and mj_fwdConstraint
 class Newton final : Primal<true, true> {
  public:
   Newton(Lanes& d, Constraints& c) : Primal(d, c), tolerance_(*of(c.tolerance)), scale_(scale()) {}
 
-  void run() {
+  void begin() {
     leave_huge(c_.J, size_ * nv_);
     leave_huge(c_.D, size_);
     find_columns();
     referenceConstraint();
     warmstart();
-    solve();
+  }
+
+  void begin_island() {
+    find_columns();
+    residual(of(c_.jar), vectors(d_.qacc));
+    mulM(d_, of(c_.Ma), vectors(d_.qacc));
+  }
+
+  // mj_solPrimal
+  void solve() {
+    unsigned ended = 0;
+    for (int lane = 0; lane < kWidth; ++lane) {
+      c_.iterations[lane] = 0;
+      if (c_.most[lane] == 0) ended |= 1u << lane;
+    }
+    updateConstraint();
+    leave(bits(~(abs(cost_) <= splat(kHuge))) & active_);
+    updateGradient();
+    V* const Mgrad = of(c_.Mgrad);
+    copy(Mgrad, of(c_.grad), nv_);
+    solveLD(m_, Mgrad, vectors(d_.qLD), vectors(d_.qLDiagInv));
+    const Mask was_flat = is_flat();
+    if (!end(ended | bits(was_flat & has_little_to_gain()))) return;
+    leave(HessianDirect());
+    cholSolve(Mgrad, of(c_.H), of(c_.grad), nv_);
+    end(bits(was_flat & has_little_to_gain()));
+    while (active_ != 0) {
+      const V alpha = search();
+      if (!end(bits(alpha == V{}))) return;
+      move(alpha);
+      for (int i = 0; i < size_; ++i) c_.old[i] = c_.quadratic[i];
+      updateConstraint();
+      updateGradient();
+      ended = bits(improves_little() | is_flat());
+      for (int lane = 0; lane < kWidth; ++lane)
+        if (active_ >> lane & 1 && ++c_.iterations[lane] == c_.most[lane]) ended |= 1u << lane;
+      if (!end(ended)) return;
+      HessianIncremental(c_.old);
+      cholSolve(Mgrad, of(c_.H), of(c_.grad), nv_);
+      end(bits(has_little_to_gain()));
+    }
   }
 
  private:
@@ -28,7 +67,7 @@ class Newton final : Primal<true, true> {
   V scale() const {
     V inertia{};
     for (int i = 0; i < nv_; ++i) inertia += vectors(d_.M)[m_.M_rowadr[i] + m_.M_rownnz[i] - 1];
-    return 1.0 / (mask_of(c_.islands) ? inertia : *of(c_.meaninertia) * number_of_dofs());
+    return 1.0 / (c_.are_islands ? inertia : *of(c_.meaninertia) * number_of_dofs());
   }
 
   // Whether half the product of the gradient with Mgrad, which bounds what is left to gain, is below the tolerance.
@@ -73,44 +112,11 @@ class Newton final : Primal<true, true> {
     active_ &= ~rows;
     return active_ != 0;
   }
-
-  // mj_solPrimal
-  void solve() {
-    unsigned ended = 0;
-    for (int lane = 0; lane < kWidth; ++lane) {
-      c_.iterations[lane] = 0;
-      if (c_.most[lane] == 0) ended |= 1u << lane;
-    }
-    updateConstraint();
-    leave(bits(~(abs(cost_) <= splat(kHuge))) & active_);
-    updateGradient();
-    V* const Mgrad = of(c_.Mgrad);
-    copy(Mgrad, of(c_.grad), nv_);
-    solveLD(m_, Mgrad, vectors(d_.qLD), vectors(d_.qLDiagInv));
-    const Mask was_flat = is_flat();
-    if (!end(ended | bits(was_flat & has_little_to_gain()))) return;
-    leave(HessianDirect());
-    cholSolve(Mgrad, of(c_.H), of(c_.grad), nv_);
-    end(bits(was_flat & has_little_to_gain()));
-    while (active_ != 0) {
-      const V alpha = search();
-      if (!end(bits(alpha == V{}))) return;
-      move(alpha);
-      for (int i = 0; i < size_; ++i) c_.old[i] = c_.quadratic[i];
-      updateConstraint();
-      updateGradient();
-      ended = bits(improves_little() | is_flat());
-      for (int lane = 0; lane < kWidth; ++lane)
-        if (active_ >> lane & 1 && ++c_.iterations[lane] == c_.most[lane]) ended |= 1u << lane;
-      if (!end(ended)) return;
-      HessianIncremental(c_.old);
-      cholSolve(Mgrad, of(c_.H), of(c_.grad), nv_);
-      end(bits(has_little_to_gain()));
-    }
-  }
 };
 
-void solNewton(Lanes& d, Constraints& c) { Newton(d, c).run(); }
+void warmstart(Lanes& d, Constraints& c) { Newton(d, c).begin(); }
+void begin_island(Lanes& d, Constraints& c) { Newton(d, c).begin_island(); }
+void solNewton(Lanes& d, Constraints& c) { Newton(d, c).solve(); }
 
 }  // namespace
 }  // namespace mjenv::core::lanes

@@ -198,9 +198,8 @@ const std::vector<Stage>& stages() {
        kAcceleration},
       {"solver",
        "Newton, for limits and contacts with pyramidal cones; up to 64 constraints of a row",
-       "PGS, CG and noslip, elliptic cones, sparse Jacobians; rows with equalities or friction, or whose constraints "
-       "are "
-       "several islands",
+       "PGS, CG and noslip, elliptic cones, sparse Jacobians; rows with equalities or friction, or with islands whose "
+       "dofs do not follow each other",
        {MJENV_FUNCTION(solNewton)},
        always,
        other_solvers,

@@ -89,7 +89,7 @@ void MujocoStepper::solve(bool is_read) {
     const bool is_solvable = solver_->solves(m, d);
     if (d.nefc > 0) (is_solvable ? solvable : others) |= 1U << row;
     if (!is_read) return;
-    if (d.nefc == 0 || (is_solvable && m.ntree == 1)) mj_island(&m, &d);
+    if (d.nefc == 0) mj_island(&m, &d);
     std::fill_n(d.solver_niter, mjNISLAND, 0);
   });
   solver_->solve(lanes_, solvable, row_models_, data_, is_read);
