@@ -153,6 +153,7 @@ mjenv_status mjenv_spec_of(const char* id, mjenv_spec* spec) {
     out.camera_elevation = task.camera.elevation;
     std::copy(std::begin(task.camera.lookat), std::end(task.camera.lookat), out.camera_lookat);
     out.camera_trackbodyid = task.camera.trackbodyid;
+    out.revision = task.revision;
     out.model_xml = task.model_xml;
     write_struct(spec, "spec", out);
   });

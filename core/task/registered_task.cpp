@@ -238,7 +238,7 @@ void RegisteredTask::declare(Options& options, const std::vector<Option>& of_tas
 
 Outline RegisteredTask::outline() const {
   return {model_text_.empty() ? asset_text(model_) : model_text_.c_str(), given_.time_limit, given_.reward_threshold,
-          camera_};
+          camera_, given_.revision};
 }
 
 std::shared_ptr<const Model> RegisteredTask::open(const Options& options) const {

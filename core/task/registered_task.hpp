@@ -21,6 +21,7 @@ struct Outline {
   std::int64_t time_limit;
   double reward_threshold;  // NaN if the task has none
   mjenv_task_camera camera;
+  std::int32_t revision;
 };
 
 // The folder, with a "/" at its end, of the shared object or program that contains the code; the current folder if that

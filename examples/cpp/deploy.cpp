@@ -75,7 +75,8 @@ Numbers read_numbers(std::istringstream& words) {
 Policy load(const std::string& path) {
   std::ifstream file(path);
   std::string line;
-  require(std::getline(file, line) && line == "mjenv-policy 1", path + ": no policy");
+  const bool has_head = std::getline(file, line) && (line == "mjenv-policy 1" || line == "mjenv-policy 2");
+  require(has_head, path + ": no policy");
   Policy policy;
   while (std::getline(file, line)) {
     std::istringstream words(line);
@@ -98,7 +99,7 @@ Policy load(const std::string& path) {
       require(name == "bias" || row.size() == layer.inputs, "a row of weights of another length than the inputs");
       Numbers& to = name == "bias" ? layer.bias : layer.weights;
       to.insert(to.end(), row.begin(), row.end());
-    } else {
+    } else if (name != "about" && name != "input") {  // what version 2 tells of the environment
       policy.numbers[name] = read_numbers(words);
     }
   }

@@ -26,7 +26,7 @@ end
 
 function load(path)
     lines = split.(readlines(path))
-    length(lines) > 1 && lines[1] == ["mjenv-policy", "1"] || error("$path: no policy")
+    length(lines) > 1 && lines[1] in (["mjenv-policy", "1"], ["mjenv-policy", "2"]) || error("$path: no policy")
     policy = Policy(lines[2][2], Dict(), [])
     for line in lines[3:end]
         name, words = line[1], line[2:end]
@@ -37,7 +37,7 @@ function load(path)
             append!(last(policy.layers).bias, parse.(Float64, words))
         elseif name == "weights"
             push!(last(policy.layers).weights, parse.(Float64, words))
-        else
+        elseif name != "about" && name != "input"  # what version 2 tells of the environment
             policy.numbers[name] = parse.(Float64, words)
         end
     end

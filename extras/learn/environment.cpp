@@ -66,6 +66,16 @@ std::string Environment::action_name(std::size_t i) const {
   return field.name;
 }
 
+Terms Environment::terms() const {
+  Terms found;
+  for (std::size_t at = 0; at < spaces_.observations; at += found.back().count) {
+    mjenv_field field = MJENV_FIELD_INIT;
+    check(calls_.field_at(env_, MJENV_ROLE_OBSERVATION, static_cast<std::int64_t>(found.size()), &field));
+    found.push_back({field.name, static_cast<std::size_t>(field.count)});
+  }
+  return found;
+}
+
 mjenv_space Environment::space(mjenv_role role) const {
   mjenv_space found = MJENV_SPACE_INIT;
   check(calls_.space_of(env_, role, &found));

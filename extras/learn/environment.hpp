@@ -24,6 +24,13 @@ struct Spaces {
   }
 };
 
+// A term of the observation: one of the named parts that stand one after the other.
+struct Term {
+  std::string name;
+  std::size_t count;
+};
+using Terms = std::vector<Term>;
+
 // The outputs of a step.
 struct Outcome {
   const double *obs, *final_obs, *reward;
@@ -37,6 +44,7 @@ class Environment {
 
   const Spaces& spaces() const { return spaces_; }
   std::int64_t rows() const { return rows_; }
+  Terms terms() const;  // of the observation
   Outcome outcome() const {
     return {obs_.data(), final_obs_.data(), reward_.data(), terminated_.data(), truncated_.data()};
   }

@@ -125,6 +125,22 @@ void deliver(const std::string& content, char* text, std::int64_t capacity, std:
   *size = needed;
 }
 
+// The terms of an observation, which stand one after the other.
+Terms terms_of(const char* const* names, const std::int64_t* counts, std::int64_t term_count) {
+  constexpr std::int64_t kMost = 1 << 20;
+  if (term_count < 0 || term_count > kMost)
+    fail(MJENV_E_SIZE, "term_count is " + std::to_string(term_count) + ", not 0 to " + std::to_string(kMost));
+  Terms terms;
+  for (std::int64_t i = 0; i < term_count; ++i) {
+    const std::int64_t count = (&need(counts, "counts"))[i];
+    if (count < 0 || count > kMost)
+      fail(MJENV_E_SIZE,
+           "counts[" + std::to_string(i) + "] is " + std::to_string(count) + ", not 0 to " + std::to_string(kMost));
+    terms.push_back({&need((&need(names, "names"))[i], "a name"), static_cast<std::size_t>(count)});
+  }
+  return terms;
+}
+
 mjenv_policy* add_policy(std::string_view text) { return handles<mjenv_policy>.add(std::make_unique<Policy>(text)); }
 
 template <typename Handle>
@@ -239,6 +255,13 @@ mjenv_status mjenv_learner_save_policy(const mjenv_learner* learner, mjenv_learn
   });
 }
 
+mjenv_status mjenv_learner_describe(mjenv_learner* learner, const char* about, const char* const* names,
+                                    const std::int64_t* counts, std::int64_t term_count) {
+  return change(learner, [&](Learner& held) {
+    held.describe({about ? about : "", terms_of(names, counts, term_count)});
+  });
+}
+
 // ---- Policies ----
 
 mjenv_status mjenv_policy_parse(const char* text, std::int64_t size, mjenv_policy** policy) {
@@ -284,6 +307,19 @@ mjenv_status mjenv_policy_spec_of(const mjenv_policy* policy, mjenv_policy_spec*
 
 mjenv_status mjenv_policy_layer_at(const mjenv_policy* policy, std::int64_t index, mjenv_policy_layer* layer) {
   return read(policy, [&](const Policy& held) { write_struct(layer, "layer", held.layer(index)); });
+}
+
+mjenv_status mjenv_policy_input_at(const mjenv_policy* policy, std::int64_t index, mjenv_policy_input* input) {
+  return read(policy, [&](const Policy& held) { write_struct(input, "input", held.input(index)); });
+}
+
+mjenv_status mjenv_policy_find(const mjenv_policy* policy, const char* const* names, const std::int64_t* counts,
+                               std::int64_t term_count, std::int64_t* places, std::int64_t place_count) {
+  return read(policy, [&](const Policy& held) {
+    const std::vector<std::size_t> found = held.find(terms_of(names, counts, term_count));
+    check_count("place_count", place_count, static_cast<std::int64_t>(found.size()));
+    std::copy(found.begin(), found.end(), &need(places, "places"));
+  });
 }
 
 mjenv_status mjenv_policy_act(const mjenv_policy* policy, mjenv_precision precision, std::int64_t rows,

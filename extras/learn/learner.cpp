@@ -72,6 +72,7 @@ Learner::Learner(const mjenv_learn_calls& calls, mjenv_env* env, const Settings&
   if (env_->rows() != settings.rows)
     core::fail(MJENV_E_VALUE, "settings.rows is " + std::to_string(settings.rows) + ", but the environment has " +
                                   std::to_string(env_->rows()) + " rows");
+  description_.terms = env_->terms();
   begin(nullptr);
 }
 
@@ -187,6 +188,13 @@ void Learner::set_env(mjenv_env* env) {
     undo();
     throw;
   }
+  description_.terms = env_->terms();
+}
+
+void Learner::describe(Description description) {
+  description.check(spaces_.observations);
+  if (description.terms.empty()) description.terms = std::move(description_.terms);
+  description_ = std::move(description);
 }
 
 void Learner::set(std::string_view words) {
@@ -418,7 +426,7 @@ std::string Learner::policy(mjenv_learned which) const {
       scale[j] = observations_.moments().scale(j);
     }
   return policy_text(settings_, spaces_, agent_.actor, best ? best_.actor.data() : parameters_.data(), mean, scale,
-                     settings_.obs_clip);
+                     settings_.obs_clip, description_);
 }
 
 // Lists what the next rollouts depend on, besides the curve, the settings and the environment.

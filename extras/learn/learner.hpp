@@ -17,6 +17,7 @@
 #include "loss.hpp"
 #include "network.hpp"
 #include "normalizer.hpp"
+#include "policy.hpp"
 #include "random.hpp"
 #include "rollout.hpp"
 #include "settings.hpp"
@@ -49,6 +50,8 @@ class Learner {
   void save(const std::string& path, const std::string& note) const;
   void load(const std::string& path);
   std::string policy(mjenv_learned which) const;
+  // Says what policies tell of the environment. Terms that are empty stay.
+  void describe(Description description);
 
  private:
   // The parameters and normalisation of the policy with the greatest mean return so far.
@@ -79,6 +82,7 @@ class Learner {
   std::vector<float> now_;           // [rows][stride] the normalised observations from which the next actions follow
   std::vector<mjenv_learn_report> curve_;
   Best best_;
+  Description description_;
   std::size_t step_ = 0;  // how many steps the rollout under way has
   Stage stage_ = Stage::kAct;
   bool env_is_stale_ = false;     // restoring the environment failed, so it must be restored before the next step

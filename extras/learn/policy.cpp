@@ -4,7 +4,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "chars.hpp"
@@ -13,7 +15,7 @@
 namespace mjenv::learn {
 namespace {
 
-constexpr std::string_view kHead = "mjenv-policy 1";
+constexpr std::string_view kOldHead = "mjenv-policy 1", kHead = "mjenv-policy 2";
 
 // The shortest text that reads as this float32.
 std::string number32(float value) {
@@ -38,22 +40,77 @@ double scaled(const Settings& settings, const Spaces& spaces, std::size_t j, dou
   return settings.scale_actions ? value * 0.5 * (spaces.high[j] - spaces.low[j]) : value;
 }
 
+bool is_line(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+}
+
+// Whether this can be the name of a term: task.h's names have no blanks.
+bool is_name(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) > ' '; });
+}
+
+// The lines that say which elements of the observation the actor sees.
+void append_inputs(std::string& text, const Terms& terms, const Network& actor) {
+  int first = 0;
+  for (const Term& term : terms) {
+    const auto count = static_cast<int>(term.count);
+    std::string elements;
+    int seen = 0;
+    for (int i = 0; i < count; ++i)
+      if (actor.sees(first + i)) elements += ' ' + std::to_string(i), ++seen;
+    if (seen > 0) text += "input " + term.name + ' ' + std::to_string(count) + (seen < count ? elements : "") + '\n';
+    first += count;
+  }
+}
+
 // A part of a text for a message, which is not to be long.
 std::string shown(std::string_view text) { return core::quoted(std::string(text.substr(0, 100))); }
 
 }  // namespace
 
+void Description::check(std::size_t observations) const {
+  if (!is_line(about)) core::fail(MJENV_E_VALUE, "about is not one line of printable ASCII");
+  std::size_t count = 0;
+  std::set<std::string> names;
+  for (const Term& term : terms) {
+    if (!is_name(term.name) || !names.insert(term.name).second)
+      core::fail(MJENV_E_NAME, "a term is called " + shown(term.name) +
+                                   (is_name(term.name) ? ", as another is" : ", but a name must have no blanks"));
+    count += term.count;
+  }
+  if (!terms.empty() && count != observations)
+    core::fail(MJENV_E_SIZE, "the terms have " + std::to_string(count) + " numbers, but an observation has " +
+                                 std::to_string(observations));
+}
+
 std::string policy_text(const Settings& settings, const Spaces& spaces, const Network& actor, const float* parameters,
-                        const std::vector<double>& mean, const std::vector<double>& scale, double clip) {
-  std::string text = std::string(kHead) + "\nid " + settings.id + '\n';
-  append_numbers(text, "mean", mean);
-  append_numbers(text, "scale", scale);
+                        const std::vector<double>& mean, const std::vector<double>& scale, double clip,
+                        const Description& description) {
+  const bool names_inputs = !description.terms.empty();
+  // Without names, all inputs are written, also those that the actor does not see, with weights of 0.
+  const auto is_written = [&](int input) { return !names_inputs || actor.sees(input); };
+  const auto written = [&](const std::vector<double>& numbers) {
+    std::vector<double> found;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      if (is_written(static_cast<int>(i))) found.push_back(numbers[i]);
+    return found;
+  };
+  std::string text(names_inputs ? kHead : kOldHead);
+  text += "\nid " + settings.id + '\n';
+  if (names_inputs && !description.about.empty()) text += "about " + description.about + '\n';
+  append_inputs(text, description.terms, actor);
+  const std::vector<double> seen = written(mean);
+  append_numbers(text, "mean", seen);
+  append_numbers(text, "scale", written(scale));
   append_numbers(text, "low", spaces.low);
   append_numbers(text, "high", spaces.high);
   append_numbers(text, "clip", {clip});
   for (const Layer& layer : actor.layers()) {
     const bool last = &layer == &actor.layers().back(), scale_outputs = last && settings.scale_actions;
-    text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(layer.inputs) + ' ';
+    const bool first = &layer == &actor.layers().front();
+    const std::size_t inputs = first ? seen.size() : static_cast<std::size_t>(layer.inputs);
+    text += "layer " + std::to_string(layer.outputs) + ' ' + std::to_string(inputs) + ' ';
     text += last ? "identity" : settings.activation;
     text += "\nbias";
     const float* bias = parameters + layer.bias;
@@ -69,7 +126,8 @@ std::string policy_text(const Settings& settings, const Spaces& spaces, const Ne
     text += '\n';
     for (int o = 0; o < layer.outputs; ++o) {
       text += "weights";
-      for (int i = 0; i < layer.inputs; ++i) append(o, parameters[layer.weight(i, o)], 0.0);
+      for (int i = 0; i < layer.inputs; ++i)
+        if (!first || is_written(i)) append(o, parameters[layer.weight(i, o)], 0.0);
       text += '\n';
     }
   }
@@ -82,7 +140,8 @@ class Policy::Parser {
   Parser(std::string_view text, Policy& policy) : text_(text), policy_(policy) {}
 
   void parse() {
-    if (!next() || line_ != kHead) fail("is not " + core::quoted(std::string(kHead)));
+    if (!next() || (line_ != kHead && line_ != kOldHead)) fail("is not " + core::quoted(std::string(kHead)));
+    names_inputs_ = line_ == kHead;
     if (!next() || line_.substr(0, 3) != "id ") fail("is not \"id ID\"");
     policy_.id_ = line_.substr(3);
     if (!is_id(policy_.id_)) fail("names no environment");
@@ -95,6 +154,10 @@ class Policy::Parser {
         read_numbers(layer().bias, static_cast<std::size_t>(layer().outputs));
       else if (name == "weights")
         read_row();
+      else if (name == "input" && names_inputs_)
+        read_input();
+      else if (name == "about" && names_inputs_)
+        read_about();
       else
         read_numbers(named(name));
     }
@@ -104,7 +167,9 @@ class Policy::Parser {
  private:
   std::string_view text_, line_;
   Policy& policy_;
+  bool names_inputs_ = false;              // the format has names, as its version 2 does
   int number_ = 0;                         // of the line
+  std::set<std::string> names_;            // of the inputs so far
   std::vector<std::vector<double>> rows_;  // the lines "weights" of the present layer so far
   std::vector<double> clip_;
 
@@ -161,14 +226,34 @@ class Policy::Parser {
     return policy_.layers_.back();
   }
 
-  int width() {
-    constexpr int kMost = 1 << 20;
-    const std::string_view text = word();
+  int integer(std::string_view text, int least, int most, const char* wanted) const {
     int value = 0;
     const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (read.ec != std::errc() || read.ptr != text.data() + text.size() || value < 1 || value > kMost)
-      fail("has " + shown(text) + ", not a number of inputs or outputs");
+    if (read.ec != std::errc() || read.ptr != text.data() + text.size() || value < least || value > most)
+      fail("has " + shown(text) + ", not " + wanted);
     return value;
+  }
+  int width() { return integer(word(), 1, 1 << 20, "a number of inputs or outputs"); }
+
+  void read_about() {
+    if (!policy_.about_.empty()) fail("repeats an earlier one");
+    if (!is_line(line_)) fail("is not printable ASCII");
+    policy_.about_ = line_.substr(std::min(line_.find_first_not_of(' '), line_.size()));
+  }
+
+  // Memory grows with the text, whatever size the term claims to have.
+  void read_input() {
+    Input made;
+    made.name = word();
+    if (!is_name(made.name)) fail("has no name without blanks");
+    made.count = static_cast<std::size_t>(width());
+    int least = 0;
+    for (std::string_view text = word(); !text.empty(); text = word()) {
+      made.elements.push_back(integer(text, least, static_cast<int>(made.count) - 1, "the next element of the term"));
+      least = static_cast<int>(made.elements.back()) + 1;
+    }
+    if (!names_.insert(made.name).second) fail("repeats an earlier one");
+    policy_.inputs_.push_back(std::move(made));
   }
 
   void begin_layer() {
@@ -229,6 +314,11 @@ class Policy::Parser {
                    (l == 0 ? " elements" : " outputs"));
       before = policy_.layers_[l].outputs;
     }
+    std::size_t seen = 0;
+    for (const Input& input : policy_.inputs_) seen += input.elements.empty() ? input.count : input.elements.size();
+    if (names_inputs_ && seen != policy_.mean_.size())
+      fail_whole("mean has " + std::to_string(policy_.mean_.size()) + " elements, but the inputs have " +
+                 std::to_string(seen));
     if (policy_.scale_.size() != policy_.mean_.size()) fail_whole("mean and scale have different lengths");
     if (policy_.low_.size() != policy_.high_.size() || static_cast<int>(policy_.low_.size()) != before)
       fail_whole("low or high has another length than the outputs of the last layer");
@@ -241,11 +331,48 @@ class Policy::Parser {
 
 Policy::Policy(std::string_view text) { Parser(text, *this).parse(); }
 
-void Policy::check_fits(const Spaces& spaces) const {
-  if (spaces.observations != observations() || spaces.actuators != actuators())
-    core::fail(MJENV_E_SIZE, "the policy of " + core::quoted(id_) + " has " + std::to_string(observations()) +
-                                 " observations and " + std::to_string(actuators()) + " actuators, the environment " +
-                                 std::to_string(spaces.observations) + " and " + std::to_string(spaces.actuators));
+std::vector<std::size_t> Policy::find(const Terms& terms) const {
+  std::size_t count = 0;
+  std::vector<std::string> names;
+  std::map<std::string, std::pair<std::size_t, std::size_t>> places;  // where each term begins, and its count
+  std::vector<std::size_t> found;
+  for (const Term& term : terms) {
+    names.push_back(term.name);
+    places[term.name] = {count, term.count};
+    count += term.count;
+  }
+  const std::string policy = "the policy of " + core::quoted(id_) + " sees ";
+  if (inputs_.empty()) {
+    if (count != observations())
+      core::fail(MJENV_E_SIZE,
+                 policy + std::to_string(observations()) + " numbers, but an observation has " + std::to_string(count));
+    for (std::size_t i = 0; i < count; ++i) found.push_back(i);
+  }
+  for (const Input& input : inputs_) {
+    const auto place = places.find(input.name);
+    const std::string sees = policy + core::quoted(input.name) + ", ";
+    if (place == places.end())
+      core::fail(MJENV_E_NAME, sees + std::to_string(input.count) + " numbers, but the observation has no such term" +
+                                   core::choices(input.name, names, "mjenv_field_at with MJENV_ROLE_OBSERVATION"));
+    const auto [first, size] = place->second;
+    if (size != input.count)
+      core::fail(MJENV_E_SIZE, sees + std::to_string(input.count) + " numbers, but this term of the observation has " +
+                                   std::to_string(size));
+    for (std::size_t i = 0; input.elements.empty() && i < input.count; ++i) found.push_back(first + i);
+    for (const std::int64_t i : input.elements) found.push_back(first + static_cast<std::size_t>(i));
+  }
+  return found;
+}
+
+mjenv_policy_input Policy::input(std::int64_t index) const {
+  core::check_index("input", index, inputs_.size());
+  const Input& chosen = inputs_[static_cast<std::size_t>(index)];
+  mjenv_policy_input input = MJENV_POLICY_INPUT_INIT;
+  input.name = chosen.name.c_str();
+  input.count = static_cast<std::int64_t>(chosen.count);
+  input.seen = static_cast<std::int64_t>(chosen.elements.empty() ? chosen.count : chosen.elements.size());
+  input.elements = chosen.elements.empty() ? nullptr : chosen.elements.data();
+  return input;
 }
 
 mjenv_policy_spec Policy::spec() const {
@@ -256,6 +383,8 @@ mjenv_policy_spec Policy::spec() const {
   spec.scale = scale_.data();
   spec.low = low_.data();
   spec.high = high_.data();
+  spec.input_count = static_cast<std::int64_t>(inputs_.size());
+  spec.about = about_.c_str();
   return spec;
 }
 
@@ -342,12 +471,17 @@ void Policy::act32(std::size_t rows, const double* obs, float* actions) const {
 void evaluate_policy(Environment& env, const Policy& policy, mjenv_precision precision, std::uint64_t seed,
                      std::int64_t episodes, double* returns, std::int64_t* lengths) {
   constexpr std::int64_t kLongest = 10'000'000;  // steps
-  policy.check_fits(env.spaces());
+  const std::vector<std::size_t> places = policy.find(env.terms());
+  if (env.spaces().actuators != policy.actuators())
+    core::fail(MJENV_E_SIZE, "the policy of " + core::quoted(policy.id()) + " has " +
+                                 std::to_string(policy.actuators()) + " actuators, the environment " +
+                                 std::to_string(env.spaces().actuators));
   const auto rows = static_cast<std::size_t>(env.rows());
   std::vector<std::int64_t> episode(rows), length(rows);
   std::vector<double> total(rows);
   std::vector<std::uint8_t> playing(rows), begins(rows);
   std::vector<std::uint64_t> seeds(rows);
+  std::vector<double> seen(rows * places.size());
   std::vector<float> actions(rows * policy.actuators());
   // The rows as they are now. An episode may leave things that a reset keeps, such as values that it has drawn.
   std::vector<std::vector<std::byte>> images(rows);
@@ -373,7 +507,10 @@ void evaluate_policy(Environment& env, const Policy& policy, mjenv_precision pre
       std::fill(begins.begin(), begins.end(), std::uint8_t{0});
     }
     const Outcome outcome = env.outcome();
-    policy.act(precision, rows, outcome.obs, actions.data());
+    for (std::size_t row = 0; row < rows; ++row)
+      for (std::size_t j = 0; j < places.size(); ++j)
+        seen[row * places.size() + j] = outcome.obs[row * env.spaces().observations + places[j]];
+    policy.act(precision, rows, seen.data(), actions.data());
     env.step(actions, playing.data());
     for (std::size_t row = 0; row < rows; ++row) {
       if (playing[row] == 0) continue;

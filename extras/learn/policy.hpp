@@ -14,9 +14,20 @@
 
 namespace mjenv::learn {
 
+// What a policy tells of the environment in which it was trained.
+struct Description {
+  std::string about;  // a line of JSON of the caller's own; empty: none
+  Terms terms;        // of the observation; empty: unknown
+
+  // Throws if `about` is not one line of printable ASCII, or if the terms have bad or equal names, or not `observations`
+  // numbers.
+  void check(std::size_t observations) const;
+};
+
 // The text of a learner's policy: an actor, and how observations are normalised. docs/training.md has the format.
 std::string policy_text(const Settings& settings, const Spaces& spaces, const Network& actor, const float* parameters,
-                        const std::vector<double>& mean, const std::vector<double>& scale, double clip);
+                        const std::vector<double>& mean, const std::vector<double>& scale, double clip,
+                        const Description& description);
 
 class Policy {
  public:
@@ -30,12 +41,13 @@ class Policy {
   // Their arrays belong to this policy.
   mjenv_policy_spec spec() const;
   mjenv_policy_layer layer(std::int64_t index) const;
+  mjenv_policy_input input(std::int64_t index) const;
 
   // obs: [rows][observations()]; actions: [rows][actuators()].
   void act(mjenv_precision precision, std::size_t rows, const double* obs, float* actions) const;
 
-  // Throws unless the spaces have the sizes of this policy.
-  void check_fits(const Spaces& spaces) const;
+  // Where the numbers that this policy sees are in an observation of these terms. Throws if it lacks some.
+  std::vector<std::size_t> find(const Terms& terms) const;
 
  private:
   struct PolicyLayer {
@@ -48,7 +60,15 @@ class Policy {
     int padded_inputs() const { return padded(inputs, kLaneBlock); }
   };
 
-  std::string id_;
+  // A term of the observation that the policy sees.
+  struct Input {
+    std::string name;
+    std::size_t count;                   // of the whole term
+    std::vector<std::int64_t> elements;  // those that it sees; empty: all
+  };
+
+  std::string id_, about_;
+  std::vector<Input> inputs_;  // empty: unknown
   std::vector<double> mean_, scale_, low_, high_;
   double clip_ = 0;
   std::vector<PolicyLayer> layers_;

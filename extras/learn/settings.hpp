@@ -12,7 +12,8 @@
 // at least as long. core/structs.hpp finds these functions.
 constexpr std::size_t oldest_size(const mjenv_learn_calls*) { return 88; }
 constexpr std::size_t oldest_size(const mjenv_learn_report*) { return 128; }
-constexpr std::size_t oldest_size(const mjenv_policy_spec*) { return 56; }
+constexpr std::size_t oldest_size(const mjenv_policy_spec*) { return 72; }
+constexpr std::size_t oldest_size(const mjenv_policy_input*) { return 40; }
 constexpr std::size_t oldest_size(const mjenv_policy_layer*) { return 48; }
 
 namespace mjenv::learn {

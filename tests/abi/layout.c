@@ -139,7 +139,7 @@ int main(void) {
   FIELD(mjenv_spec, camera_elevation);
   FIELD(mjenv_spec, camera_lookat);
   FIELD(mjenv_spec, camera_trackbodyid);
-  FIELD(mjenv_spec, reserved);
+  FIELD(mjenv_spec, revision);
   FIELD(mjenv_spec, model_xml);
 
   STRUCT(mjenv_batch);

@@ -692,6 +692,9 @@ static void test_carried(void** state) {
   for (int row = 0; row < ROWS; ++row) assert_memory_equal(p[1]->obs[row], p[1]->obs[2], sizeof p[0]->obs[2]);
 
   // An image of another revision of the task is refused.
+  mjenv_spec spec = MJENV_SPEC_INIT;
+  assert_ok(mjenv_spec_of("Probe-v1", &spec));
+  assert_int_equal(spec.revision, 1);
   mjenv_env* revised = env_of_id("Probe-v1", ROWS);
   assert_refused(MJENV_E_SNAPSHOT, mjenv_restore(revised, MJENV_ALL_ROWS, image, size), "another id");
   mjenv_destroy(revised);

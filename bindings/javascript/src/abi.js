@@ -157,7 +157,7 @@ export const mjenv_spec = struct(88, {
   camera_elevation: { offset: 40, type: "float64", length: 0 },
   camera_lookat: { offset: 48, type: "float64", length: 3 },
   camera_trackbodyid: { offset: 72, type: "int32", length: 0 },
-  reserved: { offset: 76, type: "int32", length: 0 },
+  revision: { offset: 76, type: "int32", length: 0 },
   model_xml: { offset: 80, type: "uint32", length: 0 },
 });
 

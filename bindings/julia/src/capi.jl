@@ -183,7 +183,7 @@ Base.@kwdef struct mjenv_spec
     camera_elevation::Float64 = 0
     camera_lookat::NTuple{3, Float64} = (0, 0, 0)
     camera_trackbodyid::Int32 = 0
-    reserved::Int32 = 0
+    revision::Int32 = 0
     model_xml::Cstring = Cstring(C_NULL)
 end
 

@@ -225,7 +225,7 @@ typedef struct mjenv_spec {
   double camera_elevation;    /* degrees */
   double camera_lookat[3];    /* m */
   int32_t camera_trackbodyid; /* the index of a body, -1 for none, or MJENV_BODY_UNSET */
-  int32_t reserved;           /* 0 */
+  int32_t revision;           /* of the task (mjenv_task.revision); 0 for built-in robots */
   const char *model_xml;      /* the default model in MJCF; NULL for "Model-v0" and tasks that have it in a file */
 } mjenv_spec;
 

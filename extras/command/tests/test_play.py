@@ -1,6 +1,7 @@
 """What acts in `mjenv play`: policies and normalizers. tests/pictures/test_play.py has the videos, and
 tests/long/check_sb3.py Stable-Baselines3, which a stand-in replaces here."""
 
+import dataclasses
 import os
 import pickle
 import sys
@@ -14,7 +15,7 @@ import pytest
 
 import mjenv
 from mjenv_command import main, play
-from mjenv_learn.policy import Layer, Policy
+from mjenv_learn.policy import Input, Layer, Policy
 
 LINEAR = np.arange(22.0).reshape(2, 11)[:, :10] / 20  # Reacher's actions from its observations
 POLICY = Policy(
@@ -135,6 +136,24 @@ def test_a_policy_as_text(capsys: pytest.CaptureFixture[str]) -> None:
     Path("normalizer.pkl").write_bytes(pickle.dumps(Normalizer(0.25)))
     assert run("--policy", "policy.txt") == 0
     assert capsys.readouterr().out == printed(lambda obs: POLICY.act(obs))
+
+
+def test_a_policy_names_its_environment(capsys: pytest.CaptureFixture[str]) -> None:
+    named = dataclasses.replace(
+        POLICY, inputs=[Input("all", 10)], about={"options": {"reward_dist_weight": 3, "history": 1}}
+    )
+    terms = {one.name: one.count for one in mjenv.make("Reacher-v5", history=1).fields("observation")}
+    dataclasses.replace(named, inputs=[Input(*term) for term in terms.items()]).save(Path("named.txt"))
+    words = ["play", "--seed", "4", "--video", "a.png", "--policy", "named.txt"]
+    for more in ([], ["--option", "reward_dist_weight=5"], ["--option", "reward_dist_weight=1"]):
+        assert main([*words, *more]) == 0
+        weight = float(more[1].partition("=")[2]) if more else 3
+        assert capsys.readouterr().out == printed(lambda obs: POLICY.act(obs), reward_dist_weight=weight)
+    assert main(["play", "--video", "a.png"]) == 2
+    assert "name an id, or a --policy" in capsys.readouterr().err
+    named.save(Path("named.txt"))
+    assert main(words) == 2
+    assert 'sees "all", 10 numbers, but the observation has no such term; there are ' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

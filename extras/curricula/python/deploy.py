@@ -18,25 +18,26 @@ from mjenv_learn.policy import Policy
 MASK = 2**64 - 1
 
 
-def make(id: str, backend: str) -> Any:
+def make(policy: Policy, backend: str) -> Any:
     if backend == "mjenv":
         import mjenv
 
-        return mjenv.make(id)
+        return mjenv.make(policy.id, **policy.keywords())
     import gymnasium
 
-    return gymnasium.make(id)
+    return gymnasium.make(policy.id)
 
 
 def play(policy: Policy, backend: str, episodes: int, seed: int) -> list[tuple[int, float, int]]:
     """Length, return and checksum of each episode; only the first reset is seeded."""
-    env = make(policy.id, backend)
+    env = make(policy, backend)
+    act = policy.acting_in(env) if backend == "mjenv" else policy.act
     played = []
     for episode in range(episodes):
         observation, _ = env.reset(seed=seed if episode == 0 else None)
         length, total, checksum, ended = 0, 0.0, 0xCBF29CE484222325, False
         while not ended:
-            action = policy.act(observation)
+            action = act(observation)
             for word in action.view("u4").tolist():
                 checksum = (checksum ^ word) * 0x100000001B3 & MASK
             observation, reward, terminated, truncated, _ = env.step(action)

@@ -60,6 +60,17 @@ Base.@kwdef struct mjenv_policy_spec
     scale::Ptr{Float64} = Ptr{Float64}(C_NULL)
     low::Ptr{Float64} = Ptr{Float64}(C_NULL)
     high::Ptr{Float64} = Ptr{Float64}(C_NULL)
+    input_count::Int64 = 0
+    about::Cstring = Cstring(C_NULL)
+end
+
+Base.@kwdef struct mjenv_policy_input
+    struct_size::UInt32 = sizeof(mjenv_policy_input)
+    reserved::UInt32 = 0
+    name::Cstring = Cstring(C_NULL)
+    count::Int64 = 0
+    seen::Int64 = 0
+    elements::Ptr{Int64} = Ptr{Int64}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_policy_layer
@@ -78,9 +89,10 @@ const LEARN_FUNCTIONS = (
     :mjenv_learn_setting_at, :mjenv_learn_settings, :mjenv_learner_create, :mjenv_learner_create_apart,
     :mjenv_learner_destroy, :mjenv_learner_train, :mjenv_learner_act, :mjenv_learner_feed, :mjenv_learner_restart,
     :mjenv_learner_set_env, :mjenv_learner_set, :mjenv_learner_report, :mjenv_learner_report_at, :mjenv_learner_save,
-    :mjenv_checkpoint_note, :mjenv_learner_load, :mjenv_learner_policy, :mjenv_learner_save_policy, :mjenv_policy_parse,
-    :mjenv_policy_load, :mjenv_policy_destroy, :mjenv_policy_id, :mjenv_policy_sizes, :mjenv_policy_spec_of,
-    :mjenv_policy_layer_at, :mjenv_policy_act, :mjenv_evaluate
+    :mjenv_checkpoint_note, :mjenv_learner_load, :mjenv_learner_policy, :mjenv_learner_save_policy,
+    :mjenv_learner_describe, :mjenv_policy_parse, :mjenv_policy_load, :mjenv_policy_destroy, :mjenv_policy_id,
+    :mjenv_policy_sizes, :mjenv_policy_spec_of, :mjenv_policy_layer_at, :mjenv_policy_input_at, :mjenv_policy_find,
+    :mjenv_policy_act, :mjenv_evaluate
 )
 mjenv_learn_abi_version() =
     ccall(learn_address(1), UInt32, ())
@@ -126,21 +138,27 @@ mjenv_learner_policy(learner, which, text, capacity, size) =
     ccall(learn_address(21), mjenv_status, (Ptr{mjenv_learner}, mjenv_learned, Ptr{Cchar}, Int64, Ptr{Int64}), learner, which, text, capacity, size)
 mjenv_learner_save_policy(learner, which, path) =
     ccall(learn_address(22), mjenv_status, (Ptr{mjenv_learner}, mjenv_learned, Cstring), learner, which, path)
+mjenv_learner_describe(learner, about, names, counts, term_count) =
+    ccall(learn_address(23), mjenv_status, (Ptr{mjenv_learner}, Cstring, Ptr{Cstring}, Ptr{Int64}, Int64), learner, about, names, counts, term_count)
 mjenv_policy_parse(text, size, policy) =
-    ccall(learn_address(23), mjenv_status, (Cstring, Int64, Ptr{Ptr{mjenv_policy}}), text, size, policy)
+    ccall(learn_address(24), mjenv_status, (Cstring, Int64, Ptr{Ptr{mjenv_policy}}), text, size, policy)
 mjenv_policy_load(path, policy) =
-    ccall(learn_address(24), mjenv_status, (Cstring, Ptr{Ptr{mjenv_policy}}), path, policy)
+    ccall(learn_address(25), mjenv_status, (Cstring, Ptr{Ptr{mjenv_policy}}), path, policy)
 mjenv_policy_destroy(policy) =
-    ccall(learn_address(25), Cvoid, (Ptr{mjenv_policy},), policy)
+    ccall(learn_address(26), Cvoid, (Ptr{mjenv_policy},), policy)
 mjenv_policy_id(policy) =
-    ccall(learn_address(26), Cstring, (Ptr{mjenv_policy},), policy)
+    ccall(learn_address(27), Cstring, (Ptr{mjenv_policy},), policy)
 mjenv_policy_sizes(policy, observations, actuators) =
-    ccall(learn_address(27), mjenv_status, (Ptr{mjenv_policy}, Ptr{Int64}, Ptr{Int64}), policy, observations, actuators)
+    ccall(learn_address(28), mjenv_status, (Ptr{mjenv_policy}, Ptr{Int64}, Ptr{Int64}), policy, observations, actuators)
 mjenv_policy_spec_of(policy, spec) =
-    ccall(learn_address(28), mjenv_status, (Ptr{mjenv_policy}, Ptr{mjenv_policy_spec}), policy, spec)
+    ccall(learn_address(29), mjenv_status, (Ptr{mjenv_policy}, Ptr{mjenv_policy_spec}), policy, spec)
 mjenv_policy_layer_at(policy, index, layer) =
-    ccall(learn_address(29), mjenv_status, (Ptr{mjenv_policy}, Int64, Ptr{mjenv_policy_layer}), policy, index, layer)
+    ccall(learn_address(30), mjenv_status, (Ptr{mjenv_policy}, Int64, Ptr{mjenv_policy_layer}), policy, index, layer)
+mjenv_policy_input_at(policy, index, input) =
+    ccall(learn_address(31), mjenv_status, (Ptr{mjenv_policy}, Int64, Ptr{mjenv_policy_input}), policy, index, input)
+mjenv_policy_find(policy, names, counts, term_count, places, place_count) =
+    ccall(learn_address(32), mjenv_status, (Ptr{mjenv_policy}, Ptr{Cstring}, Ptr{Int64}, Int64, Ptr{Int64}, Int64), policy, names, counts, term_count, places, place_count)
 mjenv_policy_act(policy, precision, rows, obs, obs_count, action, action_count) =
-    ccall(learn_address(30), mjenv_status, (Ptr{mjenv_policy}, mjenv_precision, Int64, Ptr{Float64}, Int64, Ptr{Float32}, Int64), policy, precision, rows, obs, obs_count, action, action_count)
+    ccall(learn_address(33), mjenv_status, (Ptr{mjenv_policy}, mjenv_precision, Int64, Ptr{Float64}, Int64, Ptr{Float32}, Int64), policy, precision, rows, obs, obs_count, action, action_count)
 mjenv_evaluate(calls, env, policy, precision, seed, episodes, returns, lengths) =
-    ccall(learn_address(31), mjenv_status, (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Ptr{mjenv_policy}, mjenv_precision, UInt64, Int64, Ptr{Float64}, Ptr{Int64}), calls, env, policy, precision, seed, episodes, returns, lengths)
+    ccall(learn_address(34), mjenv_status, (Ptr{mjenv_learn_calls}, Ptr{mjenv_env}, Ptr{mjenv_policy}, mjenv_precision, UInt64, Int64, Ptr{Float64}, Ptr{Int64}), calls, env, policy, precision, seed, episodes, returns, lengths)

@@ -213,6 +213,9 @@ static void test_rows_of_the_caller(void** state) {
   struct stepped* rows = stepped_rows();
   mjenv_env* env = env_of("Hopper-v5", 20, 1, "same_step");
   mjenv_learner* learner = learner_apart(env, rows);
+  static const char* const names[] = {"qpos", "qvel"};
+  static const int64_t counts[] = {5, 6};
+  ok(mjenv_learner_describe(learner, NULL, names, counts, 2));
   refused(MJENV_E_VALUE, mjenv_learner_train(learner, 1), "mjenv_learner_act");
   refused(MJENV_E_VALUE, mjenv_learner_feed(learner, &rows->batch), "no actions");
   for (int step = 0; step < 100; ++step) {
@@ -902,7 +905,7 @@ static void test_policies(void** state) {
   refused(MJENV_E_VALUE, mjenv_policy_act(policy, 3, 2, obs, 4, action, 2), "precision is 3");
   mjenv_env* env = env_of("Hopper-v5", 2, 1, "disabled");
   refused(MJENV_E_SIZE, mjenv_evaluate(&calls, env, policy, MJENV_PRECISION_FLOAT64, 0, 1, NULL, NULL),
-          "\"Some-v0\" has 2 observations and 1 actuators, the environment 11 and 3");
+          "\"Some-v0\" sees 2 numbers, but an observation has 11");
   refused(MJENV_E_VALUE, mjenv_evaluate(&calls, env, policy, MJENV_PRECISION_FLOAT64, 0, 0, NULL, NULL),
           "episodes is 0");
   mjenv_env* same_step = env_of("Hopper-v5", 2, 1, "same_step");
@@ -914,10 +917,133 @@ static void test_policies(void** state) {
   refused(MJENV_E_FILE, mjenv_policy_load(path_of("missing"), &policy), "No such file");
 }
 
+static const char* const named_policy =
+    "mjenv-policy 2\nid Some-v0\nabout {\"engine\": \"2.2.2\"}\ninput gyro 3 0 2\ninput joints 1\nmean 0 0 0\n"
+    "scale 1 1 1\nclip 10\nlow -999\nhigh 999\nlayer 1 3 identity\nbias 0\nweights 1 10 100\n";
+
+// A policy finds what it sees by names, and says what is missing.
+static void test_names(void** state) {
+  (void)state;
+  mjenv_policy* policy = NULL;
+  ok(mjenv_policy_parse(named_policy, (int64_t)strlen(named_policy), &policy));
+  mjenv_policy_spec spec = MJENV_POLICY_SPEC_INIT;
+  mjenv_policy_input input = MJENV_POLICY_INPUT_INIT;
+  ok(mjenv_policy_spec_of(policy, &spec));
+  assert_int_equal(spec.input_count, 2);
+  assert_string_equal(spec.about, "{\"engine\": \"2.2.2\"}");
+  ok(mjenv_policy_input_at(policy, 0, &input));
+  assert_string_equal(input.name, "gyro");
+  assert_true(input.count == 3 && input.seen == 2 && input.elements[0] == 0 && input.elements[1] == 2);
+  ok(mjenv_policy_input_at(policy, 1, &input));
+  assert_true(input.count == 1 && input.seen == 1 && !input.elements);
+  refused(MJENV_E_VALUE, mjenv_policy_input_at(policy, 2, &input), "input 2 is outside 0..1");
+
+  static const char *const names[] = {"joints", "height", "gyro"}, *const strange[] = {"joints", "height", "Gyro"};
+  static const int64_t counts[] = {1, 2, 3}, short_gyro[] = {1, 2, 2};
+  int64_t places[3];
+  ok(mjenv_policy_find(policy, names, counts, 3, places, 3));
+  assert_true(places[0] == 3 && places[1] == 5 && places[2] == 0);
+  const double obs[] = {1, 2, 3, 4, 5, 6}, seen[] = {obs[places[0]], obs[places[1]], obs[places[2]]};
+  float action = 0;
+  ok(mjenv_policy_act(policy, MJENV_PRECISION_FLOAT64, 1, seen, 3, &action, 1));
+  assert_true(action == 4 + 60 + 100);
+  refused(MJENV_E_NAME, mjenv_policy_find(policy, strange, counts, 3, places, 3),
+          "sees \"gyro\", 3 numbers, but the observation has no such term; there are joints, height, Gyro");
+  refused(MJENV_E_SIZE, mjenv_policy_find(policy, names, short_gyro, 3, places, 3),
+          "sees \"gyro\", 3 numbers, but this term of the observation has 2");
+  refused(MJENV_E_SIZE, mjenv_policy_find(policy, names, counts, 3, places, 2), "place_count is 2, not 3");
+  refused(MJENV_E_SIZE, mjenv_policy_find(policy, names, counts, -1, places, 3), "term_count is -1");
+  refused(MJENV_E_ARGUMENT, mjenv_policy_find(policy, NULL, counts, 3, places, 3), "names is NULL");
+  mjenv_env* env = env_of("Hopper-v5", 2, 1, "disabled");
+  refused(MJENV_E_NAME, mjenv_evaluate(&calls, env, policy, MJENV_PRECISION_FLOAT64, 0, 1, NULL, NULL),
+          "sees \"gyro\", 3 numbers, but the observation has no such term; there are qpos, qvel");
+  mjenv_destroy(env);
+  mjenv_policy_destroy(policy);
+  ok(mjenv_policy_parse(small_policy, (int64_t)strlen(small_policy), &policy));
+  ok(mjenv_policy_find(policy, names + 1, counts + 1, 1, places, 2));
+  assert_true(places[0] == 0 && places[1] == 1);
+  refused(MJENV_E_SIZE, mjenv_policy_find(policy, names, counts, 3, places, 2),
+          "sees 2 numbers, but an observation has 6");
+  mjenv_policy_destroy(policy);
+}
+
+// The text of a learner's policy has what the actor sees alone.
+static void test_what_an_actor_sees(void** state) {
+  (void)state;
+  static const char settings[] = "hidden=4 actor_obs=0,1,0,0,1,0,0,0,0,0,0 rollout_steps=16";
+  mjenv_env *env = env_of("Hopper-v5", 20, 1, "same_step"), *played = env_of("Hopper-v5", 3, 1, "disabled");
+  mjenv_learner* learner = learner_of(env, settings);
+  ok(mjenv_learner_describe(learner, "{\"options\": {}}", NULL, NULL, 0));
+  ok(mjenv_learner_train(learner, 640));
+  char* text = policy_of(learner);
+  assert_non_null(strstr(text, "mjenv-policy 2\nid Hopper-v5\nabout {\"options\": {}}\ninput qpos 5 1 4\nmean "));
+  assert_non_null(strstr(text, "\nlayer 4 2 tanh\n"));
+  mjenv_policy* policy = NULL;
+  ok(mjenv_policy_parse(text, (int64_t)strlen(text), &policy));
+  double returns[5], again[5];
+  ok(mjenv_evaluate(&calls, played, policy, MJENV_PRECISION_FLOAT64, 0, 5, returns, NULL));
+  free(text);
+  mjenv_policy_destroy(policy);
+
+  // An observation whose terms have other names, in which the weights of what the actor does not see are 0.
+  static const char* const names[] = {"all"};
+  static const int64_t counts[] = {11}, wrong[] = {10};
+  static const char* const blank[] = {"qpos qvel"};
+  refused(MJENV_E_SIZE, mjenv_learner_describe(learner, NULL, names, wrong, 1),
+          "10 numbers, but an observation has 11");
+  refused(MJENV_E_NAME, mjenv_learner_describe(learner, NULL, blank, counts, 1), "\"qpos qvel\"");
+  static const char* const twice[] = {"all", "all"};
+  static const int64_t halves[] = {5, 6};
+  refused(MJENV_E_NAME, mjenv_learner_describe(learner, NULL, twice, halves, 2), "\"all\", as another is");
+  refused(MJENV_E_VALUE, mjenv_learner_describe(learner, "{\n}", NULL, NULL, 0), "about is not one line");
+  ok(mjenv_learner_describe(learner, NULL, names, counts, 1));
+  text = policy_of(learner);
+  assert_non_null(strstr(text, "mjenv-policy 2\nid Hopper-v5\ninput all 11 1 4\nmean "));
+  char* head = strstr(text, "input all 11 1 4");
+  memcpy(head, "input qpos 5 1 4", 16);
+  ok(mjenv_policy_parse(text, (int64_t)strlen(text), &policy));
+  ok(mjenv_evaluate(&calls, played, policy, MJENV_PRECISION_FLOAT64, 0, 5, again, NULL));
+  assert_memory_equal(again, returns, sizeof returns);
+  free(text);
+  mjenv_policy_destroy(policy);
+  mjenv_learner_destroy(learner);
+  mjenv_destroy(env);
+  mjenv_destroy(played);
+}
+
+static void refuse_changes(const char* valid, const char* const changes[][3], size_t count) {
+  for (size_t i = 0; i < count; ++i) {
+    const char* at = strstr(valid, changes[i][0]);
+    assert_non_null(at);
+    char text[1000];
+    const int size =
+        snprintf(text, sizeof text, "%.*s%s%s", (int)(at - valid), valid, changes[i][1], at + strlen(changes[i][0]));
+    mjenv_policy* policy = NULL;
+    refused(MJENV_E_VALUE, mjenv_policy_parse(text, size, &policy), changes[i][2]);
+    assert_null(policy);
+  }
+}
+
 static void test_bad_policies(void** state) {
   (void)state;
+  static const char* const bad_names[][3] = {
+      {"mjenv-policy 2", "mjenv-policy 1", "line 3 begins with \"about\""},
+      {"2.2.2", "\t", "line 3 is not printable ASCII"},
+      {"\ninput gyro", "\nabout {}\ninput gyro", "line 4 repeats"},
+      {"gyro 3 0 2", "gyro 3 2 0", "line 4 has \"0\", not the next element"},
+      {"gyro 3 0 2", "gyro 3 0 3", "line 4 has \"3\", not the next element"},
+      {"gyro 3 0 2", "gyro 3 0", "mean has 3 elements, but the inputs have 2"},
+      {"gyro 3 0 2", "gyro 0", "line 4 has \"0\", not a number of inputs"},
+      {"gyro 3 0 2", "gyro\x1b 3 0 2", "line 4 has no name"},
+      {"joints 1", "gyro 1", "line 5 repeats"},
+      {"joints 1", "", "line 5 has no name"},
+      {"joints 1", "joints 1048576", "mean has 3 elements, but the inputs have 1048578"},
+      {"input joints 1\n", "", "mean has 3 elements, but the inputs have 2"},
+  };
+  refuse_changes(named_policy, bad_names, COUNT(bad_names));
   static const char* const changes[][3] = {
-      {"mjenv-policy 1", "mjenv-policy 2", "line 1"},
+      {"mjenv-policy 1", "mjenv-policy 3", "line 1"},
+      {"mjenv-policy 1", "mjenv-policy 2", "mean has 2 elements, but the inputs have 0"},
       {"id Some-v0", "od Some-v0", "line 2"},
       {"mean 1 2", "mean 1 x", "line 3 has \"x\""},
       {"mean 1 2", "mean 1 inf", "line 3 has \"inf\""},
@@ -952,17 +1078,8 @@ static void test_bad_policies(void** state) {
       {"weights 2 -1\n", "weights 2 -1\nweights 2 -1\n", "one line \"weights\" too many"},
       {"bias 0.125", "bias 0.125\nbias 0.125", "repeats"},
   };
+  refuse_changes(small_policy, changes, COUNT(changes));
   const size_t length = strlen(small_policy);
-  for (size_t i = 0; i < COUNT(changes); ++i) {
-    const char* at = strstr(small_policy, changes[i][0]);
-    assert_non_null(at);
-    char text[1000];
-    const int size = snprintf(text, sizeof text, "%.*s%s%s", (int)(at - small_policy), small_policy, changes[i][1],
-                              at + strlen(changes[i][0]));
-    mjenv_policy* policy = NULL;
-    refused(MJENV_E_VALUE, mjenv_policy_parse(text, size, &policy), changes[i][2]);
-    assert_null(policy);
-  }
   for (size_t cut = 0; cut < length - strlen("weights 2 -1\n"); ++cut) {  // whatever the end, nothing breaks
     mjenv_policy* policy = NULL;
     refused(MJENV_E_VALUE, mjenv_policy_parse(small_policy, (int64_t)cut, &policy), "no policy");
@@ -1095,6 +1212,8 @@ int main(int argc, char** argv) {
       cmocka_unit_test(test_list_of_settings),
       cmocka_unit_test(test_kl_limit),
       cmocka_unit_test(test_policies),
+      cmocka_unit_test(test_names),
+      cmocka_unit_test(test_what_an_actor_sees),
       cmocka_unit_test(test_bad_policies),
       cmocka_unit_test(test_handles),
       cmocka_unit_test(test_two_threads),

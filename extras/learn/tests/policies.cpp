@@ -28,6 +28,23 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (std::int64_t k = 0; k < layer.inputs * layer.outputs; ++k) REQUIRE(layer.weights[k] == layer.weights[k]);
   }
   REQUIRE(width == actuators);
+  REQUIRE(spec.about);
+  std::vector<const char*> names;
+  std::vector<std::int64_t> counts, places(static_cast<std::size_t>(observations));
+  std::int64_t seen = 0;
+  for (std::int64_t i = 0; i < spec.input_count; ++i) {
+    mjenv_policy_input input = MJENV_POLICY_INPUT_INIT;
+    REQUIRE(mjenv_policy_input_at(policy, i, &input) == MJENV_OK);
+    for (std::int64_t k = 0; input.elements && k < input.seen; ++k)
+      REQUIRE(input.elements[k] >= 0 && input.elements[k] < input.count);
+    names.push_back(input.name);
+    counts.push_back(input.count);
+    seen += input.seen;
+  }
+  REQUIRE(spec.input_count == 0 || seen == observations);
+  if (spec.input_count > 0)
+    REQUIRE(mjenv_policy_find(policy, names.data(), counts.data(), spec.input_count, places.data(), observations) ==
+            MJENV_OK);
   constexpr std::int64_t kRows = 3;
   std::vector<double> obs(static_cast<std::size_t>(kRows * observations), 0.5);
   std::vector<float> action(static_cast<std::size_t>(kRows * actuators));

@@ -8,7 +8,7 @@ interface Layer {
   weights: Float64Array[]; // one row for each output
 }
 
-const HEAD = "mjenv-policy 1";
+const HEADS = ["mjenv-policy 1", "mjenv-policy 2"];
 const ACTIVATIONS: Record<string, Activation | undefined> = {
   identity: (x) => x,
   relu: (x) => Math.max(x, 0),
@@ -40,7 +40,7 @@ export class Policy {
 
   static parse(text: string): Policy {
     const [head, idLine, ...lines] = text.trim().split("\n");
-    if (head !== HEAD) throw new Error(`a policy begins with "${HEAD}"`);
+    if (!HEADS.includes(head ?? "")) throw new Error(`a policy begins with "${HEADS[1]}"`);
     const lists: Record<string, Float64Array | undefined> = {};
     const layers: Layer[] = [];
     for (const line of lines) {
@@ -52,7 +52,7 @@ export class Policy {
         layers.push({ activate, bias: new Float64Array(), weights: [] });
       } else if (name === "bias" && layer) layer.bias = numbers(words);
       else if (name === "weights" && layer) layer.weights.push(numbers(words));
-      else lists[name] = numbers(words);
+      else if (name !== "about" && name !== "input") lists[name] = numbers(words); // these tell of the environment
     }
     const { mean, scale, low, high, clip } = lists;
     if (!mean || !scale || !low || !high || clip?.[0] === undefined) throw new Error("a part of the policy is missing");

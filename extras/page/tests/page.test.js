@@ -161,8 +161,10 @@ pageTest("policies have all activations of the text format", "#robot=InvertedPen
     elu: (x) => (x > 0 ? x : Math.expm1(x)),
   };
   for (const [name, activation] of Object.entries(activations)) {
-    const text = `mjenv-policy 1
+    const text = `mjenv-policy 2
 id InvertedPendulum-v5
+about {"options": {}}
+input qpos 2
 mean 0 0
 scale 1 1
 clip 10

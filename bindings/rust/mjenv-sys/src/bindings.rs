@@ -120,7 +120,7 @@ pub struct mjenv_spec {
     pub camera_elevation: f64,
     pub camera_lookat: [f64; 3usize],
     pub camera_trackbodyid: i32,
-    pub reserved: i32,
+    pub revision: i32,
     pub model_xml: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_spec { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }

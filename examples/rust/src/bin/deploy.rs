@@ -45,7 +45,7 @@ impl Policy {
     fn load(path: &str) -> Result<Policy, Box<dyn Error>> {
         let text = fs::read_to_string(path).map_err(|error| format!("{path}: {error}"))?;
         let mut lines = text.lines();
-        if lines.next() != Some("mjenv-policy 1") {
+        if !matches!(lines.next(), Some("mjenv-policy 1" | "mjenv-policy 2")) {
             return Err(format!("{path}: no policy").into());
         }
         let mut policy = Policy { id: String::new(), numbers: HashMap::new(), layers: Vec::new() };
@@ -53,6 +53,7 @@ impl Policy {
             let mut words = line.split_whitespace();
             match words.next().unwrap_or_default() {
                 "id" => policy.id = words.collect(),
+                "about" | "input" => {} // what version 2 tells of the environment
                 "layer" => policy.layers.push(layer(&words.collect::<Vec<_>>())?),
                 name => {
                     let numbers = words.map(str::parse).collect::<Result<Vec<f64>, _>>()?;

@@ -26,10 +26,9 @@ from mjenv_command.arguments import (
     groups_of,
     known_id,
     not_negative,
-    options_of,
     positive,
 )
-from mjenv_command.policies import Action, policy_of
+from mjenv_command.policies import Action, environment_of, policy_of
 
 Colours = NDArray[np.uint8]
 
@@ -46,7 +45,7 @@ def add(commands: Commands) -> None:
         '"mjenv[video]". The actions are random, drawn from --seed, unless --actions or --policy gives them. Random '
         "actions are float32, as those of Gymnasium's action spaces. Recorded actions keep the dtype of their file.",
     )
-    command.add_argument("id", type=known_id)
+    command.add_argument("id", type=known_id, nargs="?", help="an id (default: that of the learner's policy)")
     command.add_argument(
         "--seed", type=not_negative, default=0, help="seed of the reset and of random actions (default: 0)"
     )
@@ -106,14 +105,13 @@ def run(arguments: argparse.Namespace) -> int:
     needed("imageio", "imageio_ffmpeg" if writer_of is Mp4 else "PIL")
     if arguments.normalizer and not arguments.policy:
         raise mjenv.OptionError("--normalizer belongs to a --policy")
-    keywords = options_of(arguments.id, arguments.option, arguments.engine) | arguments.randomize
+    id, keywords = environment_of(arguments)
     with mjenv.make(
-        arguments.id,
+        id,
         render_mode="rgb_array",
         width=arguments.width,
         height=arguments.height,
         render_fast=arguments.fast,
-        engine=arguments.engine,
         **camera_of(arguments.camera),
         **groups_of(arguments),
         **keywords,
@@ -125,7 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"mjenv play: {hint}", file=sys.stderr)
         act, steps = actions_of(env, arguments)
         writer = writer_of(arguments.video, arguments.fps or env.metadata["render_fps"])
-        with terminal.progress(steps, f"playing {arguments.id}") as advance:
+        with terminal.progress(steps, f"playing {id}") as advance:
             played = play(env, act, steps, arguments.seed, writer, advance)
         writer.close()
     print(f"{arguments.video}: {played[0]} steps, return {played[1]:.6g}")

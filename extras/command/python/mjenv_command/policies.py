@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import pickle
 import sys
@@ -15,6 +16,8 @@ from gymnasium.spaces import flatdim, unflatten
 from numpy.typing import NDArray
 
 import mjenv
+from mjenv.registration import own_id
+from mjenv_command.arguments import options_of
 
 Action = Callable[[Any], Any]  # of an observation
 
@@ -27,13 +30,27 @@ def policy_of(path: Path, env: mjenv.Environment, algorithm: str, normalizer: Pa
     normalizer: the file of the VecNormalize with which Stable-Baselines3 trained the policy. It can run code, as the
     policy's .zip can, so it is not looked for.
     """
-    is_zip = path.is_file() and zipfile.is_zipfile(path)  # which would wait for a pipe
-    act = _zipped(path, algorithm, normalizer) if is_zip else _text(path, env, normalizer)
+    act = _zipped(path, algorithm, normalizer) if _is_zip(path) else _text(path, env, normalizer)
     try:
         act(unflatten(env.observation_space, np.zeros(flatdim(env.observation_space))))
     except (AttributeError, TypeError, ValueError) as error:
         raise mjenv.InvalidValueError(f"{path} cannot act on observations of {_id(env)}: {error}") from None
     return act
+
+
+def environment_of(arguments: argparse.Namespace, **given: Any) -> tuple[str, dict[str, Any]]:
+    """The id and the keywords of make: what the command gives (also in `given`), and for the rest that with which its
+    --policy was trained, if the policy names it."""
+    path = arguments.policy
+    policy = learned(path) if path is not None and not _is_zip(path) else None
+    name = arguments.id or (policy.id if policy is not None else None)
+    if name is None:
+        raise mjenv.OptionError("name an id, or a --policy of the learner, which has one")
+    id = own_id(name)
+    given = options_of(id, arguments.option, arguments.engine) | arguments.randomize | given
+    if arguments.engine is not None:
+        given["engine"] = arguments.engine
+    return id, policy.keywords(**given) if policy is not None and policy.id == id else given
 
 
 def learned(path: Path) -> Any:
@@ -45,13 +62,17 @@ def learned(path: Path) -> Any:
     return Policy.load(path)
 
 
+def _is_zip(path: Path) -> bool:
+    return path.is_file() and zipfile.is_zipfile(path)  # which would wait for a pipe
+
+
 def _text(path: Path, env: mjenv.Environment, normalizer: Path | None) -> Action:
     policy = learned(path)
     if normalizer:
         raise mjenv.OptionError(f"{path} holds its normalization itself: leave --normalizer out")
     if policy.id != _id(env):
         raise mjenv.InvalidValueError(f"{path} is a policy for {policy.id}, not for {_id(env)}")
-    act: Action = policy.act
+    act: Action = policy.acting_in(env)
     return act
 
 

@@ -121,10 +121,26 @@ typedef struct mjenv_policy_spec {
   double clip;
   const double *mean, *scale; /* [observations] */
   const double *low, *high;   /* [actuators] */
+  int64_t input_count;        /* how many terms the policy sees; 0 if the text does not name them (version 1) */
+  const char *about;          /* what mjenv_learner_describe was given; "" if nothing */
 } mjenv_policy_spec;
 
 /* clang-format off */
-#define MJENV_POLICY_SPEC_INIT {sizeof(mjenv_policy_spec), 0, 0, 0, NULL, NULL, NULL, NULL}
+#define MJENV_POLICY_SPEC_INIT {sizeof(mjenv_policy_spec), 0, 0, 0, NULL, NULL, NULL, NULL, 0, NULL}
+/* clang-format on */
+
+/* A term of the observation that a policy sees. Its texts and arrays belong to the policy. */
+typedef struct mjenv_policy_input {
+  uint32_t struct_size;
+  uint32_t reserved;       /* 0 */
+  const char *name;        /* as mjenv_field_at with MJENV_ROLE_OBSERVATION lists it */
+  int64_t count;           /* how many numbers the term has */
+  int64_t seen;            /* how many of them the policy sees */
+  const int64_t *elements; /* [seen] which of them, from the least on; NULL: all */
+} mjenv_policy_input;
+
+/* clang-format off */
+#define MJENV_POLICY_INPUT_INIT {sizeof(mjenv_policy_input), 0, NULL, 0, 0, NULL}
 /* clang-format on */
 
 /* A layer of a policy: activation(bias + the sum of weights[input][output] * input). Its arrays belong to the policy. */
@@ -257,6 +273,14 @@ MJENV_LEARN_API mjenv_status mjenv_learner_policy(const mjenv_learner *learner, 
 MJENV_LEARN_API mjenv_status mjenv_learner_save_policy(const mjenv_learner *learner, mjenv_learned which,
                                                        const char *path);
 
+/* Says what the policies of a learner tell of their environment, beside its id. Errors: VALUE (about), NAME, SIZE.
+ *   about   one line of printable ASCII, which mjenv_policy_spec.about returns; may be NULL. That of `mjenv train` is
+ *           JSON: the engine, the options and the revision of the task (docs/training.md)
+ *   names   [term_count] the terms of the observation, one after the other, and in counts how many numbers each has. 0
+ *           terms: they stay; at first they are those of the learner's environment */
+MJENV_LEARN_API mjenv_status mjenv_learner_describe(mjenv_learner *learner, const char *about, const char *const *names,
+                                                    const int64_t *counts, int64_t term_count);
+
 /* ---- Policies ---- */
 
 /* Reads a policy from text[size]. Errors: VALUE (the line is named). */
@@ -270,13 +294,25 @@ MJENV_LEARN_API void mjenv_policy_destroy(mjenv_policy *policy);
 /* Returns the id that a policy was trained for; NULL if it fails. */
 MJENV_LEARN_API const char *mjenv_policy_id(const mjenv_policy *policy);
 
-/* Reads how many numbers an observation of the policy has, and how many an action. */
+/* Reads how many numbers the policy sees of an observation, and how many an action has. */
 MJENV_LEARN_API mjenv_status mjenv_policy_sizes(const mjenv_policy *policy, int64_t *observations, int64_t *actuators);
 
 /* Reads the numbers of a policy, and those of its layer 0 <= index < layer_count. Errors: VALUE (index). */
 MJENV_LEARN_API mjenv_status mjenv_policy_spec_of(const mjenv_policy *policy, mjenv_policy_spec *spec);
 MJENV_LEARN_API mjenv_status mjenv_policy_layer_at(const mjenv_policy *policy, int64_t index,
                                                    mjenv_policy_layer *layer);
+
+/* Reads a term that a policy sees, 0 <= index < input_count. Errors: VALUE (index). */
+MJENV_LEARN_API mjenv_status mjenv_policy_input_at(const mjenv_policy *policy, int64_t index,
+                                                   mjenv_policy_input *input);
+
+/* Finds in an observation what a policy sees of it. Before each mjenv_policy_act, copy: seen[i] = obs[places[i]].
+ *   names   [term_count] the terms of the observation, one after the other, and in counts how many numbers each has
+ *   places  [place_count] receives the index of each number that the policy sees; place_count as mjenv_policy_sizes
+ * Errors, which name the term: NAME (the observation lacks it), SIZE (it has another count; place_count). */
+MJENV_LEARN_API mjenv_status mjenv_policy_find(const mjenv_policy *policy, const char *const *names,
+                                               const int64_t *counts, int64_t term_count, int64_t *places,
+                                               int64_t place_count);
 
 /* Computes the actions of rows.
  *   obs       [rows][obs_count / rows]; action [rows][action_count / rows]
@@ -285,12 +321,13 @@ MJENV_LEARN_API mjenv_status mjenv_policy_act(const mjenv_policy *policy, mjenv_
                                               const double *obs, int64_t obs_count, float *action,
                                               int64_t action_count);
 
-/* Plays whole episodes in all rows of an environment whose option "autoreset_mode" is disabled. Before each episode, its
+/* Plays whole episodes in all rows of an environment whose option "autoreset_mode" is disabled, and whose observation has
+ * the terms that the policy sees. Before each episode, its
  * row is restored to what it was when this function was called; then episode k begins with a reset by seed + k. So the
  * result does not depend on the number of rows and threads, if the rows were equal, as those of a new environment are.
  *   returns   [episodes] the sum of each episode's rewards; may be NULL
  *   lengths   [episodes] its steps; may be NULL
- * Errors: SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step. */
+ * Errors: NAME, SIZE, VALUE (episodes < 1, autoreset_mode, an episode without end), those of mjenv_step. */
 MJENV_LEARN_API mjenv_status mjenv_evaluate(const mjenv_learn_calls *calls, mjenv_env *env, const mjenv_policy *policy,
                                             mjenv_precision precision, uint64_t seed, int64_t episodes, double *returns,
                                             int64_t *lengths);

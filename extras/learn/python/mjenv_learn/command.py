@@ -153,11 +153,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def watching(folder: Path, training: Description) -> str:
-    """The command that shows the policy in the environment of the training."""
-    present = training.present_options()
-    known = mjenv.options(training.id, present["engine"]).keys() - {"autoreset_mode"}
-    options = {name: value for name, value in present.items() if name in known or name == "engine"}
-    return shlex.join(["mjenv", "view", training.id, "--policy", str(folder / POLICY), *words_of(training, options)])
+    """The command that shows the policy, which names its environment, in it. Files of models are trusted only if the
+    command names them."""
+    options = {name: value for name, value in training.present_options().items() if name in MODEL_OPTIONS}
+    return shlex.join(["mjenv", "view", "--policy", str(folder / POLICY), *words_of(training, options)])
 
 
 def resuming(folder: Path) -> str:

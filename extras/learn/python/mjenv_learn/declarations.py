@@ -81,6 +81,19 @@ class mjenv_policy_spec(Structure):
         ("scale", POINTER(c_double)),
         ("low", POINTER(c_double)),
         ("high", POINTER(c_double)),
+        ("input_count", c_int64),
+        ("about", c_char_p),
+    )
+
+
+class mjenv_policy_input(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char_p),
+        ("count", c_int64),
+        ("seen", c_int64),
+        ("elements", POINTER(c_int64)),
     )
 
 
@@ -157,6 +170,8 @@ class Library(CDLL):
         self.mjenv_learner_policy.restype = c_int32
         self.mjenv_learner_save_policy.argtypes = (c_void_p, c_int32, c_char_p)
         self.mjenv_learner_save_policy.restype = c_int32
+        self.mjenv_learner_describe.argtypes = (c_void_p, c_char_p, POINTER(c_char_p), POINTER(c_int64), c_int64)
+        self.mjenv_learner_describe.restype = c_int32
         self.mjenv_policy_parse.argtypes = (c_char_p, c_int64, POINTER(c_void_p))
         self.mjenv_policy_parse.restype = c_int32
         self.mjenv_policy_load.argtypes = (c_char_p, POINTER(c_void_p))
@@ -171,6 +186,17 @@ class Library(CDLL):
         self.mjenv_policy_spec_of.restype = c_int32
         self.mjenv_policy_layer_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_policy_layer))
         self.mjenv_policy_layer_at.restype = c_int32
+        self.mjenv_policy_input_at.argtypes = (c_void_p, c_int64, POINTER(mjenv_policy_input))
+        self.mjenv_policy_input_at.restype = c_int32
+        self.mjenv_policy_find.argtypes = (
+            c_void_p,
+            POINTER(c_char_p),
+            POINTER(c_int64),
+            c_int64,
+            POINTER(c_int64),
+            c_int64,
+        )
+        self.mjenv_policy_find.restype = c_int32
         self.mjenv_policy_act.argtypes = (
             c_void_p,
             c_int32,

@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mjenv_command.arguments import Commands
-from mjenv_learn.policy import Policy
+from mjenv_learn.policy import Input, Policy
 
 # C's expressions with the bits of ACTIVATIONS in policy.py.
 ACTIVATIONS = {"tanh": "tanh(y)", "relu": "y < 0 ? 0 : y", "elu": "y > 0 ? y : expm1(y)"}
 
 HEAD = """\
 /* The policy of {id}, written by mjenv export. It needs the C library's math.h, and no other file.
- *
+{inputs} *
  *     double observation[MJENV_POLICY_OBSERVATIONS];
  *     float action[MJENV_POLICY_ACTIONS];
  *     mjenv_policy_act(observation, action);
@@ -52,9 +52,14 @@ TAIL = """\
 
 def header(policy: Policy) -> str:
     """The C header of a policy, which load or parse has read: its numbers are finite, and its id has one line."""
-    id = policy.id.replace("*/", "* /")  # it may come from a stranger, and stands in a comment
-    head = HEAD.format(id=id, observations=len(policy.mean), actions=len(policy.low))
+    seen = "".join(f" * It sees {one.name}, {one.count} numbers{_elements(one)}.\n" for one in policy.inputs)
+    id, inputs = (text.replace("*/", "* /") for text in (policy.id, seen))  # a stranger may have written them
+    head = HEAD.format(id=id, inputs=inputs, observations=len(policy.mean), actions=len(policy.low))
     return head + "\n".join(_lines(policy)) + "\n" + TAIL.format(last=len(policy.layers))
+
+
+def _elements(one: Input) -> str:
+    return f", of which {', '.join(map(str, one.elements))}" if one.elements else ""
 
 
 def _lines(policy: Policy) -> Iterator[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Sequence
-from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_void_p
+from collections.abc import Mapping, Sequence
+from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint8, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -181,9 +181,28 @@ class Learner:
         self._library.check(self._library.mjenv_learner_load(self._pointer, path))
         return 0
 
+    def describe(self, about: str, terms: Mapping[str, int]) -> None:
+        """Says what the policies tell of the environment: a line of text, and the terms of the observation with their
+        counts."""
+        names, counts = _arrays(terms)
+        self._library.check(
+            self._library.mjenv_learner_describe(self._pointer, about.encode(), names, counts, len(terms))
+        )
+
     def policy(self, which: Learned) -> str:
         """The text of a policy."""
         return text_of(self._library.mjenv_learner_policy, self._pointer, which).decode()
+
+
+def _arrays(terms: Mapping[str, int]) -> tuple[Any, Any]:
+    """The names and the counts as arrays of C."""
+    names = (c_char_p * len(terms))(*[name.encode() for name in terms])
+    return names, (c_int64 * len(terms))(*terms.values())
+
+
+def terms_of(rows: Rows) -> dict[str, int]:
+    """The terms of the observation, with their counts."""
+    return {field.name: field.count for field in rows.fields(Role.OBSERVATION)}
 
 
 def _path(path: str | os.PathLike[str]) -> bytes:
@@ -252,6 +271,21 @@ class PolicyHandle:
         layer = sized(declarations.mjenv_policy_layer)
         self._library.check(self._library.mjenv_policy_layer_at(self._pointer, index, byref(layer)))
         return layer
+
+    def input(self, index: int) -> Any:
+        """The mjenv_policy_input. Its array belongs to this policy."""
+        found = sized(declarations.mjenv_policy_input)
+        self._library.check(self._library.mjenv_policy_input_at(self._pointer, index, byref(found)))
+        return found
+
+    def find(self, terms: Mapping[str, int]) -> list[int]:
+        """Where the numbers that the policy sees are in an observation of these terms."""
+        places = (c_int64 * self.sizes()[0])()
+        names, counts = _arrays(terms)
+        self._library.check(
+            self._library.mjenv_policy_find(self._pointer, names, counts, len(terms), places, len(places))
+        )
+        return [*places]
 
     def act(self, obs: Float64Array, actuators: int, precision: Precision) -> NDArray[np.float32]:
         """The actions (rows, actuators) for observations (rows, n)."""

@@ -27,6 +27,8 @@ CHECKPOINT, CURVE, PICTURE, POLICY, DESCRIPTION = "checkpoint", "curve.csv", "cu
 LOCK = "lock"
 # Options that say which model is read, and how far it is trusted.
 MODEL_OPTIONS = ("xml_file", "xml_string", "trust_xml")
+# Options that change no episode. A policy does not keep those of its training.
+RUNNING = ("arrays", "autoreset_mode", "cpu_affinity", "lanes", "num_threads")
 
 T = TypeVar("T")
 
@@ -58,7 +60,7 @@ class Description:
     settings: dict[str, Any]
 
     def text(self) -> str:
-        return json.dumps(asdict(self), indent=2, default=_plain) + "\n"
+        return json.dumps(asdict(self), indent=2, default=plain) + "\n"
 
     @classmethod
     def read(cls, folder: Path) -> Description:
@@ -99,7 +101,7 @@ def _checked(kind: type[T], value: Any) -> T:
     return value
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """An option as JSON has it. All options can be given like this, too."""
     if is_dataclass(value) and not isinstance(value, type):  # of randomize, noise, delay and push
         return asdict(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 import os
 import time
@@ -16,14 +17,14 @@ from typing import TYPE_CHECKING, Any
 from mjenv.capi.counts import count_of, seed_of, time_limit_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Options, Rows, open_rows
+from mjenv.capi.handle import Options, Rows, open_rows, spec_of
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.lazy import lazy
 from mjenv.capi.schema import Field
 from mjenv.registration import loaded_tasks, own_id
 from mjenv_learn import saved
 from mjenv_learn.declarations import Learned, Precision
-from mjenv_learn.learner import Learner, PolicyHandle, space_of
+from mjenv_learn.learner import Learner, PolicyHandle, space_of, terms_of
 from mjenv_learn.saved import CHECKPOINT as CHECKPOINT
 from mjenv_learn.saved import CURVE, DESCRIPTION
 from mjenv_learn.saved import MODEL_OPTIONS as MODEL_OPTIONS
@@ -180,7 +181,22 @@ class Training:
 
     def policy(self, *, best: bool = False) -> Policy:
         """The deterministic policy of the last update. best: that of the rollout with the greatest mean return."""
-        return policies.Policy.parse(self._learner.policy(Learned.BEST if best else Learned.LAST))
+        return policies.Policy.parse(self._policy_text(best))
+
+    def _policy_text(self, best: bool) -> str:
+        rows = _rows_of(self._envs)
+        known = {*Options(rows.engine, rows.id).schema(), *RANDOMIZING}
+        about = {
+            "engine": rows.engine.name,
+            "options": {
+                name: value
+                for name, value in self.description().present_options().items()
+                if name in known and name not in saved.RUNNING
+            },
+            "revision": spec_of(rows.engine, rows.id).revision,
+        }
+        self._learner.describe(json.dumps(about, default=saved.plain), terms_of(rows))
+        return self._learner.policy(Learned.BEST if best else Learned.LAST)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Saves a checkpoint. It contains the image of all rows, unless Python steps them."""
@@ -205,7 +221,7 @@ class Training:
         """Writes the checkpoint, what it says of the training, the policy, and the curve as CSV and as a picture."""
         self.save(folder / CHECKPOINT)
         saved.replace(folder / DESCRIPTION, self.description().text())
-        saved.replace(folder / POLICY, self._learner.policy(Learned.BEST if self.interrupted else Learned.LAST))
+        saved.replace(folder / POLICY, self._policy_text(best=self.interrupted))
         names = [one.name for one in fields(Point)]
         curve = io.StringIO()
         writer = csv.writer(curve, lineterminator="\n")
@@ -396,7 +412,8 @@ def evaluate(
 
     policy: a Policy, or the path of a policy.txt. id: another id than the policy's. Episode k is the first one of a new
     environment, with reset(seed=seed + k), so the result does not depend on rows and threads. precision: "float64"
-    gives the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec.
+    gives the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec; the
+    others are those with which the policy was trained, if it names them.
     """
     chosen = policy if isinstance(policy, policies.Policy) else policies.Policy.load(policy)
     precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
@@ -406,8 +423,11 @@ def evaluate(
         raise errors.InvalidValueError(f"episodes is {episodes}, less than 1")
     seed = seed_of(seed)
     handle = PolicyHandle(chosen.text())
+    name = own_id(id or chosen.id)
+    if name == own_id(chosen.id):
+        options = chosen.keywords(**options)
     envs = vector.VectorEnv(
-        own_id(id or chosen.id),
+        name,
         max(1, min(rows, episodes)),
         num_threads=threads,
         autoreset_mode="disabled",
@@ -432,6 +452,7 @@ def _evaluate_here(
     """The same for tasks in NumPy, whose rows Python steps: groups of episodes, one episode in each row."""
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
     actuators, obs = envs.single_action_space.shape[0], envs.outputs.obs
+    places = handle.find(terms_of(envs.handle))
     image = envs.snapshot()  # an episode may leave things that resets keep
     for first in range(0, episodes, envs.num_envs):
         envs.restore(image)
@@ -439,7 +460,7 @@ def _evaluate_here(
         envs.reset(seed=[seed + first + min(row, count - 1) for row in range(envs.num_envs)])
         playing = np.arange(envs.num_envs) < count
         while playing.any():
-            _, reward, terminated, truncated, _ = envs.step(handle.act(obs, actuators, precision))
+            _, reward, terminated, truncated, _ = envs.step(handle.act(obs[:, places], actuators, precision))
             returns[first : first + count] += np.where(playing, reward, 0)[:count]
             lengths[first : first + count] += playing[:count]
             ended = terminated | truncated

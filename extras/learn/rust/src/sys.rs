@@ -59,8 +59,20 @@ pub struct mjenv_policy_spec {
     pub scale: *const f64,
     pub low: *const f64,
     pub high: *const f64,
+    pub input_count: i64,
+    pub about: *const ::std::os::raw::c_char,
 }
 impl Default for mjenv_policy_spec { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
+#[repr(C)] #[derive(Debug, Copy, Clone)]
+pub struct mjenv_policy_input {
+    pub struct_size: u32,
+    pub reserved: u32,
+    pub name: *const ::std::os::raw::c_char,
+    pub count: i64,
+    pub seen: i64,
+    pub elements: *const i64,
+}
+impl Default for mjenv_policy_input { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)] #[derive(Debug, Copy, Clone)]
 pub struct mjenv_policy_layer {
     pub struct_size: u32,
@@ -95,6 +107,7 @@ extern "C" {
     pub fn mjenv_learner_load(learner: *mut mjenv_learner, path: *const ::std::os::raw::c_char) -> mjenv_status;
     pub fn mjenv_learner_policy(learner: *const mjenv_learner, which: mjenv_learned, text: *mut ::std::os::raw::c_char, capacity: i64, size: *mut i64) -> mjenv_status;
     pub fn mjenv_learner_save_policy(learner: *const mjenv_learner, which: mjenv_learned, path: *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_learner_describe(learner: *mut mjenv_learner, about: *const ::std::os::raw::c_char, names: *const *const ::std::os::raw::c_char, counts: *const i64, term_count: i64) -> mjenv_status;
     pub fn mjenv_policy_parse(text: *const ::std::os::raw::c_char, size: i64, policy: *mut *mut mjenv_policy) -> mjenv_status;
     pub fn mjenv_policy_load(path: *const ::std::os::raw::c_char, policy: *mut *mut mjenv_policy) -> mjenv_status;
     pub fn mjenv_policy_destroy(policy: *mut mjenv_policy);
@@ -102,6 +115,8 @@ extern "C" {
     pub fn mjenv_policy_sizes(policy: *const mjenv_policy, observations: *mut i64, actuators: *mut i64) -> mjenv_status;
     pub fn mjenv_policy_spec_of(policy: *const mjenv_policy, spec: *mut mjenv_policy_spec) -> mjenv_status;
     pub fn mjenv_policy_layer_at(policy: *const mjenv_policy, index: i64, layer: *mut mjenv_policy_layer) -> mjenv_status;
+    pub fn mjenv_policy_input_at(policy: *const mjenv_policy, index: i64, input: *mut mjenv_policy_input) -> mjenv_status;
+    pub fn mjenv_policy_find(policy: *const mjenv_policy, names: *const *const ::std::os::raw::c_char, counts: *const i64, term_count: i64, places: *mut i64, place_count: i64) -> mjenv_status;
     pub fn mjenv_policy_act(policy: *const mjenv_policy, precision: mjenv_precision, rows: i64, obs: *const f64, obs_count: i64, action: *mut f32, action_count: i64) -> mjenv_status;
     pub fn mjenv_evaluate(calls: *const mjenv_learn_calls, env: *mut mjenv_env, policy: *const mjenv_policy, precision: mjenv_precision, seed: u64, episodes: i64, returns: *mut f64, lengths: *mut i64) -> mjenv_status;
 }

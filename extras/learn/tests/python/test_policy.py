@@ -16,7 +16,7 @@ import mjenv
 from mjenv_command import main
 from mjenv_learn.declarations import Precision
 from mjenv_learn.learner import PolicyHandle
-from mjenv_learn.policy import ACTIVATIONS, Layer, Policy
+from mjenv_learn.policy import ACTIVATIONS, Input, Layer, Policy
 
 SMALL = Policy(
     "Reacher-v5",
@@ -75,6 +75,10 @@ def test_all_that_environments_return(activation: str) -> None:
             assert policy.act(one).tobytes() == action.tobytes()
     assert policy.act(rows[:0]).shape == (0, 3)
     assert policy.act(rows.astype(np.float32)).tobytes() == policy.act(rows.astype(np.float32).astype(float)).tobytes()
+    terms = {"b": rows[:, 4:], "z": rows[:, :1], "a": rows[:, :4]}  # it names the terms, in its own order
+    named = dataclasses.replace(policy, inputs=[Input("a", 4), Input("b", 8)])
+    assert named.act(terms).tobytes() == expected.tobytes()
+    assert Policy.parse(named.text()) == named
     for wrong in (rows[0, :11], rows[:, :11], {"policy": rows[:, :6], "critic": rows[:39, 6:]}, {}, 3.0):
         with pytest.raises(mjenv.InvalidValueError, match="this policy of Own-v0 sees 12 numbers"):
             policy.act(wrong)
@@ -104,6 +108,7 @@ def test_a_header_in_c(tmp_path: Path) -> None:
         for activation, inputs in (("tanh", 4), ("relu", 7), ("elu", 7), ("identity", 7))
     ]
     policy = Policy("*/ int x", rng.normal(size=4).tolist(), [1e-300, 0.5, 1, 7], 5.0, [-1.0] * 7, [1.0] * 7, layers)
+    policy = dataclasses.replace(policy, inputs=[Input("qpos", 5, (1, 4)), Input("*/", 2)], about={"engine": "2.2.2"})
     rows = np.concatenate([rng.normal(size=(500, 4)) * 3, [[0.0, -0.0, math.inf, -math.inf]] * 2])
     policy.save(tmp_path / "policy.txt")
     assert main(["export", str(tmp_path / "policy.txt"), "--c", str(tmp_path / "policy.h")]) == 0
@@ -113,6 +118,10 @@ def test_a_header_in_c(tmp_path: Path) -> None:
         subprocess.run([*compiler, *flags], cwd=tmp_path, check=True)
         played = subprocess.run([tmp_path / "play"], input=rows.tobytes(), capture_output=True, check=True).stdout
         assert played == PolicyHandle(policy.text()).act(rows, 7, Precision.FLOAT64).tobytes()
+    assert (
+        " * It sees qpos, 5 numbers, of which 1, 4.\n * It sees * /, 2 numbers.\n"
+        in (tmp_path / "policy.h").read_text()
+    )
     assert main(["export", str(tmp_path / "play.c"), "--c", str(tmp_path / "policy.h")]) == 2
 
 

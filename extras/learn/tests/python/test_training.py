@@ -25,7 +25,7 @@ from mjenv import AutoresetMode
 from mjenv.capi.engine import ENGINES
 from mjenv_command import main
 from mjenv_learn import learner, training
-from mjenv_learn.policy import Policy
+from mjenv_learn.policy import Input, Policy
 from mjenv_learn.training import Settings, Stage, Training
 from systems import not_on_windows
 
@@ -267,8 +267,7 @@ def test_the_printed_commands_name_tasks_and_models(tmp_path: Path) -> None:
     printed = run("mjenv", "train", "Slide-v0", "--tasks", str(task), "--option", "pull=0.25", *small)
     view = printed.partition("watch it: ")[2].strip()
     policy = str(Path("out", "policy.txt"))
-    expected = ["mjenv", "view", "Slide-v0", "--policy", policy, "--tasks", str(task), "--option", "pull=0.25"]
-    assert shlex.split(view) == expected
+    assert shlex.split(view) == ["mjenv", "view", "--policy", policy, "--tasks", str(task)]
     refused = run("mjenv", "train", "Slide-v0", "--out", "out", "--resume", status=2)
     resume = refused.partition("it continues by ")[2].strip()
     assert "Slide-v0: 256 steps" in run(*shlex.split(resume))
@@ -310,8 +309,8 @@ def test_the_actor_sees_less() -> None:
     seen = tuple(index != 4 for index in range(11))
     training = trained(steps=1)
     blind = mjenv.train("Hopper-v5", steps=BATCH, settings={**SHORT, "actor_obs": seen}, history=0)
-    weights = np.array(blind.policy().layers[0].weights)
-    assert (weights[:, 4] == 0).all()
+    assert blind.policy().inputs == [Input("qpos", 5, (0, 1, 2, 3)), Input("qvel", 6)]
+    assert np.shape(blind.policy().layers[0].weights)[1] == 10
     assert (np.array(training.policy().layers[0].weights)[:, 4] != 0).any()
 
 
@@ -404,7 +403,7 @@ def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         mjenv.train("Hopper-v5", out=tmp_path, resume=True)
     policy = trained(steps=1).policy()
-    with pytest.raises(mjenv.InvalidValueError, match="11 observations and 3 actuators, the environment 17 and 6"):
+    with pytest.raises(mjenv.InvalidValueError, match=r'sees "qpos", 5 numbers, .* has 8'):
         mjenv.evaluate(policy, 1, id="Walker2d-v5")
     with pytest.raises(mjenv.InvalidValueError, match="precision is 'half'"):
         mjenv.evaluate(policy, 1, precision="half")
@@ -447,7 +446,8 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "other options" in capsys.readouterr().err
     assert main(resume) == 0
     output = capsys.readouterr().out
-    assert output.endswith(f"mjenv view Hopper-v5 --policy {tmp_path / 'policy.txt'} --option frame_skip=2\n")
+    assert output.endswith(f"mjenv view --policy {tmp_path / 'policy.txt'}\n")
+    assert Policy.load(tmp_path / "policy.txt").about["options"] == {"frame_skip": 2}
     assert main(["train", "Hopper-v5", "--gamma", "3", "--out", str(tmp_path)]) == 2
     assert "settings.gamma is 3" in capsys.readouterr().err
     assert main(["train", "Hopper-v5", "--stage", "many", "--out", str(tmp_path)]) == 2
@@ -455,7 +455,8 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["train", "Hopper-v5", *words, *stages]) == 2
     assert "holds a training" in capsys.readouterr().err
     assert main(["train", "Hopper-v5", *words, *stages, "--overwrite"]) == 0
-    assert capsys.readouterr().out.endswith("--option frame_skip=3 --option healthy_z_range=0.5,inf\n")
+    options = Policy.load(tmp_path / "policy.txt").about["options"]
+    assert options == {"frame_skip": 3, "healthy_z_range": [0.5, math.inf]}
     parts = {"randomize": {"body_mass": {"kind": "scale", "low": 0.5, "high": 1.5}}, "noise": {"action": 0.1}}
     (tmp_path / "draws.json").write_text(json.dumps(parts))
     randomize = ["--randomize", str(tmp_path / "draws.json"), "--steps", "256", "--overwrite"]
@@ -468,6 +469,73 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         with pytest.raises(SystemExit):
             main(["train", "Hopper-v5", *words, *randomize])
         assert message in capsys.readouterr().err
+
+
+def test_a_policy_names_its_environment() -> None:
+    """It plays where it was trained; what the caller says counts more."""
+    options: dict[str, Any] = {
+        "history": "qvel=2",
+        "reset_noise_scale": 0.1,
+        "noise": mjenv.Noise(observation={"qpos": 0.1}),
+        "max_episode_steps": 50,
+    }
+    mask = [index % 3 == 0 for index in range(17)]
+    training = mjenv.train("Hopper-v5", steps=1, num_threads=1, settings={**SHORT, "actor_obs": mask}, **options)
+    policy = training.policy()
+    assert policy.inputs == [Input("qpos", 5, (0, 3)), Input("qvel", 12, (1, 4, 7, 10))]
+    assert policy.about["options"].keys() == options.keys()
+    assert policy.about["engine"] == mjenv.engine().name
+    assert policy.about["revision"] == 0
+    assert Policy.parse(policy.text()) == policy
+    played = mjenv.evaluate(policy, 5, rows=2)
+    envs = mjenv.make_vec("Hopper-v5", 5, **options)
+    obs, returns, playing = envs.reset(seed=0)[0], np.zeros(5), np.ones(5, bool)
+    act = policy.acting_in(envs)
+    while playing.any():
+        obs, rewards, terminated, truncated, _ = envs.step(act(obs))
+        returns += np.where(playing, rewards, 0)
+        playing &= ~(terminated | truncated)
+    assert returns.tolist() == played.returns.tolist()
+    assert mjenv.evaluate(policy, 5, noise=None).returns.tolist() != returns.tolist()
+    plain = dataclasses.replace(policy, about={})
+    with pytest.raises(mjenv.InvalidValueError, match=r'sees "qvel", 12 numbers, but this term .* has 6'):
+        mjenv.evaluate(plain, 1)
+    with pytest.raises(mjenv.InvalidValueError, match=r"sees 6 numbers \(qpos \(2\), qvel \(4\)\)"):
+        policy.act(np.zeros(17))
+    # The rows of a training that Python steps have the same names.
+    here = Training(
+        mjenv.make_vec("Hopper-v5", 8, autoreset_mode="same_step"), Settings.of("Hopper-v5"), stepped_here=True
+    )
+    assert [one.name for one in here.policy().inputs] == ["qpos", "qvel"]
+
+
+def test_a_policy_of_a_stranger() -> None:
+    """What it names is checked as what a caller says, and a model that only it names is not trusted."""
+    policy = mjenv.train("Hopper-v5", steps=1, settings=SHORT).policy()
+
+    def of(**about: Any) -> Policy:
+        return dataclasses.replace(policy, about=about)
+
+    stranger = of(options={"xml_file": "/etc/passwd", "num_threads": 10**9, "arrays": "none"})
+    assert stranger.keywords() == {"xml_file": "/etc/passwd", "trust_xml": "no"}
+    assert stranger.keywords(xml_string="<mujoco/>") == {"xml_string": "<mujoco/>"}
+    for about, message in (
+        ({"options": {"frameskip": 2}}, "names the option 'frameskip', which Hopper-v5 does not have"),
+        ({"options": {"render_mode": "human"}}, "names the option 'render_mode'"),
+        ({"options": {"frame_skip": "2"}}, "frame_skip"),
+        ({"options": []}, "wrong type"),
+        ({"engine": 4}, "wrong type"),
+        ({"engine": "9.9"}, "9.9"),
+        ({"options": {"xml_file": "/dev/null"}}, "null"),
+    ):
+        with pytest.raises((mjenv.Error, OSError), match=message):
+            mjenv.evaluate(of(**about), 1)
+    with pytest.warns(UserWarning, match="of the revision 3 of the task, not 0"):
+        mjenv.evaluate(of(revision=3), 1)
+    for line, message in (("[]", "no object"), ("{", "no JSON"), ("[" * 100_000, "no JSON")):
+        text = policy.text().replace(f"about {json.dumps(policy.about)}", f"about {line}")
+        with pytest.raises(mjenv.InvalidValueError, match=f"the text is no policy: about is {message}"):
+            Policy.parse(text)
 
 
 def test_the_command_starts_without_numpy(tmp_path: Path) -> None:

@@ -14,10 +14,9 @@ from mjenv_command.arguments import (
     add_randomize,
     known_engine,
     not_negative,
-    options_of,
     positive,
 )
-from mjenv_command.policies import policy_of
+from mjenv_command.policies import environment_of, policy_of
 
 
 def add(commands: Commands) -> None:
@@ -28,7 +27,9 @@ def add(commands: Commands) -> None:
         "Prints the address, and opens it where there is a display. Over ssh, forward the port: ssh -L 8080:localhost:"
         "8080 HOST. Ctrl-C ends it.",
     )
-    command.add_argument("id", help="an id; Model-v0 with --xml shows a model alone")
+    command.add_argument(
+        "id", nargs="?", help="an id (default: that of the learner's policy); Model-v0 with --xml shows a model alone"
+    )
     command.add_argument(
         "--tasks",
         dest="own_tasks",
@@ -78,14 +79,10 @@ def run(arguments: argparse.Namespace) -> int:
     viser_module()
     for file in arguments.own_tasks:
         mjenv.load_tasks(file)
-    options = options_of(arguments.id, arguments.option, arguments.engine) | arguments.randomize
-    if arguments.xml is not None:
-        options["xml_file"] = arguments.xml
-    if arguments.engine is not None:
-        options["engine"] = arguments.engine
-    policy = acting(arguments, options) if arguments.policy else None
+    id, options = environment_of(arguments, **({} if arguments.xml is None else {"xml_file": arguments.xml}))
+    policy = acting(arguments, id, options) if arguments.policy else None
     session = Page(
-        arguments.id,
+        id,
         arguments.rows,
         options,
         policy=policy,
@@ -105,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def acting(arguments: argparse.Namespace, options: dict[str, Any]) -> Any:
+def acting(arguments: argparse.Namespace, id: str, options: dict[str, Any]) -> Any:
     """The function that gives all rows' actions."""
-    with mjenv.make(arguments.id, **options) as env:
+    with mjenv.make(id, **options) as env:
         return policy_of(arguments.policy, env, arguments.algorithm, arguments.normalizer)

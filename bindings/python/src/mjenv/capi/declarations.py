@@ -206,7 +206,7 @@ class mjenv_spec(Structure):
         ("camera_elevation", c_double),
         ("camera_lookat", c_double * 3),
         ("camera_trackbodyid", c_int32),
-        ("reserved", c_int32),
+        ("revision", c_int32),
         ("model_xml", c_char_p),
     )
 
