@@ -44,8 +44,8 @@ void Reset::begin(std::int64_t row, const Rng& rng, const Randomization& randomi
   view.show_parameters(rows.parameters(row));
 
   const Work::State state = work.state();
-  ResetSimulation simulation{work, view, state.time, scratch_.of_reset.data(), take_own_};
-  task.calls->reset(view.sim(), {state.qpos, state.qvel, state.act, view.carried()}, random,
+  ResetSimulation simulation{work, view, state.time, take_own_};
+  task.calls->reset(view.sim(), {state.qpos, state.qvel, state.act, view.carried(), scratch_.of_reset.data()}, random,
                     work.keeps_current() ? &simulation : nullptr);
   initial.copy_to(state, work.layout());
   take_own();

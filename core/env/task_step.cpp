@@ -36,7 +36,9 @@ void TaskStep::begin(std::int64_t row, const Action& action, const Work::Pushes*
   for (Scratch::TaskArray& own : scratch_.task_arrays)
     if (own.is_force) std::copy_n(work.force(own.array->original.name), own.values.size(), own.values.data());
   if (!calls_.has_before_step()) return;
-  calls_.before_step(holder_.view(), action, {0, work.state().ctrl, scratch_.of_control.data()}, random);
+  calls_.before_step(holder_.view(), action,
+                     {0, work.state().ctrl, scratch_.of_control.data(), work.keeps_current() ? nullptr : &work},
+                     random);
   apply_forces();
 }
 

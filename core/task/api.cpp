@@ -244,22 +244,29 @@ std::int32_t state_is_new(mjenv_random* random) {
 
 // ---- Functions for reset ----
 
-// Calls body with the simulation in which the reset runs. If MuJoCo fails, so does the callback.
+// Calls body. If MuJoCo fails, so does the callback.
+template <typename Body>
+std::int32_t attempt_simulation(mjenv_random* random, const Body& body) {
+  try {
+    return body(), 0;
+  } catch (const std::bad_alloc&) {
+    return refuse_draw(random, "out of memory", 1, MJENV_E_MEMORY);
+  } catch (const std::exception& error) {
+    return refuse_draw(random, error.what(), 1);
+  }
+}
+
+// Calls body with the simulation in which the reset runs.
 template <typename Body>
 std::int32_t simulate(mjenv_start* start, const Body& body) {
   ResetSimulation* simulation = static_cast<SimulatingStart*>(start)->simulation;
   if (!simulation)
     return refuse_draw(start->random, "only tasks that call mjenv_build_current can simulate in reset", 1);
-  try {
+  return attempt_simulation(start->random, [&] {
     simulation->take_own();
     body(*simulation);
     simulation->view.complete();
-    return 0;
-  } catch (const std::bad_alloc&) {
-    return refuse_draw(start->random, "out of memory", 1, MJENV_E_MEMORY);
-  } catch (const std::exception& error) {
-    return refuse_draw(start->random, error.what(), 1);
-  }
+  });
 }
 
 std::int32_t forward(mjenv_start* start) {
@@ -284,13 +291,21 @@ std::int64_t contact_count(mjenv_start* start) {
   return count;
 }
 
+std::int32_t control_forward(mjenv_control* control) {
+  Work* work = static_cast<WorkingControl*>(control)->work;
+  if (!work)
+    return refuse_draw(control->random, "only before_step can call mj_forward, and not of tasks that see the new state",
+                       1);
+  return attempt_simulation(control->random, [&] { work->forward(); });
+}
+
 // clang-format off
 constexpr mjenv_task_api api{
     sizeof(mjenv_task_api), MJENV_ABI_VERSION, fail_with, integer, reals, is_integer, text, index, option_index,
     norm_is_fused, need, array, field, carry, carry_bounds, random_real, uniform, normal, integers, choice, sample,
     permutation, parameter, keep, current, own, random_state, forward, advance, restart, contact_count, state_rand,
     state_uniform, state_randn, state_randint, state_choice, state_is_new, action,
-    state_permutation};
+    state_permutation, control_forward};
 // clang-format on
 
 }  // namespace

@@ -297,9 +297,8 @@ Task RegisteredTask::build(const Options& options) const {
     for (std::size_t i = 0; i < task.action.low.size(); ++i)
       if (!task.model->has_control_range(static_cast<int>(i)))
         task.action.low[i] = -kInfinity, task.action.high[i] = kInfinity;
-  const std::vector<std::string>& own = task.needs.own;
-  if (!task.needs.current && (!std::all_of(own.begin(), own.end(), is_applied_force) || task.needs.random_state))
-    fail(MJENV_E_TASK, id_ + ": build: RandomState and own arrays of mjModel need mjenv_build_current");
+  if (!task.needs.current && task.needs.random_state)
+    fail(MJENV_E_TASK, id_ + ": build: RandomState needs mjenv_build_current");
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();

@@ -101,7 +101,7 @@ void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random, Rese
   SimulatingStart to{
       {sizeof(mjenv_start), 0, &task_api(), &random, sim.qpos0, start.qpos, start.qvel, start.act, start.carried,
        sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, sim.parameters, simulation ? &sim : nullptr,
-       simulation ? simulation->time : nullptr, simulation ? simulation->own : nullptr},
+       simulation ? simulation->time : nullptr, start.own},
       simulation};
   call(
       "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
@@ -153,8 +153,9 @@ void Calls::before_substep(SimView& view, const Action& action, const Control& c
 
 void Calls::call_control(const char* name, ControlCallback* callback, SimView& view, const Action& action,
                          const Control& control, Random& random) const {
-  mjenv_control to{sizeof to,  static_cast<std::int32_t>(control.substep), control.ctrl, view.carried(), &random,
-                   control.own};
+  WorkingControl to{{sizeof(mjenv_control), static_cast<std::int32_t>(control.substep), control.ctrl, view.carried(),
+                     &random, control.own, control.work ? control.work->state().qvel : nullptr},
+                    control.work};
   const ShownAction shown(view, action);
   call(
       name, [&] { return callback(self_, &view.sim(), &to); }, &random);
@@ -162,6 +163,8 @@ void Calls::call_control(const char* name, ControlCallback* callback, SimView& v
   if (!checks_) return;
   for (std::int32_t i = 0; i < view.sim().nu; ++i)
     if (!std::isfinite(control.ctrl[i])) refuse(name, element_is("ctrl", static_cast<std::size_t>(i), control.ctrl[i]));
+  for (std::int32_t i = 0; to.qvel && i < view.sim().nv; ++i)
+    if (!std::isfinite(to.qvel[i])) refuse(name, element_is("qvel", static_cast<std::size_t>(i), to.qvel[i]));
 }
 
 mjenv_outcome Calls::step(SimView& view, const Action& action, Random& random, double* const* own) const {

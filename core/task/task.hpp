@@ -27,14 +27,14 @@ std::int64_t total(const std::vector<Field>& fields);
 
 // The arrays that a task's reset writes.
 struct Start {
-  double *qpos, *qvel, *act, *carried;
+  double *qpos, *qvel, *act, *carried, *const *own;
 };
 
 // The simulation in which the reset of a task with Needs::current runs.
 struct ResetSimulation {
   Work& work;
   SimView& view;
-  double *time, *const *own;
+  double* time;
   // Gives the simulation what the reset has written to own arrays. Throws if MuJoCo could not compute with it.
   const std::function<void()>& take_own;
 };
@@ -43,6 +43,12 @@ struct ResetSimulation {
 struct Control {
   std::int64_t substep;
   double *ctrl, *const *own;
+  Work* work = nullptr;  // in which before_step can change the velocities and call mj_forward; null: it cannot
+};
+
+// The mjenv_control that the library passes.
+struct WorkingControl : mjenv_control {
+  Work* work = nullptr;
 };
 
 // The mjenv_start that the library passes to a reset.

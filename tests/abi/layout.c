@@ -388,6 +388,7 @@ int main(void) {
   FIELD(mjenv_control, carried);
   FIELD(mjenv_control, random);
   FIELD(mjenv_control, own);
+  FIELD(mjenv_control, qvel);
 
   STRUCT(mjenv_task);
   FIELD(mjenv_task, struct_size);
@@ -467,6 +468,7 @@ int main(void) {
   FIELD(mjenv_task_api, state_is_new);
   FIELD(mjenv_task_api, action);
   FIELD(mjenv_task_api, state_permutation);
+  FIELD(mjenv_task_api, control_forward);
 
   STRUCT(mjenv_builder);
   FIELD(mjenv_builder, struct_size);

@@ -250,9 +250,133 @@ static void test_not_strict(void** state) {
   mjenv_destroy(env);
 }
 
+// ---- mjenv_control_forward ----
+
+// The ball lies on a wall and is pushed, so that the solver's result depends on where it begins.
+static const char pushed_model[] =
+    "<mujoco><option timestep='0.01'/><worldbody><geom type='plane' size='9 9 .1'/>"
+    "<body pos='0 0 .09'><joint name='x' type='slide' axis='1 0 0'/><joint name='z' type='slide' axis='0 0 1'/>"
+    "<joint name='turn' type='hinge' axis='0 1 0'/><geom type='capsule' size='.1 .1' euler='0 90 0'/></body>"
+    "</worldbody><actuator><motor joint='x' gear='30'/></actuator></mujoco>";
+enum { PUSHED_NV = 3 };
+static const mjenv_task_field pushed_fields[] = {
+    {.struct_size = sizeof(mjenv_task_field),
+     .role = MJENV_ROLE_OBSERVATION,
+     .name = "state",
+     .ndim = 1,
+     .shape = {2 * PUSHED_NV}},
+};
+static const char* pushed_how = "";  // what goes wrong
+
+static double slower(double velocity) { return velocity < -0.2 ? -0.2 : velocity > 0.2 ? 0.2 : velocity; }
+
+static int32_t build_pushed(mjenv_builder* builder, void* user, void** self) {
+  (void)user, (void)self;
+  if (strcmp(pushed_how, "current") == 0) mjenv_build_current(builder);
+  return 0;
+}
+
+static int32_t before_pushed_step(const void* self, const mjenv_sim* sim, mjenv_control* control) {
+  (void)self;
+  if (strcmp(pushed_how, "current") == 0 && control->qvel) return mjenv_task_fail(sim->api, "it has velocities");
+  for (int i = 0; control->qvel && i < PUSHED_NV; ++i) control->qvel[i] = slower(control->qvel[i]);
+  if (strcmp(pushed_how, "infinite") == 0) control->qvel[1] = INFINITY;
+  mjenv_control_forward(control);
+  control->ctrl[0] = sim->action[0];
+  return 0;
+}
+
+static int32_t before_pushed_substep(const void* self, const mjenv_sim* sim, mjenv_control* control) {
+  (void)self;
+  if (control->qvel) return mjenv_task_fail(sim->api, "it has velocities");
+  if (strcmp(pushed_how, "late") == 0) mjenv_control_forward(control);
+  return 0;
+}
+
+static int32_t observe_pushed(const void* self, const mjenv_sim* sim, double* to) {
+  (void)self;
+  memcpy(to, sim->qpos, PUSHED_NV * sizeof *to);
+  memcpy(to + PUSHED_NV, sim->qvel, PUSHED_NV * sizeof *to);
+  return 0;
+}
+
+static int32_t reset_nothing(const void* self, mjenv_start* start) {
+  (void)self, (void)start;
+  return 0;
+}
+
+static int32_t step_pushed(const void* self, const mjenv_sim* sim, mjenv_outcome* outcome) {
+  (void)self, (void)sim, (void)outcome;
+  return 0;
+}
+
+static const mjenv_task pushed = {.struct_size = sizeof(mjenv_task),
+                                  .id = "tests/Pushed-v0",
+                                  .model_text = pushed_model,
+                                  .frame_skip = 2,
+                                  .fields = pushed_fields,
+                                  .field_count = COUNT(pushed_fields),
+                                  .build = build_pushed,
+                                  .reset = reset_nothing,
+                                  .observe = observe_pushed,
+                                  .step = step_pushed,
+                                  .before_step = before_pushed_step,
+                                  .before_substep = before_pushed_substep};
+
+// A step equals mjenv_set_state before a step of a task without maps, as in programs for Gymnasium.
+static void test_forward_before_a_step(void** state) {
+  (void)state;
+  mjenv_task plain = pushed;
+  plain.id = "tests/Plain-v0", plain.before_step = NULL, plain.before_substep = NULL;
+  assert_ok(mjenv_register_task(&plain));
+  for (int64_t lanes = AUTO_LANES; lanes <= 0; ++lanes) {
+    mjenv_options *chosen = options_of_id(pushed.id), *other = options_of_id(plain.id);
+    set_lanes(chosen, lanes);
+    mjenv_env *env = env_of_options(chosen, ROWS), *want = env_of_options(other, ROWS);
+    struct outputs *out = outputs_of(env), *expected = outputs_of(want);
+    assert_ok(mjenv_reset(env, NULL, &out->batch));
+    assert_ok(mjenv_reset(want, NULL, &expected->batch));
+    for (int k = 0; k < 60; ++k) {
+      double action[ROWS], qpos[ROWS * PUSHED_NV], qvel[ROWS * PUSHED_NV];
+      for (int row = 0; row < ROWS; ++row) action[row] = sin(k + row);
+      for (int i = 0; i < ROWS * PUSHED_NV; ++i) {
+        const double* seen = expected->obs + (size_t)(i / PUSHED_NV) * 2 * PUSHED_NV + i % PUSHED_NV;
+        qpos[i] = seen[0];
+        qvel[i] = slower(seen[PUSHED_NV]);
+      }
+      assert_ok(mjenv_set_state(want, MJENV_ALL_ROWS, qpos, ROWS * PUSHED_NV, qvel, ROWS * PUSHED_NV));
+      assert_ok(mjenv_step(want, NULL, action, ROWS, MJENV_DTYPE_FLOAT64, &expected->batch));
+      assert_ok(mjenv_step(env, NULL, action, ROWS, MJENV_DTYPE_FLOAT64, &out->batch));
+      assert_same_bits("pushed", out->obs, expected->obs, ROWS * 2 * PUSHED_NV);
+    }
+    outputs_free(out);
+    outputs_free(expected);
+    mjenv_destroy(env);
+    mjenv_destroy(want);
+  }
+}
+
+static void pushed_fails(const char* how, const char* word) {
+  pushed_how = how;
+  mjenv_env* env = env_of_options(options_of_id(pushed.id), 1);
+  assert_ok(mjenv_reset(env, NULL, NULL));
+  const double action[1] = {0};
+  assert_refused(MJENV_E_TASK, mjenv_step(env, NULL, action, 1, MJENV_DTYPE_FLOAT64, NULL), "Pushed-v0", word);
+  mjenv_destroy(env);
+  pushed_how = "";
+}
+
+static void test_forward_that_is_refused(void** state) {
+  (void)state;
+  pushed_fails("current", "before_step: only before_step can call mj_forward");
+  pushed_fails("late", "before_substep: only before_step can call mj_forward");
+  pushed_fails("infinite", "before_step: qvel[1] is inf");
+}
+
 static int setup(void** state) {
   (void)state;
   assert_ok(mjenv_register_task(&mapped));
+  assert_ok(mjenv_register_task(&pushed));
   return 0;
 }
 
@@ -261,6 +385,8 @@ int main(void) {
       cmocka_unit_test(test_action_space),
       cmocka_unit_test(test_failures),
       cmocka_unit_test(test_not_strict),
+      cmocka_unit_test(test_forward_before_a_step),
+      cmocka_unit_test(test_forward_that_is_refused),
   };
   return cmocka_run_group_tests(tests, setup, NULL);
 }

@@ -366,6 +366,7 @@ Base.@kwdef struct mjenv_task_api
     state_is_new::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     action::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
     state_permutation::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
+    control_forward::Ptr{Cvoid} = Ptr{Cvoid}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_sim
@@ -473,6 +474,7 @@ Base.@kwdef struct mjenv_control
     carried::Ptr{Float64} = Ptr{Float64}(C_NULL)
     random::Ptr{mjenv_random} = Ptr{mjenv_random}(C_NULL)
     own::Ptr{Ptr{Float64}} = Ptr{Ptr{Float64}}(C_NULL)
+    qvel::Ptr{Float64} = Ptr{Float64}(C_NULL)
 end
 
 Base.@kwdef struct mjenv_builder
@@ -723,3 +725,5 @@ task_action(api, builder, count, low, high) =
     ccall(unsafe_load(api).action, Cvoid, (Ptr{mjenv_builder}, Int64, Ptr{Float64}, Ptr{Float64}), builder, count, low, high)
 task_state_permutation(api, random, count, order) =
     ccall(unsafe_load(api).state_permutation, Cvoid, (Ptr{mjenv_random}, Int64, Ptr{Int64}), random, count, order)
+task_control_forward(api, control) =
+    ccall(unsafe_load(api).control_forward, Int32, (Ptr{mjenv_control},), control)

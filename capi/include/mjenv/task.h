@@ -166,10 +166,10 @@ typedef struct mjenv_start {
   int32_t nq, nv, na;
   int32_t carry_count;
   const double *parameters; /* the row's live parameters */
-  /* The following members are NULL unless the task has called mjenv_build_current. */
-  const mjenv_sim *sim; /* the simulation; qpos, qvel and act above are its state. Up to date after mjenv_start_forward
-                           and the like, and before reset writes anything */
-  double *time;         /* of the simulation, s */
+  const mjenv_sim *sim; /* NULL unless the task has called mjenv_build_current: the simulation; qpos, qvel and act above
+                           are its state. Up to date after mjenv_start_forward and the like, and before reset writes
+                           anything */
+  double *time;         /* of the simulation, s; NULL where sim is */
   double *const *own; /* own[i] is the row's own array of mjModel for which mjenv_build_own returned i: reset writes it.
                          NULL for qfrc_applied and xfrc_applied, which are 0 after a reset */
 } mjenv_start;
@@ -198,6 +198,8 @@ typedef struct mjenv_control {
   mjenv_random *random; /* the row's random stream */
   double *const *own; /* own[i] is the row's qfrc_applied or xfrc_applied for which mjenv_build_own returned i; NULL for
                          arrays of mjModel. The forces act until they are written again or the row is reset */
+  double *qvel; /* [nv] the velocities with which the step begins, for before_step. NULL for before_substep, and for
+                         tasks that called mjenv_build_current */
 } mjenv_control;
 
 /* ---- The task ---- */
@@ -371,6 +373,7 @@ struct mjenv_task_api {
   int32_t (*state_is_new)(mjenv_random *random);
   void (*action)(mjenv_builder *builder, int64_t count, const double *low, const double *high);
   void (*state_permutation)(mjenv_random *random, int64_t count, int64_t *order);
+  int32_t (*control_forward)(mjenv_control *control);
 };
 
 /* Returns the library's functions for callbacks, for languages that need them before a callback runs. The struct is
@@ -607,6 +610,15 @@ static inline int32_t mjenv_start_advance(mjenv_start *start, int64_t count) {
 static inline int32_t mjenv_start_restart(mjenv_start *start) { return start->api->restart(start); }
 /* Returns how many contacts the last of these calls has found. */
 static inline int64_t mjenv_start_contact_count(mjenv_start *start) { return start->api->contact_count(start); }
+
+/* ---- A function for before_step ---- */
+
+/* Calls mj_forward for the velocities and ctrl as they are, as programs do that call Gymnasium's set_state before each
+ * step: MuJoCo 2.2.2 then solves the constraints of the step from this result, so the bits differ. Not for tasks that
+ * called mjenv_build_current. Returns 0, or another number if MuJoCo fails; the callback then fails whatever it returns. */
+static inline int32_t mjenv_control_forward(mjenv_control *control) {
+  return control->random->api->control_forward(control);
+}
 
 /* ---- The entry of a plug-in ---- */
 

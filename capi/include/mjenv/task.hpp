@@ -324,8 +324,7 @@ struct Start {
   }
   /* A Robot::own, which reset writes. The next reset finds what this one has written. */
   Eigen::Map<Eigen::VectorXd> operator[](const Own &own) {
-    if (!c_->own || !c_->own[own.index])
-      throw std::logic_error("reset can write own arrays of mjModel only, and only if the definition calls current()");
+    if (!c_->own || !c_->own[own.index]) throw std::logic_error("reset can write own arrays of mjModel only");
     return {c_->own[own.index], own.count};
   }
   /* mj_forward with actuation disabled. */
@@ -354,7 +353,8 @@ struct Start {
 /* What drives the simulation in a step (mjenv_control). ctrl has one number for each actuator. */
 class Control {
  public:
-  explicit Control(const mjenv_control *c, Eigen::Index nu) : ctrl(c->ctrl, nu), substep(c->substep), c_(c) {}
+  Control(mjenv_control *c, Eigen::Index nu, Eigen::Index nv)
+      : ctrl(c->ctrl, nu), substep(c->substep), c_(c), nv_(nv) {}
 
   Eigen::Map<Eigen::VectorXd> ctrl;
   const int substep; /* which mj_step of the step comes next, from 0 on */
@@ -364,9 +364,20 @@ class Control {
     if (!c_->own[own.index]) throw std::logic_error("only reset and step can write own arrays of mjModel");
     return {c_->own[own.index], own.count};
   }
+  /* The velocities with which the step begins, and mj_forward (mjenv_control_forward): only in before_step, and not in
+   * tasks that call current(). */
+  Eigen::Map<Eigen::VectorXd> qvel() {
+    if (!c_->qvel)
+      throw std::logic_error("only before_step can write the velocities, and not if the definition calls current()");
+    return {c_->qvel, nv_};
+  }
+  void forward() {
+    if (mjenv_control_forward(c_) != 0) throw std::runtime_error("MuJoCo failed"); /* the library knows why */
+  }
 
  private:
-  const mjenv_control *c_;
+  mjenv_control *c_;
+  Eigen::Index nv_;
 };
 
 /* What a step may change of its row: the numbers of a Robot::carry, its own arrays, its velocities, and its random
@@ -770,8 +781,8 @@ class Robot {
     const auto size = static_cast<std::size_t>(count);
     return action(std::vector<double>(size, low), std::vector<double>(size, high));
   }
-  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). An array of mjModel needs current();
-   * reset writes it with start[own], and step with row[own]. before_step and before_substep write "qfrc_applied" and
+  /* Gives each row its own copy of an array of real numbers (mjenv_build_own). Of an array of mjModel, reset
+   * writes it with start[own], and step with row[own]. before_step and before_substep write "qfrc_applied" and
    * "xfrc_applied" with control[own], and step with row[own]. */
   Own own(const char *name) {
     if (!builder_) return {};
@@ -1210,7 +1221,7 @@ struct Definition {
   static std::int32_t control(const void *self, const mjenv_sim *c, mjenv_control *to) {
     return guarded(c->api, [&] {
       Row row(to->carried, to->random);
-      Control control(to, c->nu);
+      Control control(to, c->nu, c->nv);
       (of(self).*kMap)(Sim(c), row, control);
     });
   }

@@ -458,6 +458,7 @@ pub struct mjenv_control {
     pub carried: *mut f64,
     pub random: *mut mjenv_random,
     pub own: *const *mut f64,
+    pub qvel: *mut f64,
 }
 impl Default for mjenv_control { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 #[repr(C)]
@@ -549,6 +550,7 @@ pub struct mjenv_task_api {
     pub state_is_new: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random) -> i32>,
     pub action: ::std::option::Option<unsafe extern "C" fn(builder: *mut mjenv_builder, count: i64, low: *const f64, high: *const f64)>,
     pub state_permutation: ::std::option::Option<unsafe extern "C" fn(random: *mut mjenv_random, count: i64, order: *mut i64)>,
+    pub control_forward: ::std::option::Option<unsafe extern "C" fn(control: *mut mjenv_control) -> i32>,
 }
 impl Default for mjenv_task_api { fn default() -> Self { unsafe { ::std::mem::zeroed() } } }
 extern "C" {

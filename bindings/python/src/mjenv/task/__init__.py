@@ -100,7 +100,7 @@ class Task:
     """Whether each row has a stream of NumPy's RandomState besides its Generator. Needs `current`. reset_row draws from
     it, or a reset in machine code."""
     own: ClassVar[Sequence[str]] = ()
-    """The arrays of mjModel that the task writes for its rows, which needs `current`: NumPy in reset_row (`start.own`)
+    """The arrays of mjModel that the task writes for its rows: NumPy in reset_row (`start.own`, which needs `current`)
     and in step (`sim.own`), machine code in reset and step (jit.own). Machine code also "qfrc_applied" and
     "xfrc_applied", which before_step, before_substep and step write. The numbers are float64; where MuJoCo has float32
     (hfield_data, geom_rgba), they are rounded."""
