@@ -57,6 +57,16 @@ constexpr const char* kOdd =
     <body pos='0 1 1'><joint axis='0 1 0' damping='0.3'/><geom size='0.1' pos='0.2 0 0'/></body>
     </worldbody></mujoco>)";
 
+// Springs, dampers, a fluid with wind, and actuators with constant and affine gains whose controls and forces have limits.
+constexpr const char* kForces = R"(<mujoco><option density='900' viscosity='0.3' wind='0.3 -1 0.2'/>
+    <default><geom size='0.1'/></default><worldbody><body pos='0 0 1'><freejoint/><geom/>
+    <body pos='0.3 0 0'><joint name='a' axis='0 1 0' stiffness='3' springref='20' damping='0.4'/><geom type='capsule' size='0.05' fromto='0 0 0 0.3 0 0'/>
+    <body pos='0.3 0 0'><joint name='b' type='slide' axis='1 0 0' stiffness='7' actuatorfrcrange='-2 1'/><geom type='box' size='0.1 0.05 0.02'/></body></body></body>
+    <body pos='0 1 0'><joint name='c' axis='0 0 1' damping='0.1'/><geom pos='0.2 0 0'/></body></worldbody>
+    <actuator><motor joint='a' gear='30' ctrlrange='-0.5 0.4'/><position joint='b' kp='40' forcerange='-3 5'/><velocity joint='c' kv='2' gear='-0.5'/>
+    <general joint='c' gaintype='affine' gainprm='1 2 3' biastype='affine' biasprm='0.1 -2 -0.3' gear='0'/><motor joint='b' gear='2'/></actuator>
+    </mujoco>)";
+
 using Named = std::pair<std::string, std::shared_ptr<const Model>>;
 
 std::vector<Named> models() {
@@ -66,6 +76,7 @@ std::vector<Named> models() {
   std::string euler = kOdd;
   euler.replace(euler.find("RK4"), 3, "Euler");
   found.emplace_back("odd with Euler", Model::parse("odd", euler));
+  found.emplace_back("forces", Model::parse("forces", kForces));
   return found;
 }
 
@@ -103,6 +114,8 @@ class Twins : public lanes::LaneArrays {
       from.fill(own.of(m_));
       code.gather(lanes_.*own.numbers, from.data(), own.count);
     }
+    for (const auto& own : flags_)
+      for (int i = 0; i < own.count * code.width; ++i) (lanes_.*own.numbers)[i] = own.of(m_)[i / code.width];
     code.adopt(lanes_);
   }
 

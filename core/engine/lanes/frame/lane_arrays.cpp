@@ -47,8 +47,9 @@ LaneArrays::LaneArrays(const mjModel& m, unsigned by_rows) : m_(m) {
       {&Lanes::name, [](const mjModel& of) -> const mjtNum* { return of.name; }, static_cast<int>(count)});
   MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)
 #undef MJENV_ARRAY
-#define MJENV_ARRAY(name, count, limit) \
-  flags_.push_back({&Lanes::name, [](const mjModel& of) -> const mjtByte* { return of.name; }, count});
+#define MJENV_ARRAY(name, count, limit)                                                                        \
+  flags_.push_back({&Lanes::name, [](const mjModel& of) { return reinterpret_cast<const mjtByte*>(of.name); }, \
+                    static_cast<int>(count)});
   MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
 #undef MJENV_ARRAY
 #define MJENV_ARRAY(name, count, writers, readers) \

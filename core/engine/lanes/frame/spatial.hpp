@@ -11,6 +11,8 @@
 namespace mjenv::core::lanes {
 namespace {
 
+inline V dot3(const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 // mju_dot of six numbers
 inline V dot6(const V* a, const V* b) {
   const V sum = (a[0] * b[0] + a[2] * b[2]) + (a[1] * b[1] + a[3] * b[3]);
@@ -59,6 +61,16 @@ inline void rotVecMat(V* res, const T* vec, const V* mat) {
   const V x = mat[0] * vec[0] + mat[1] * vec[1] + mat[2] * vec[2];
   const V y = mat[3] * vec[0] + mat[4] * vec[1] + mat[5] * vec[2];
   const V z = mat[6] * vec[0] + mat[7] * vec[1] + mat[8] * vec[2];
+  res[0] = x;
+  res[1] = y;
+  res[2] = z;
+}
+
+// mju_rotVecMatT
+inline void rotVecMatT(V* res, const V* vec, const V* mat) {
+  const V x = mat[0] * vec[0] + mat[3] * vec[1] + mat[6] * vec[2];
+  const V y = mat[1] * vec[0] + mat[4] * vec[1] + mat[7] * vec[2];
+  const V z = mat[2] * vec[0] + mat[5] * vec[1] + mat[8] * vec[2];
   res[0] = x;
   res[1] = y;
   res[2] = z;
@@ -144,6 +156,51 @@ inline void mulDofVec(V* res, const V* dof, const V* vec, int n) {
   zero(res, 6);
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < 6; ++k) res[k] += dof[6 * i + k] * vec[i];
+}
+
+// mju_transformSpatial of a motion
+inline void transformMotion(V* res, const V* vec, const V* newpos, const V* oldpos, const V* rotation) {
+  V shift[3], turned[3], moved[3];
+  for (int i = 0; i < 3; ++i) shift[i] = newpos[i] - oldpos[i];
+  cross(turned, shift, vec);
+  for (int i = 0; i < 3; ++i) moved[i] = vec[i + 3] - turned[i];
+  rotVecMatT(res, vec, rotation);
+  rotVecMatT(res + 3, moved, rotation);
+}
+
+// mju_clip
+inline V clip(V x, const V* range) { return x < range[0] ? range[0] : (x > range[1] ? range[1] : x); }
+
+// The column of mj_jac for a dof that moves the body: the velocity that the dof gives to a point. offset: from the
+// centre of mass of the body's tree to the point.
+inline void jac(const Lanes& d, V* res, int dof, const V* offset) {
+  V shift[3];
+  const V* const cdof = vectors(d.cdof) + 6 * dof;
+  cross(shift, cdof, offset);
+  for (int k = 0; k < 3; ++k) res[k] = cdof[3 + k] + shift[k];
+}
+
+// The offset of a point from the centre of mass of a body's tree
+inline void offset_of(const Lanes& d, V* res, int body, const V* point) {
+  const V* const com = vectors(d.subtree_com) + 3 * d.model->body_rootid[body];
+  for (int k = 0; k < 3; ++k) res[k] = point[k] - com[k];
+}
+
+// mj_applyFT: adds to qfrc what a force and a torque on a point of a body do to the dofs.
+void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body, V* qfrc) {
+  const mjModel& m = *d.model;
+  const V* const cdof = vectors(d.cdof);
+  V offset[3];
+  offset_of(d, offset, body, point);
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  if (!body) return;
+  // mj_jac, then mju_mulMatTVec for the force and for the torque, column by column
+  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) {
+    V column[3];
+    jac(d, column, i, offset);
+    qfrc[i] += V{} + column[0] * force[0] + column[1] * force[1] + column[2] * force[2];
+    qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
+  }
 }
 
 // The positions and orientations of the lanes if rows have their own, otherwise those of the model.

@@ -4,6 +4,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include "engine/lanes/frame/actuation.hpp"
 #include "engine/lanes/mujoco2/smooth.hpp"
 #include "engine/lanes/mujoco2/unlisted.hpp"
 
@@ -188,20 +189,10 @@ void fwdVelocity(Lanes& d) {
 }
 
 // What mj_fwdActuation computes for one actuator.
-class Actuation {
+class Actuation : public SimpleActuation {
  public:
   Actuation(const Lanes& d, int id)
-      : length_(vectors(d.actuator_length)[id]),
-        velocity_(vectors(d.actuator_velocity)[id]),
-        acc0_(vectors(d.actuator_acc0)[id]),
-        ctrl_(vectors(d.ctrl)[id]),
-        m_(*d.model),
-        d_(d),
-        gainprm_(vectors(d.actuator_gainprm) + mjNGAIN * id),
-        biasprm_(vectors(d.actuator_biasprm) + mjNBIAS * id),
-        id_(id),
-        state_(id - (m_.nu - m_.na)) {
-    if (!(m_.opt.disableflags & mjDSBL_CLAMPCTRL)) ctrl_ = clip_if(d.actuator_ctrllimited, d.actuator_ctrlrange, ctrl_);
+      : SimpleActuation(d, id), acc0_(vectors(d.actuator_acc0)[id]), state_(id - (m_.nu - m_.na)) {
     if (has_state()) act_ = vectors(d.act)[state_];
   }
 
@@ -209,8 +200,7 @@ class Actuation {
   int state() const { return state_; }
 
   V force() const {
-    const V force = gain() * (m_.actuator_dyntype[id_] == mjDYN_NONE ? ctrl_ : act_) + bias();
-    return clip_if(d_.actuator_forcelimited, d_.actuator_forcerange, force);
+    return SimpleActuation::force(gain(), m_.actuator_dyntype[id_] == mjDYN_NONE ? ctrl_ : act_, bias());
   }
 
   V act_dot() const {
@@ -226,44 +216,24 @@ class Actuation {
   }
 
  private:
-  const V length_, velocity_, acc0_;
-  V ctrl_, act_{};
-  const mjModel& m_;
-  const Lanes& d_;
-  const V *const gainprm_, *const biasprm_;
-  const int id_, state_;
-
-  // Clips x in the lanes in which the flag `limited` is set.
-  V clip_if(const double* limited, const double* range, V x) const {
-    const Mask is_limited = vectors(limited)[id_] != V{};
-    return any(is_limited) ? (is_limited ? clip(x, vectors(range) + 2 * id_) : x) : x;
-  }
-
-  V affine(const V* prm) const { return prm[0] + prm[1] * length_ + prm[2] * velocity_; }
+  const V acc0_;
+  V act_{};
+  const int state_;
 
   V gain() const {
-    switch (m_.actuator_gaintype[id_]) {
-      case mjGAIN_FIXED: return gainprm_[0];
-      case mjGAIN_AFFINE: return affine(gainprm_);
-      case mjGAIN_MUSCLE:
-        return each([&](int lane) {
-          return mju_muscleGain(length_[lane], velocity_[lane], lengthrange(lane).of_muscle, acc0_[lane],
-                                Parameters<9>(gainprm_, lane).of_muscle);
-        });
-      default: return splat(1);
-    }
+    if (m_.actuator_gaintype[id_] != mjGAIN_MUSCLE) return SimpleActuation::gain();
+    return each([&](int lane) {
+      return mju_muscleGain(length_[lane], velocity_[lane], lengthrange(lane).of_muscle, acc0_[lane],
+                            Parameters<9>(gainprm_, lane).of_muscle);
+    });
   }
 
   V bias() const {
-    switch (m_.actuator_biastype[id_]) {
-      case mjBIAS_AFFINE: return affine(biasprm_);
-      case mjBIAS_MUSCLE:
-        return each([&](int lane) {
-          return mju_muscleBias(length_[lane], lengthrange(lane).of_muscle, acc0_[lane],
-                                Parameters<9>(biasprm_, lane).of_muscle);
-        });
-      default: return V{};
-    }
+    if (m_.actuator_biastype[id_] != mjBIAS_MUSCLE) return SimpleActuation::bias();
+    return each([&](int lane) {
+      return mju_muscleBias(length_[lane], lengthrange(lane).of_muscle, acc0_[lane],
+                            Parameters<9>(biasprm_, lane).of_muscle);
+    });
   }
 
   // Calls a function of MuJoCo for muscles, lane by lane.

@@ -20,8 +20,6 @@ namespace {
 // ---- engine_util_blas.c and engine_util_spatial.c ----
 // A type parameter T is V for numbers that each row has, and double for numbers of the model, which all rows share.
 
-inline V dot3(const V* a, const V* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
 // mju_normalize4
 inline void normalize4(V* vec) {
   const V norm = sqrt(vec[0] * vec[0] + vec[1] * vec[1] + vec[2] * vec[2] + vec[3] * vec[3]);
@@ -30,16 +28,6 @@ inline void normalize4(V* vec) {
   for (int i = 0; i < 4; ++i) vec[i] *= inverse;
   if (__builtin_expect(any(is_small), 0))
     for (int i = 0; i < 4; ++i) vec[i] = is_small ? splat(i == 0) : vec[i];
-}
-
-// mju_rotVecMatT
-inline void rotVecMatT(V* res, const V* vec, const V* mat) {
-  const V x = mat[0] * vec[0] + mat[3] * vec[1] + mat[6] * vec[2];
-  const V y = mat[1] * vec[0] + mat[4] * vec[1] + mat[7] * vec[2];
-  const V z = mat[2] * vec[0] + mat[5] * vec[1] + mat[8] * vec[2];
-  res[0] = x;
-  res[1] = y;
-  res[2] = z;
 }
 
 // mju_negQuat
@@ -141,19 +129,6 @@ inline void quatIntegrate(V* quat, const V* vel, V scale) {
   copy(quat, tmp, 4);
 }
 
-// mju_transformSpatial of a motion
-inline void transformMotion(V* res, const V* vec, const V* newpos, const V* oldpos, const V* rotation) {
-  V shift[3], turned[3], moved[3];
-  for (int i = 0; i < 3; ++i) shift[i] = newpos[i] - oldpos[i];
-  cross(turned, shift, vec);
-  for (int i = 0; i < 3; ++i) moved[i] = vec[i + 3] - turned[i];
-  rotVecMatT(res, vec, rotation);
-  rotVecMatT(res + 3, moved, rotation);
-}
-
-// mju_clip
-inline V clip(V x, const V* range) { return x < range[0] ? range[0] : (x > range[1] ? range[1] : x); }
-
 // ---- engine_support.c ----
 
 // mj_local2Global. Compilers would not inline it by themselves, because it has several instances.
@@ -196,21 +171,6 @@ inline V includemargin(const Lanes& d, int pair) {
   return pair_number(d, pair, d.pair_includemargin, &PairNumbers::includemargin);
 }
 
-// The column of mj_jac for a dof that moves the body: the velocity that the dof gives to a point. offset: from the
-// centre of mass of the body's tree to the point.
-inline void jac(const Lanes& d, V* res, int dof, const V* offset) {
-  V shift[3];
-  const V* const cdof = vectors(d.cdof) + 6 * dof;
-  cross(shift, cdof, offset);
-  for (int k = 0; k < 3; ++k) res[k] = cdof[3 + k] + shift[k];
-}
-
-// The offset of a point from the centre of mass of a body's tree
-inline void offset_of(const Lanes& d, V* res, int body, const V* point) {
-  const V* const com = vectors(d.subtree_com) + 3 * d.model->body_rootid[body];
-  for (int k = 0; k < 3; ++k) res[k] = point[k] - com[k];
-}
-
 // The translational part of mj_jacDifPair. Calls use(dof, column) for each column that may differ from 0.
 template <typename Use>
 inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, const V* point2, const Use& use) {
@@ -224,23 +184,6 @@ inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, co
     if (n >= second) jac(d, jac2, columns[n], offset2);
     for (int k = 0; k < 3; ++k) jac2[k] = pair.negates && n < second ? -jac1[k] : jac2[k] - jac1[k];
     use(columns[n], jac2);
-  }
-}
-
-// mj_applyFT: adds to qfrc what a force and a torque on a point of a body do to the dofs.
-void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body, V* qfrc) {
-  const mjModel& m = *d.model;
-  const V* const cdof = vectors(d.cdof);
-  V offset[3];
-  offset_of(d, offset, body, point);
-  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
-  if (!body) return;
-  // mj_jac, then mju_mulMatTVec for the force and for the torque, column by column
-  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) {
-    V column[3];
-    jac(d, column, i, offset);
-    qfrc[i] += V{} + column[0] * force[0] + column[1] * force[1] + column[2] * force[2];
-    qfrc[i] += V{} + cdof[6 * i] * torque[0] + cdof[6 * i + 1] * torque[1] + cdof[6 * i + 2] * torque[2];
   }
 }
 

@@ -15,62 +15,72 @@ enum Party : unsigned {
   kPlaces = 1 << 6,         // mj_kinematics and mj_comPos
   kInertia = 1 << 7,        // mj_makeM and mj_factorM
   kVelocities = 1 << 8,     // mj_comVel and mj_rne
-  kMiddle = 1 << 9,         // from mj_camlight to mj_fwdActuation
+  kMiddle = 1 << 9,         // from mj_camlight to mj_energyVel, without the next two
   kAcceleration = 1 << 10,  // mj_fwdAcceleration
   kConstraints = 1 << 11,   // mj_fwdConstraint
   kIntegration = 1 << 12,   // the integrator
   kFactor = 1 << 13,        // whoever reads the matrix that mj_Euler factorises
   kSolved = 1 << 14,        // whoever reads mjData after an evaluation, such as sensors
+  kActuation = 1 << 15,     // mj_transmission and mj_fwdActuation, which come after kMiddle and read what it reads, too
+  kPassive = 1 << 16,       // mj_passive, which does the same
 };
-constexpr int kParties = 15;
+constexpr int kParties = 17;
 
 // ARRAY(name in mjData, its count in a model m, who writes it there beside lanes, who reads it there)
-#define MJENV_LANES_DATA(ARRAY)                                             \
-  ARRAY(qpos, m.nq, kState | kIntegration, kState | kPlaces | kMiddle)      \
-  ARRAY(qvel, m.nv, kState | kIntegration, kState | kVelocities | kMiddle)  \
-  ARRAY(act, m.na, kState | kIntegration, kState)                           \
-  ARRAY(mocap_pos, 3 * m.nmocap, kState, kNobody)                           \
-  ARRAY(mocap_quat, 4 * m.nmocap, kState, kNobody)                          \
-  ARRAY(qacc_warmstart, m.nv, kState | kIntegration, kState | kConstraints) \
-  ARRAY(ctrl, m.nu, kState | kCallback, kNobody)                            \
-  ARRAY(qfrc_applied, m.nv, kForces, kNobody)                               \
-  ARRAY(xfrc_applied, 6 * m.nbody, kForces, kNobody)                        \
-  ARRAY(xpos, 3 * m.nbody, kPlaces, kMiddle)                                \
-  ARRAY(xquat, 4 * m.nbody, kPlaces, kMiddle)                               \
-  ARRAY(xmat, 9 * m.nbody, kPlaces, kMiddle)                                \
-  ARRAY(xipos, 3 * m.nbody, kPlaces, kMiddle)                               \
-  ARRAY(xiquat, 4 * m.nbody, kPlaces, kSolved)                              \
-  ARRAY(ximat, 9 * m.nbody, kPlaces, kMiddle)                               \
-  ARRAY(xanchor, 3 * m.njnt, kPlaces, kMiddle)                              \
-  ARRAY(xaxis, 3 * m.njnt, kPlaces, kMiddle)                                \
-  ARRAY(geom_xpos, 3 * m.ngeom, kPlaces, kMiddle)                           \
-  ARRAY(geom_xquat, 4 * m.ngeom, kPlaces, kMiddle)                          \
-  ARRAY(geom_xmat, 9 * m.ngeom, kPlaces, kMiddle)                           \
-  ARRAY(site_xpos, 3 * m.nsite, kPlaces, kMiddle)                           \
-  ARRAY(site_xquat, 4 * m.nsite, kPlaces, kMiddle)                          \
-  ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle)                           \
-  ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle)                         \
-  ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle)                                   \
-  ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved)                             \
-  ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                               \
-  ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                          \
-  ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                        \
-  ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                  \
-  ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle)                            \
-  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kSolved)                           \
-  ARRAY(qfrc_bias, m.nv, kVelocities, kSolved)                              \
-  ARRAY(qfrc_passive, m.nv, kMiddle, kNobody)                               \
-  ARRAY(qfrc_actuator, m.nv, kMiddle, kNobody)                              \
-  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints | kSolved)           \
-  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints | kSolved)           \
-  ARRAY(qacc, m.nv, kConstraints, kSolved)                                  \
-  ARRAY(qfrc_constraint, m.nv, kConstraints, kSolved)                       \
-  ARRAY(qH, m.nC, kNobody, kFactor)                                         \
+#define MJENV_LANES_DATA(ARRAY)                                                     \
+  ARRAY(qpos, m.nq, kState | kIntegration, kState | kPlaces | kMiddle | kActuation) \
+  ARRAY(qvel, m.nv, kState | kIntegration, kState | kVelocities | kMiddle)          \
+  ARRAY(act, m.na, kState | kIntegration, kState)                                   \
+  ARRAY(mocap_pos, 3 * m.nmocap, kState, kNobody)                                   \
+  ARRAY(mocap_quat, 4 * m.nmocap, kState, kNobody)                                  \
+  ARRAY(qacc_warmstart, m.nv, kState | kIntegration, kState | kConstraints)         \
+  ARRAY(ctrl, m.nu, kState | kCallback, kNobody)                                    \
+  ARRAY(qfrc_applied, m.nv, kForces, kNobody)                                       \
+  ARRAY(xfrc_applied, 6 * m.nbody, kForces, kNobody)                                \
+  ARRAY(xpos, 3 * m.nbody, kPlaces, kMiddle)                                        \
+  ARRAY(xquat, 4 * m.nbody, kPlaces, kMiddle)                                       \
+  ARRAY(xmat, 9 * m.nbody, kPlaces, kMiddle)                                        \
+  ARRAY(xipos, 3 * m.nbody, kPlaces, kMiddle)                                       \
+  ARRAY(xiquat, 4 * m.nbody, kPlaces, kSolved)                                      \
+  ARRAY(ximat, 9 * m.nbody, kPlaces, kMiddle)                                       \
+  ARRAY(xanchor, 3 * m.njnt, kPlaces, kMiddle)                                      \
+  ARRAY(xaxis, 3 * m.njnt, kPlaces, kMiddle)                                        \
+  ARRAY(geom_xpos, 3 * m.ngeom, kPlaces, kMiddle)                                   \
+  ARRAY(geom_xquat, 4 * m.ngeom, kPlaces, kMiddle)                                  \
+  ARRAY(geom_xmat, 9 * m.ngeom, kPlaces, kMiddle)                                   \
+  ARRAY(site_xpos, 3 * m.nsite, kPlaces, kMiddle)                                   \
+  ARRAY(site_xquat, 4 * m.nsite, kPlaces, kMiddle)                                  \
+  ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle)                                   \
+  ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle)                                 \
+  ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle)                                           \
+  ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved)                                     \
+  ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                                       \
+  ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                                  \
+  ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                                \
+  ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                          \
+  ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle)                                    \
+  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kSolved)                                   \
+  ARRAY(qfrc_bias, m.nv, kVelocities, kSolved)                                      \
+  ARRAY(qfrc_spring, m.nv, kPassive, kSolved)                                       \
+  ARRAY(qfrc_damper, m.nv, kPassive, kSolved)                                       \
+  ARRAY(qfrc_fluid, m.nv, kPassive, kSolved)                                        \
+  ARRAY(qfrc_passive, m.nv, kPassive, kSolved)                                      \
+  ARRAY(actuator_length, m.nout, kActuation, kNobody)                               \
+  ARRAY(actuator_velocity, m.nout, kActuation, kSolved)                             \
+  ARRAY(actuator_force, m.nout, kActuation, kSolved)                                \
+  ARRAY(qfrc_actuator, m.nv, kActuation, kSolved)                                   \
+  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints | kSolved)                   \
+  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints | kSolved)                   \
+  ARRAY(qacc, m.nv, kConstraints, kSolved)                                          \
+  ARRAY(qfrc_constraint, m.nv, kConstraints, kSolved)                               \
+  ARRAY(qH, m.nC, kNobody, kFactor)                                                 \
   ARRAY(qHDiagInv, m.nv, kNobody, kFactor)
 
 // ARRAY(name, count): results that lanes keep for themselves: angles of hinges with their sines and cosines; what MuJoCo
 // keeps on its stack, cacc and cfrc_body of mj_rne, qacc of mj_Euler, X, F and dX of mj_RungeKutta; and for each body
-// 1 / (mass of its subtree), or 0 if that mass is too small.
+// 1 / (mass of its subtree), or 0 if that mass is too small, and the factors by which
+// mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for torque and one for force; for drag, one for each
+// axis.
 #define MJENV_LANES_RESULTS(ARRAY)  \
   ARRAY(angle, m.njnt)              \
   ARRAY(sine, m.njnt)               \
@@ -82,23 +92,41 @@ constexpr int kParties = 15;
   ARRAY(X_qvel, 4 * m.nv)           \
   ARRAY(F, 4 * m.nv)                \
   ARRAY(dX, 2 * m.nv)               \
-  ARRAY(com_scale, m.nbody)
+  ARRAY(com_scale, m.nbody)         \
+  ARRAY(viscous_torque, m.nbody)    \
+  ARRAY(viscous_force, m.nbody)     \
+  ARRAY(torque_drag, 3 * m.nbody)   \
+  ARRAY(force_drag, 3 * m.nbody)
 
 // The numbers that rows may have of their own (Limit).
-#define MJENV_LANES_OWN(ARRAY)                \
-  ARRAY(body_mass, m.nbody, kModerate)        \
-  ARRAY(body_subtreemass, m.nbody, kModerate) \
-  ARRAY(body_inertia, 3 * m.nbody, kModerate) \
-  ARRAY(body_ipos, 3 * m.nbody, kModerate)    \
-  ARRAY(dof_armature, m.nv, kModerate)        \
-  ARRAY(dof_damping, m.nv, kModerate)         \
-  ARRAY(dof_M0, m.nv, kModerate)
+#define MJENV_LANES_OWN(ARRAY)                             \
+  ARRAY(body_mass, m.nbody, kModerate)                     \
+  ARRAY(body_subtreemass, m.nbody, kModerate)              \
+  ARRAY(body_inertia, 3 * m.nbody, kModerate)              \
+  ARRAY(body_ipos, 3 * m.nbody, kModerate)                 \
+  ARRAY(jnt_stiffness, m.njnt, kModerate)                  \
+  ARRAY(jnt_actfrcrange, 2 * m.njnt, kUnlimited)           \
+  ARRAY(qpos_spring, m.nq, kModerate)                      \
+  ARRAY(dof_armature, m.nv, kModerate)                     \
+  ARRAY(dof_damping, m.nv, kModerate)                      \
+  ARRAY(dof_M0, m.nv, kModerate)                           \
+  ARRAY(actuator_gainprm, mjNGAIN* m.nactuator, kModerate) \
+  ARRAY(actuator_biasprm, mjNBIAS* m.nactuator, kModerate) \
+  ARRAY(actuator_gear, 6 * m.nout, kModerate)              \
+  ARRAY(actuator_ctrlrange, 2 * m.nu, kModerate)           \
+  ARRAY(actuator_forcerange, 2 * m.nactuator, kUnlimited)
 
 // The same, of mjOption.
 #define MJENV_LANES_OWN_OPTIONS(ARRAY) \
   ARRAY(timestep, 1, kModerate)        \
-  ARRAY(gravity, 3, kModerate)
+  ARRAY(gravity, 3, kModerate)         \
+  ARRAY(wind, 3, kModerate)            \
+  ARRAY(density, 1, kModerate)         \
+  ARRAY(viscosity, 1, kModerate)
 
-#define MJENV_LANES_OWN_FLAGS(ARRAY)
+// Flags of mjModel, which lanes hold as the numbers 0 and 1.
+#define MJENV_LANES_OWN_FLAGS(ARRAY)            \
+  ARRAY(actuator_ctrllimited, m.nu, kUnlimited) \
+  ARRAY(actuator_forcelimited, m.nactuator, kUnlimited)
 
 }  // namespace mjenv::core::lanes

@@ -22,6 +22,8 @@ struct Lanes : LanesBase {
   MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)  // filled only if has_own_frames
 #undef MJENV_ARRAY
   bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
+  bool has_fluid;           // a row has a fluid
+  bool has_wind;            // a row has wind
   unsigned damped;          // the lanes, as bits, in which mj_Euler integrates the damping of a dof implicitly
 };
 
@@ -36,6 +38,8 @@ struct Lanes : LanesBase {
   FUNCTION(void, factorM, (Lanes&))                                                                         \
   FUNCTION(void, comVel, (Lanes&))                                                                          \
   FUNCTION(void, rne, (Lanes&))                                                                             \
+  FUNCTION(void, fwdActuation, (Lanes&))                                                                    \
+  FUNCTION(void, passive, (Lanes&))                                                                         \
   FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \
   /* mj_referenceConstraint, and the choice of the acceleration with which a solver begins */               \
   FUNCTION(void, warmstart, (Lanes&, Constraints&))                                                         \

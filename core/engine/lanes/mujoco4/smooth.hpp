@@ -3,7 +3,7 @@
 // quaternions, their lengths and their matrices.
 #pragma once
 
-#include "engine/lanes/frame/spatial.hpp"
+#include "engine/lanes/frame/fluid.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -469,6 +469,10 @@ void adopt(Lanes& d) {
     vectors(d.com_scale)[i] = mass < splat(mjMINVAL) ? V{} : 1.0 / mass;
   }
   for (int i = 0; i < m.nv && !is_explicit; ++i) d.damped |= bits(vectors(d.dof_damping)[i] > V{});
+  for (int i = 0; i < m.njnt; ++i)
+    if (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL)
+      d.unlike |= bits(vectors(d.jnt_stiffness)[i] != V{});
+  adopt_fluid(d, [&](const Fluid& fluid, int body) { adopt_box(d, fluid, body); });
 }
 
 }  // namespace

@@ -89,17 +89,58 @@ void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_tendon(&m, &d);
   mj_collision(&m, &d);
   mj_makeConstraint(&m, &d);
-  mj_transmission(&m, &d);
   mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.ten_J_rownnz, m.ten_J_rowadr, m.ten_J_colind,
                       nullptr);
+}
+
+bool has_actuators(const Model& model) { return model.get()->nactuator > 0; }
+
+std::string actuation(const Model& model) {
+  const mjModel& m = *model.get();
+  if (m.na > 0) return "states of actuators";
+  if (m.nactuator != m.nu || m.nactuator != m.nout) return "actuators with several inputs or outputs";
+  if (m.opt.disableflags & mjDSBL_ACTUATION || m.opt.disableactuator) return "disabled actuators";
+  if (m.flg_gravcomp) return "compensation of gravity";
+  for (int i = 0; i < m.nactuator; ++i) {
+    const int joint = m.actuator_trnid[2 * i];
+    const bool is_on_joint = m.actuator_trntype[i] == mjTRN_JOINT || m.actuator_trntype[i] == mjTRN_JOINTINPARENT;
+    if (!is_on_joint || (m.jnt_type[joint] != mjJNT_SLIDE && m.jnt_type[joint] != mjJNT_HINGE))
+      return "actuators that act on something other than slides and hinges";
+    const int gain = m.actuator_gaintype[i], bias = m.actuator_biastype[i];
+    if ((gain != mjGAIN_FIXED && gain != mjGAIN_AFFINE) || (bias != mjBIAS_NONE && bias != mjBIAS_AFFINE) ||
+        m.actuator_dyntype[i] != mjDYN_NONE || m.actuator_plugin[i] >= 0)
+      return "gains and biases that are neither constant nor affine";
+  }
+  return "";
+}
+
+void compute_actuation(Work& work, const mjModel& /*m*/, mjData& d) {
+  const mjModel& m = work.stepped();
+  mj_transmission(&m, &d);
   if (m.opt.disableflags & mjDSBL_ACTUATION)
     std::fill_n(d.actuator_velocity, m.nout, 0.0);
   else
     mju_mulMatVecSparse(d.actuator_velocity, d.actuator_moment, d.qvel, m.nout, d.moment_rownnz, d.moment_rowadr,
                         d.moment_colind, nullptr);
-  mj_passive(&m, &d);
   mj_fwdActuation(&m, &d);
 }
+
+std::string passive(const Model& model) {
+  const mjModel& m = *model.get();
+  if (any(m.tendon_stiffness, m.ntendon, 0.0) || any(m.tendon_stiffnesspoly, m.ntendon * mjNPOLY, 0.0) ||
+      any(m.tendon_damping, m.ntendon, 0.0) || any(m.tendon_dampingpoly, m.ntendon * mjNPOLY, 0.0))
+    return "springs and dampers of tendons";
+  for (int i = 0; i < m.njnt; ++i)
+    if (m.jnt_stiffness[i] != 0 && (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL))
+      return "springs of free joints and balls";
+  if (any(m.jnt_stiffnesspoly, m.njnt * mjNPOLY, 0.0)) return "springs that are not linear";
+  for (int i = 0; i < m.ngeom; ++i)
+    if (m.geom_fluid[mjNFLUID * i] > 0) return "the fluid model of ellipsoids";
+  if (m.flg_gravcomp) return "compensation of gravity";
+  return m.flg_adhesion ? "adhesion" : "";
+}
+
+void compute_passive(Work& work, const mjModel& /*m*/, mjData& d) { mj_passive(&work.stepped(), &d); }
 
 void compute_acceleration(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdAcceleration(&work.stepped(), &d); }
 
@@ -178,15 +219,27 @@ const std::vector<Stage>& stages() {
        never,
        compute_velocities,
        kVelocities},
-      {"tendons, contacts, constraints, actuators, passive forces",
-       "",
-       "all",
-       {},
-       always,
-       unwritten,
+      {"tendons, contacts, constraints", "", "all", {}, always, unwritten, never, compute_middle, kMiddle},
+      {"actuators",
+       "on slides and hinges, with constant or affine gains and biases",
+       "all, if an actuator is another one or has states",
+       {MJENV_COMPUTE(fwdActuation)},
+       has_actuators,
+       actuation,
        never,
-       compute_middle,
-       kMiddle},
+       compute_actuation,
+       kActuation},
+      {"passive forces",
+       "linear springs of slides and hinges, dampers; the fluid model of boxes",
+       "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, "
+       "compensation of "
+       "gravity or adhesion",
+       {MJENV_COMPUTE(passive)},
+       always,
+       passive,
+       never,
+       compute_passive,
+       kPassive},
       {"accelerations without constraints",
        "without forces in `qfrc_applied` and `xfrc_applied`",
        "rows with such forces are stepped alone",

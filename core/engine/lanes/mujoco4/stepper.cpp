@@ -55,8 +55,16 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          differs(m.geom_sameframe, m_.geom_sameframe, m.ngeom) ||
          differs(m.site_sameframe, m_.site_sameframe, m.nsite) || differs(m.dof_simplenum, m_.dof_simplenum, m.nv) ||
          differs(m.dof_dampingpoly, m_.dof_dampingpoly, m.nv * mjNPOLY) ||
-         differs(m.tendon_armature, m_.tendon_armature, m.ntendon) || m.opt.disableflags != m_.opt.disableflags ||
-         m.opt.enableflags != m_.opt.enableflags || m.opt.integrator != m_.opt.integrator;
+         differs(m.tendon_armature, m_.tendon_armature, m.ntendon) ||
+         differs(m.tendon_stiffness, m_.tendon_stiffness, m.ntendon) ||
+         differs(m.tendon_stiffnesspoly, m_.tendon_stiffnesspoly, m.ntendon * mjNPOLY) ||
+         differs(m.tendon_damping, m_.tendon_damping, m.ntendon) ||
+         differs(m.tendon_dampingpoly, m_.tendon_dampingpoly, m.ntendon * mjNPOLY) ||
+         differs(m.jnt_stiffnesspoly, m_.jnt_stiffnesspoly, m.njnt * mjNPOLY) ||
+         differs(m.geom_fluid, m_.geom_fluid, m.ngeom * mjNFLUID) || m.body_gravcomp != m_.body_gravcomp ||
+         m.geom_adhesion != m_.geom_adhesion || m.pair_adhesion != m_.pair_adhesion ||
+         m.opt.disableflags != m_.opt.disableflags || m.opt.enableflags != m_.opt.enableflags ||
+         m.opt.integrator != m_.opt.integrator;
 }
 
 void MujocoStepper::advance(bool is_last) {
@@ -105,11 +113,13 @@ void MujocoStepper::solve(bool is_read) {
   gather(kConstraints);
 }
 
-// Writes to mjData what no stage has read, and the energies.
+// Writes to mjData what no stage has read, the energies, and the moments of actuators, which are sparse matrices.
 void MujocoStepper::show() {
   scatter(kSolved);
+  scatter(kActuation);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     const mjModel& m = works_[row]->stepped();
+    mj_transmission(&m, &d);
     d.flg_energypos = d.flg_energyvel = false;
     d.energy[0] = d.energy[1] = 0;
     if (!(m.opt.enableflags & mjENBL_ENERGY)) return;

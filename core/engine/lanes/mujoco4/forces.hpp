@@ -1,0 +1,58 @@
+// Actuators and passive forces of MuJoCo 4.0 for several rows at once: actuators without states on slides and hinges,
+// springs of slides and hinges, dampers, and fluids that act on bodies as on boxes.
+#pragma once
+
+#include "engine/lanes/frame/actuation.hpp"
+#include "engine/lanes/frame/fluid.hpp"
+
+namespace mjenv::core::lanes {
+namespace {
+
+// mj_transmission, the velocities that mj_fwdVelocity computes, and mj_fwdActuation. Sums begin at +0.
+void fwdActuation(Lanes& d) {
+  const mjModel& m = *d.model;
+  V* const qfrc = vectors(d.qfrc_actuator);
+  zero(qfrc, m.nv);
+  for (int i = 0; i < m.nu; ++i) {
+    const int joint = m.actuator_trnid[2 * i], dof = m.jnt_dofadr[joint];
+    const V gear = vectors(d.actuator_gear)[6 * i];
+    vectors(d.actuator_length)[i] = vectors(d.qpos)[m.jnt_qposadr[joint]] * gear;
+    vectors(d.actuator_velocity)[i] = V{} + gear * vectors(d.qvel)[dof];
+    const V force = vectors(d.actuator_force)[i] = SimpleActuation(d, i).force();
+    qfrc[dof] += gear * force;
+  }
+  for (int i = 0; i < m.njnt; ++i) {
+    V& force = qfrc[m.jnt_dofadr[i]];
+    if (m.jnt_actfrclimited[i]) force = clip(force, vectors(d.jnt_actfrcrange) + 2 * i);
+  }
+}
+
+// mj_passive. MuJoCo does not write the forces of springs and dampers that are 0.
+void passive(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const qfrc = vectors(d.qfrc_passive), *const spring = vectors(d.qfrc_spring), *const fluid = vectors(d.qfrc_fluid);
+  zero(spring, m.nv);
+  for (int i = 0; i < m.njnt && !(m.opt.disableflags & mjDSBL_SPRING); ++i) {
+    if (m.jnt_type[i] != mjJNT_SLIDE && m.jnt_type[i] != mjJNT_HINGE) continue;
+    const V stiffness = vectors(d.jnt_stiffness)[i];
+    const int adr = m.jnt_qposadr[i];
+    const V force = -(vectors(d.qpos)[adr] - vectors(d.qpos_spring)[adr]) * stiffness;
+    spring[m.jnt_dofadr[i]] = stiffness == V{} ? V{} : force;
+  }
+  for (int i = 0; i < m.nv; ++i) {
+    const V damping = m.opt.disableflags & mjDSBL_DAMPER ? V{} : vectors(d.dof_damping)[i];
+    const V force = -vectors(d.qvel)[i] * damping;
+    const V damper = vectors(d.qfrc_damper)[i] = damping == V{} ? V{} : force;
+    qfrc[i] = spring[i] + damper;
+  }
+  const unsigned both = mjDSBL_SPRING | mjDSBL_DAMPER;
+  if (!d.has_fluid || (m.opt.disableflags & both) == both) return;
+  const Mask adds_fluid = (*vectors(d.density) != V{}) | (*vectors(d.viscosity) != V{});
+  zero(fluid, m.nv);
+  for (int i = 1; i < m.nbody; ++i)
+    if (any(is_heavy(d, i))) inertiaBoxFluidModel(d, i, fluid);
+  for (int i = 0; i < m.nv; ++i) qfrc[i] = adds_fluid ? qfrc[i] + fluid[i] : qfrc[i];
+}
+
+}  // namespace
+}  // namespace mjenv::core::lanes
