@@ -268,8 +268,8 @@ end
     MJEnv.Policy(learner; best = false)
     MJEnv.Policy(path)
 
-A deterministic policy: a learner's, or that of a file `policy.txt`. Call it with an observation, or with a matrix that
-has a column for each row, to compute actions: `policy(obs)`. The actions are `Float32`, computed in `Float64`, or with
+A deterministic policy: a learner's, or that of a file `policy.txt`. Call it with what it sees of an observation
+([`MJEnv.places`](@ref)), or with a matrix that has a column for each row, to compute actions: `policy(obs)`. The actions are `Float32`, computed in `Float64`, or with
 `precision = Float32` as the learner computes.
 
 You may read the fields `id`, `observations` and `actuators`.
@@ -305,6 +305,22 @@ function Policy(learner::Learner; best::Bool = false)
 end
 
 Base.show(io::IO, policy::Policy) = print(io, "MJEnv.Policy of ", policy.id)
+
+"""
+    MJEnv.places(policy, env)
+
+Returns where the numbers that the policy sees are in an observation of the environment: `policy(obs[places])`. Throws an
+error that names the term if the observation lacks one.
+"""
+function places(policy::Policy, env::Env)
+    terms = fields(env, :observation)
+    names, counts = [term.name for term in terms], [Int64(length(term.range)) for term in terms]
+    found = zeros(Int64, policy.observations)
+    GC.@preserve policy learn_check(
+        mjenv_policy_find(policy.handle, names, counts, length(terms), found, length(found)),
+    )
+    return found .+ 1
+end
 
 precision_of(::Type{Float64}) = MJENV_PRECISION_FLOAT64
 precision_of(::Type{Float32}) = MJENV_PRECISION_FLOAT32

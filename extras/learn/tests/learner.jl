@@ -49,12 +49,10 @@ end
     learner = MJEnv.Learner(env; small..., activation = :elu, hidden = (16,), actor_obs = seen)
     MJEnv.train!(learner, 80)
     @test occursin("elu", MJEnv.policy_text(learner))
-    policy, obs = MJEnv.Policy(learner), collect(0.1:0.1:1.1)
-    action = policy(obs)
-    obs[3] *= -1  # which the actor does not see
-    @test policy(obs) == action
-    obs[4] *= -1
-    @test policy(obs) != action
+    policy = MJEnv.Policy(learner)
+    @test MJEnv.places(policy, env) == [1, 2, 4, 5, 6, 7, 8, 9, 10, 11]
+    @test size(policy(collect(0.1:0.1:1.0))) == (3,)
+    @test_throws MJEnvError MJEnv.places(policy, Env("Ant-v5"))
     MJEnv.set!(learner; learning_rate = 1e-4)
     MJEnv.train!(learner, 1)
     @test MJEnv.report(learner).learning_rate < 1e-4 + eps() && MJEnv.report(learner).updates == 2
@@ -84,7 +82,7 @@ end
     @test occursin("less than 0", refusal(() -> MJEnv.train!(learner, -1)))
     policy = MJEnv.Policy(learner)
     @test occursin("obs_count", refusal(() -> policy(zeros(12))))
-    @test occursin("11 observations", refusal(() -> MJEnv.evaluate(policy; episodes = 1, id = "Ant-v5")))
+    @test occursin("sees \"qpos\", 5 numbers", refusal(() -> MJEnv.evaluate(policy; episodes = 1, id = "Ant-v5")))
     @test occursin("precision", refusal(() -> policy(zeros(11); precision = Int)))
     close(learner)
     @test !isopen(learner) && occursin("closed", refusal(() -> MJEnv.train!(learner, 1)))

@@ -79,6 +79,7 @@ const char* train() {
   EXPECT(played.returns == std::vector<double>(10, 1000.0) && played.lengths == std::vector<std::int64_t>(10, 1000));
 
   EXPECT(policy.observations() == 4 && policy.actuators() == 1);
+  EXPECT((policy.places(played_env) == std::vector<std::int64_t>{0, 1, 2, 3}));
   const std::vector<double> obs(2 * policy.observations(), 0.5);
   std::vector<float> action(2 * policy.actuators());
   policy.act(2, obs, action);

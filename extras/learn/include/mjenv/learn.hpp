@@ -89,6 +89,18 @@ class Policy {
   }
   std::size_t observations() const { return sizes().first; }
   std::size_t actuators() const { return sizes().second; }
+  /* Where the numbers that the policy sees are in an observation of the environment. */
+  std::vector<std::int64_t> places(const Env &env) const {
+    std::vector<const char *> names;
+    std::vector<std::int64_t> counts, found(observations());
+    for (const mjenv_field &term : env.fields(MJENV_ROLE_OBSERVATION)) {
+      names.push_back(term.name);
+      counts.push_back(term.count);
+    }
+    check_learn(mjenv_policy_find(handle(), names.data(), counts.data(), int64(counts.size()), found.data(),
+                                  int64(found.size())));
+    return found;
+  }
   /* obs[rows][observations()], action[rows][actuators()] */
   void act(std::int64_t rows, Span<const double> obs, Span<float> action,
            mjenv_precision precision = MJENV_PRECISION_FLOAT64) const {

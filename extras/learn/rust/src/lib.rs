@@ -30,7 +30,7 @@ use std::path::Path;
 use std::ptr::{self, NonNull};
 use std::str::FromStr;
 
-use mjenv::{Env, Error, ErrorKind, Result};
+use mjenv::{Env, Error, ErrorKind, Result, Role};
 use mjenv_sys::{mjenv_status, MJENV_OK};
 
 #[rustfmt::skip]
@@ -413,7 +413,25 @@ impl Policy {
         (size(observations), size(actuators))
     }
 
-    /// Computes the actions for the observations of one or many rows, which follow each other.
+    /// Returns where the numbers that the policy sees are in an observation of the environment.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Name`] (the observation lacks a term, which is named), [`ErrorKind::Size`] (a term has another size).
+    pub fn places(&self, env: &Env) -> Result<Vec<usize>> {
+        let fields: Vec<_> = env.fields(Role::Observation).collect();
+        let texts: Vec<_> = fields.iter().map(|field| CString::new(&*field.name).expect("a name has no NUL")).collect();
+        let names: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
+        let counts: Vec<_> = fields.iter().map(|field| int64(field.count)).collect();
+        let mut places = vec![0; self.sizes().0];
+        let (terms, found, room) = (int64(counts.len()), places.as_mut_ptr(), int64(places.len()));
+        // SAFETY: all pointers are valid for the call and for the given numbers of elements.
+        check(unsafe {
+            sys::mjenv_policy_find(self.raw.as_ptr(), names.as_ptr(), counts.as_ptr(), terms, found, room)
+        })?;
+        Ok(places.into_iter().map(size).collect())
+    }
+
+    /// Computes the actions for what the policy sees ([`Policy::places`]) of one or many rows, which follow each other.
     ///
     /// # Errors
     /// [`ErrorKind::Size`].

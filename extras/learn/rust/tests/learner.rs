@@ -69,12 +69,11 @@ fn settings() {
     let mut learner = learner(&settings);
     learner.train(80).unwrap();
     assert!(learner.policy_text(Which::Last).unwrap().contains("elu"));
-    let (policy, mut obs) = (learner.policy().unwrap(), [0.3; 11]);
-    let action = policy.act(Precision::Float64, &obs).unwrap();
-    obs[2] = -0.3; // which the actor does not see
-    assert_eq!(policy.act(Precision::Float64, &obs).unwrap(), action);
-    obs[3] = -0.3;
-    assert_ne!(policy.act(Precision::Float64, &obs).unwrap(), action);
+    let policy = learner.policy().unwrap();
+    assert_eq!(policy.places(&env(&settings, "same_step")), Ok(vec![0, 1, 3, 4, 5, 6, 7, 8, 9, 10]));
+    assert_eq!(policy.act(Precision::Float64, &[0.3; 10]).map(|action| action.len()), Ok(3));
+    let ant = Env::new(&Options::new("Ant-v5").unwrap(), 1).unwrap();
+    assert_eq!(policy.places(&ant).unwrap_err().kind(), ErrorKind::Size);
     learner.set("learning_rate", 1e-4).unwrap();
     learner.train(1).unwrap();
     let report = learner.report().unwrap();
