@@ -98,11 +98,10 @@ void Calls::check_carried(const char* callback, const double* numbers) const {
 
 void Calls::reset(const mjenv_sim& sim, const Start& start, Random& random, ResetSimulation* simulation) const {
   if (!callbacks_.reset) return;
-  SimulatingStart to{
-      {sizeof(mjenv_start), 0, &task_api(), &random, sim.qpos0, start.qpos, start.qvel, start.act, start.carried,
-       sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, sim.parameters, simulation ? &sim : nullptr,
-       simulation ? simulation->time : nullptr, start.own},
-      simulation};
+  SimulatingStart to{{sizeof(mjenv_start), 0, &task_api(), &random, sim.qpos0, start.qpos, start.qvel, start.act,
+                      start.carried, sim.arrays, sim.nq, sim.nv, sim.na, carry_count_, sim.parameters,
+                      simulation ? &sim : nullptr, simulation ? simulation->time : nullptr, start.own},
+                     simulation};
   call(
       "reset", [&] { return callbacks_.reset(self_, &to); }, &random);
   check_carried("reset", start.carried);
