@@ -107,10 +107,12 @@ static mjenv_status create_from_text(void) {
   return status;
 }
 
-// A model for which MuJoCo allocates in other ways: with a mesh, a texture, a height field, a cloth with a skin, and muscles.
+// A model for which MuJoCo allocates in other ways: with a mesh, a texture, a height field, a cloth with a skin, and a muscle,
+// whose range it finds in few steps.
 static mjenv_status create_from_assets(void) {
   static const char* const text =
-      "<mujoco><asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/><texture name='t' type='2d' builtin='checker' "
+      "<mujoco><compiler><lengthrange inttotal='.1' inteval='.05' tolrange='9'/></compiler><asset><mesh name='m' "
+      "vertex='0 0 0 1 0 0 0 1 0 0 0 1'/><texture name='t' type='2d' builtin='checker' "
       "width='8' height='8' mark='edge'/><material name='a' texture='t'/><hfield name='h' nrow='3' ncol='3' "
       "size='1 1 1 1'/></asset><worldbody><geom type='hfield' hfield='h' material='a'/><body pos='0 0 3'><joint "
       "name='j' limited='true' range='-9 9'/>"
