@@ -7,7 +7,7 @@ python evaluate.py PLUGIN [POLICY]
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +48,7 @@ def evaluate(policy: Policy, seed: int = 1000, **options: Any) -> Result:
 
 
 def evaluate_all_commands(policy: Policy) -> Evaluation:
-    return mjenv.evaluate(policy, episodes=100, seed=100)
+    return mjenv.evaluate(replace(policy, about={}), episodes=100, seed=100)  # the task's commands, not the training's
 
 
 def main() -> None:

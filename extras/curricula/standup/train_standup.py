@@ -9,11 +9,13 @@ lying, and a force helps them up, which becomes weaker while enough of these row
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import mjenv
+from mjenv_learn.policy import Policy
 from mjenv_learn.training import Training
 
 ID, LESSON = "HumanoidStandup-v5", "StandupLesson-v0"
@@ -74,7 +76,7 @@ def main() -> None:
     options = {"upright": 1, "lift": LIFT}
     mjenv.train(LESSON, steps=given.steps, settings=SETTINGS, out=given.out, callback=Curriculum(), **options)
     policy = given.out / "policy.txt"
-    policy.write_text(policy.read_text().replace(f"id {LESSON}", f"id {ID}", 1))
+    replace(Policy.load(policy), id=ID, about={}).save(policy)  # it plays without the lesson's options
 
 
 if __name__ == "__main__":
