@@ -67,11 +67,19 @@ constexpr const char* kForces = R"(<mujoco><option density='900' viscosity='0.3'
     <general joint='c' gaintype='affine' gainprm='1 2 3' biastype='affine' biasprm='0.1 -2 -0.3' gear='0'/><motor joint='b' gear='2'/></actuator>
     </mujoco>)";
 
+// Two trees on a plane, whose islands differ from row to row.
+constexpr const char* kTrees = R"(<mujoco><worldbody><geom type='plane' size='9 9 1'/>
+    <body pos='0 0 0.2'><joint type='slide' axis='0 0 1'/><joint axis='0 1 0' range='-30 30'/><geom size='0.2' condim='1'/>
+    <body pos='0.3 0 0'><joint axis='1 0 0' range='-20 20'/><geom type='capsule' size='0.1 0.2'/></body></body>
+    <body pos='2 0 0.1'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom size='0.1'/></body>
+    </worldbody></mujoco>)";
+
 using Named = std::pair<std::string, std::shared_ptr<const Model>>;
 
 std::vector<Named> models() {
   std::vector<Named> found;
   for (const char* name : kRobots) found.emplace_back(name, Model::open(name));
+  found.emplace_back("trees", Model::parse("trees", kTrees));
   found.emplace_back("odd", Model::parse("odd", kOdd));
   std::string euler = kOdd;
   euler.replace(euler.find("RK4"), 3, "Euler");
@@ -167,7 +175,7 @@ class Twins : public lanes::LaneArrays {
     for (std::size_t row = 0; row < works_.size(); ++row) {
       models[row] = &m_;
       data[row] = works_[row]->data();
-      if (data[row]->nefc > 0) (lanes::Solver::solves(m_, *data[row]) ? solved_ : unsolved_) |= 1U << row;
+      if (data[row]->nefc > 0) (lanes::Solver::prepare(m_, *data[row]) ? solved_ : unsolved_) |= 1U << row;
     }
     solver_->solve(lanes_, solved_, models, data, true);
     unsolved_ |= lanes_.left_to_mujoco;

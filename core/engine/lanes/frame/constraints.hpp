@@ -38,7 +38,6 @@ struct Constraints {
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0
   int most_evaluations[kMaxWidth];  // of each lane's line search, if the solver has one
   double* ls_tolerance;             // of each lane: that option, since MuJoCo 3
-  bool are_islands;                 // MuJoCo solves the constraints as an island, since MuJoCo 3
   double* qfrc;                     // of an island: room for its part of qfrc_constraint
   int iterations[kMaxWidth];        // how many iterations each lane took
 

@@ -4,3 +4,4 @@
 #include "engine/lanes/mujoco4/forces.hpp"
 #include "engine/lanes/mujoco4/smooth.hpp"
 #include "engine/lanes/mujoco4/solver_newton.hpp"
+#include "engine/lanes/mujoco4/solver_pgs.hpp"

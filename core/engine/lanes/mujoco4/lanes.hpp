@@ -8,6 +8,9 @@
 #include "engine/lanes/frame/width.hpp"
 #include "engine/lanes/mujoco4/arrays.hpp"
 
+// NOLINTNEXTLINE(bugprone-reserved-identifier): MuJoCo's name
+struct mjData_;
+
 namespace mjenv::core::lanes {
 
 // The numbers of several rows side by side. Each array has the name of the array of mjData or mjModel that it holds.
@@ -25,6 +28,20 @@ struct Lanes : LanesBase {
   bool has_fluid;           // a row has a fluid
   bool has_wind;            // a row has wind
   unsigned damped;          // the lanes, as bits, in which mj_Euler integrates the damping of a dof implicitly
+};
+
+// The constraints of a row, which PGS solves in the row's mjData.
+struct DualRow {
+  static constexpr int kMost = 200;  // constraints
+  static constexpr int kMostIterations = 100;
+  const mjModel* model;
+  mjData_* data;
+  const unsigned char* order;  // for each iteration, the constraints in the order in which it visits them
+  double scale;                // by what MuJoCo multiplies improvements before it compares them with the tolerance
+  int iterations, since_restart;
+  bool has_ended;
+  double improvement, inverse[kMost], A[kMost];  // inverse: 1 / the diagonal of AR; A: 1 / inverse
+  double previous[kMost], momentum[kMost];       // the forces before and after an extrapolation
 };
 
 // Lists the functions of an instruction set: result, name and parameters. Those that repeat a function of MuJoCo 4.0
@@ -47,6 +64,8 @@ struct Lanes : LanesBase {
   FUNCTION(void, begin_island, (Lanes&, Constraints&))                                                      \
   /* Call one of these two first. Computes qacc and qfrc_constraint. */                                     \
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
+  FUNCTION(void, solPGS, (DualRow*, int count))                                                             \
+  FUNCTION(void, dualFinish, (Lanes&))                                                                      \
   FUNCTION(void, Euler, (Lanes&))                                                                           \
   /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \
   FUNCTION(void, RungeKutta, (Lanes&, int stage))

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
+#include <utility>
 
 namespace mjenv::core::lanes {
 namespace {
@@ -10,8 +12,8 @@ bool is_sparse(const mjModel& m) {
   return m.opt.jacobian == mjJAC_SPARSE || (m.opt.jacobian == mjJAC_AUTO && m.nv >= 60);
 }
 
-// Whether MuJoCo solves all constraints at once, or finds one island with all dofs.
-bool has_one_island(const mjModel& m) { return m.ntree == 1 || (m.opt.disableflags & mjDSBL_ISLAND) != 0; }
+// Whether MuJoCo finds one island with all dofs, if there is a constraint.
+bool has_one_island(const mjModel& m) { return m.ntree == 1; }
 
 Counts<Constraints> special_counts(const mjModel& m) {
   return {{&Constraints::ls_tolerance, 1}, {&Constraints::qfrc, static_cast<std::size_t>(m.nv)}};
@@ -20,10 +22,11 @@ Counts<Constraints> special_counts(const mjModel& m) {
 }  // namespace
 
 std::string Solver::unsupported_feature(const mjModel& m) {
-  if (m.opt.solver != mjSOL_NEWTON) return "a solver other than Newton";
+  if (m.opt.solver != mjSOL_NEWTON && m.opt.solver != mjSOL_PGS) return "a solver other than Newton and PGS";
   if (is_sparse(m)) return "sparse Jacobians";
   if (m.opt.cone != mjCONE_PYRAMIDAL) return "elliptic cones";
   if (m.opt.noslip_iterations > 0) return "noslip";
+  if (m.opt.disableflags & mjDSBL_ISLAND) return "no islands (opt.disableflags)";
   if (m.opt.enableflags & mjENBL_DIAGEXACT) return "exact diagonals (opt.enableflags)";
   if (m.flg_surfacevel) return "velocities of surfaces";
   return m.flg_adhesion ? "adhesion" : "";
@@ -37,18 +40,27 @@ std::size_t Solver::bytes(int width, const mjModel& m) {
   return unsupported_feature(m).empty() ? RowSolver::bytes(width, m, kMaxConstraints, special_counts(m)) : 0;
 }
 
-Solver::Solver(const Code& code, const mjModel& m) : RowSolver(code, m, kMaxConstraints, special_counts(m)), m_(m) {
-  constraints_.are_islands = (m.opt.disableflags & mjDSBL_ISLAND) == 0;
-}
+Solver::Solver(const Code& code, const mjModel& m)
+    : RowSolver(code, m, kMaxConstraints, special_counts(m)),
+      m_(m),
+      dual_rows_(is_dual_ ? static_cast<std::size_t>(code.width) : 0),
+      orders_(is_dual_ ? DualRow::kMost + 1 : 0) {}
 
 // MuJoCo fails if its memory is too small to solve the constraints. `needed` is more than it takes. A row with a single
 // tree has one island, without mj_island. The dofs of each island must follow each other.
-bool Solver::solves(const mjModel& m, mjData& d) {
+bool Solver::prepare(const mjModel& m, mjData& d) {
   const std::int64_t rows = d.nefc, nv = m.nv;
   const std::int64_t needed = 40 * rows + 50 * nv + 3 * nv * nv + 2 * nv * rows + 6 * m.nC;
-  if (rows == 0 || rows > kMaxConstraints || d.ne > 0 || d.nf > 0 || !unsupported_feature(m).empty() ||
-      static_cast<std::int64_t>(d.narena - d.parena - d.pstack) < 8 * needed)
+  const bool is_dual = m.opt.solver == mjSOL_PGS;
+  if (rows == 0 || rows > (is_dual ? DualRow::kMost : kMaxConstraints) || d.ne > 0 || d.nf > 0 ||
+      !unsupported_feature(m).empty() || static_cast<std::int64_t>(d.narena - d.parena - d.pstack) < 8 * needed)
     return false;
+  if (is_dual) {
+    if (!has_one_island(m) || m.opt.iterations > DualRow::kMostIterations) return false;
+    mj_projectConstraint(&m, &d);
+    mj_referenceConstraint(&m, &d);
+    return true;
+  }
   if (has_one_island(m)) return true;
   const auto used = d.parena;
   mj_island(&m, &d);
@@ -65,14 +77,17 @@ void Solver::set_options(std::uint32_t rows, const RowModels& models) {
     const mjModel& m = *models[row_of(lane, rows)];
     c.tolerance[lane] = m.opt.tolerance;
     c.ls_tolerance[lane] = m.opt.ls_tolerance;
-    c.meaninertia[lane] = m.stat.meaninertia;
     c.most[lane] = std::max(0, m.opt.iterations);
     c.most_evaluations[lane] = m.opt.ls_iterations;
   }
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read) {
-  if (rows != 0) {
+  if (rows != 0 && is_dual_) {
+    solve_dual(lanes, rows, models, data);
+    for (int lane = 0; lane < code_.width && is_read; ++lane)
+      if (rows >> lane & 1) mj_island(models[lane], data[lane]);
+  } else if (rows != 0) {
     RowSolver::load(rows, data);
     set_options(rows, models);
     code_.warmstart(lanes, constraints_);
@@ -90,6 +105,50 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
     }
   }
   set_rest(lanes, rows);
+}
+
+// MuJoCo shuffles the constraints before each iteration, by numbers from PCG32 that are the same in each step.
+const unsigned char* Solver::order_of(int constraints) {
+  std::vector<unsigned char>& orders = orders_[static_cast<std::size_t>(constraints)];
+  if (!orders.empty()) return orders.data();
+  std::vector<unsigned char> order(static_cast<std::size_t>(constraints));
+  std::iota(order.begin(), order.end(), static_cast<unsigned char>(0));
+  std::uint64_t state = 1;  // after the first number, which MuJoCo drops
+  const auto draw = [&] {
+    const std::uint64_t old = state;
+    state = old * 6364136223846793005U + 1;
+    const auto mixed = static_cast<std::uint32_t>(((old >> 18) ^ old) >> 27),
+               turn = static_cast<std::uint32_t>(old >> 59);
+    return (mixed >> turn) | (mixed << (-turn & 31));
+  };
+  for (int iteration = 0; iteration < DualRow::kMostIterations; ++iteration) {
+    for (std::uint32_t i = static_cast<std::uint32_t>(constraints) - 1; i > 0; --i)
+      std::swap(order[i], order[draw() % (i + 1)]);
+    orders.insert(orders.end(), order.begin(), order.end());
+  }
+  return orders.data();
+}
+
+void Solver::solve_dual(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data) {
+  int count = 0;
+  for (int lane = 0; lane < code_.width; ++lane) {
+    if (!(rows >> lane & 1)) continue;
+    DualRow& row = dual_rows_[static_cast<std::size_t>(count++)];
+    row.model = models[lane];
+    row.data = data[lane];
+    row.order = order_of(data[lane]->nefc);
+    double inertia = 0;
+    for (int i = 0; i < nv_; ++i) inertia += data[lane]->M[m_.M_rowadr[i] + m_.M_rownnz[i] - 1];
+    row.scale = 1 / std::max(mjMINVAL, inertia);
+  }
+  code_.solPGS(dual_rows_.data(), count);
+  const DualRow* row = dual_rows_.data();
+  for (int lane = 0; lane < code_.width; ++lane) {
+    if (!(rows >> lane & 1)) continue;
+    data[lane]->solver_niter[0] = (row++)->iterations;
+    for (int i = 0; i < nv_; ++i) lanes.qfrc_constraint[i * code_.width + lane] = data[lane]->qfrc_constraint[i];
+  }
+  code_.dualFinish(lanes);
 }
 
 void Solver::solve_islands(Lanes& lanes, std::uint32_t rows, const RowData& data) {

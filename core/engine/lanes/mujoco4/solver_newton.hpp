@@ -67,7 +67,7 @@ class Newton final : Primal<true, true> {
   V scale() const {
     V inertia{};
     for (int i = 0; i < nv_; ++i) inertia += vectors(d_.M)[m_.M_rowadr[i] + m_.M_rownnz[i] - 1];
-    return 1.0 / (c_.are_islands ? inertia : *of(c_.meaninertia) * number_of_dofs());
+    return 1.0 / inertia;
   }
 
   // Whether half the product of the gradient with Mgrad, which bounds what is left to gain, is below the tolerance.

@@ -250,10 +250,12 @@ const std::vector<Stage>& stages() {
        compute_acceleration,
        kAcceleration},
       {"solver",
-       "Newton, for limits and contacts with pyramidal cones; up to 64 constraints of a row",
-       "PGS, CG and noslip, elliptic cones, sparse Jacobians; rows with equalities or friction, or with islands whose "
-       "dofs do not follow each other",
-       {MJENV_FUNCTION(solNewton)},
+       "Newton and PGS, for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
+       "CG and noslip, elliptic cones, sparse Jacobians, islands that are disabled; rows with equalities or friction, "
+       "or with islands whose dofs "
+       "do "
+       "not follow each other (PGS: with several islands)",
+       {MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solPGS)},
        always,
        other_solvers,
        never,

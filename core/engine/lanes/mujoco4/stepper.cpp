@@ -93,8 +93,9 @@ void MujocoStepper::evaluate(bool is_read) {
 // Lanes solve the constraints that MuJoCo has made, if they can. MuJoCo solves the others.
 void MujocoStepper::solve(bool is_read) {
   std::uint32_t solvable = 0, others = 0;
+  if (solver_->reads_rows()) scatter(kConstraints);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    const bool is_solvable = solver_->solves(m, d);
+    const bool is_solvable = solver_->prepare(m, d);
     if (d.nefc > 0) (is_solvable ? solvable : others) |= 1U << row;
     if (!is_read) return;
     if (d.nefc == 0) mj_island(&m, &d);
