@@ -43,7 +43,7 @@ class Plain {
     mjenv_sim sizes{};
     sizes.nq = m_->nq, sizes.nv = m_->nv, sizes.na = m_->na, sizes.qpos0 = m_->qpos0;
     Random random(&rng);
-    task_.calls->reset(sizes, {d_->qpos, d_->qvel, d_->act, nullptr}, random);
+    task_.calls->reset(sizes, {d_->qpos, d_->qvel, d_->act, nullptr, nullptr}, random);
     mj_forward(m_, d_.get());
   }
   void step(const std::vector<double>& action) {
