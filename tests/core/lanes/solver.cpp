@@ -5,9 +5,13 @@
 
 #define MJENV_LANES_WIDTH 2
 #include "engine/lanes/frame/version_code.hpp"
+#include "engine/lanes/mujoco2/solver.hpp"
 
 namespace mjenv::core::lanes_tests {
 namespace {
+
+// Three dense matrices of 30,000 dofs alone are more numbers than 32 bits can count.
+static_assert(lanes::Solver::stack_numbers(64, 30'000, false) > 2'700'000'000);
 
 // After each main solver, noslip finds other forces of dry friction and of both kinds of cones.
 TEST(test_noslip) {

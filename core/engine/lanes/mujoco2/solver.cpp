@@ -107,11 +107,10 @@ void Solver::make_pattern(const mjModel& m) {
 }
 
 // MuJoCo fails if its stack is too small to make or solve the constraints. Rows in which this might happen are left to
-// MuJoCo, so that they fail there. `needed` is more than MuJoCo takes.
+// MuJoCo, so that they fail there.
 bool Solver::can_solve(const mjData& d, int constraints) const {
-  const std::int64_t rows = constraints, nv = nv_;  // whose products an int may not hold
-  const std::int64_t needed = 10 * rows + 24 * nv + (constraints_.is_sparse ? 6 : 3) * nv * nv + 2 * nv * rows;
-  return constraints <= kMaxConstraints && d.nstack - d.pstack >= needed;
+  return constraints <= kMaxConstraints &&
+         d.nstack - d.pstack >= stack_numbers(constraints, nv_, constraints_.is_sparse);
 }
 
 // If places are aligned: how many places belong to equalities, friction and limits.

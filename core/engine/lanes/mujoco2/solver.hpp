@@ -31,6 +31,10 @@ class Solver : public RowSolver {
   bool has_noslip_of(const mjModel& m) const { return removes_slip_ == (m.opt.noslip_iterations > 0); }
   // Whether lanes can solve this number of constraints for this row.
   bool can_solve(const mjData& d, int constraints) const;
+  // How many numbers of MuJoCo's stack solving takes at most. An int may not hold them.
+  static constexpr std::int64_t stack_numbers(std::int64_t rows, std::int64_t nv, bool is_sparse) {
+    return 10 * rows + 24 * nv + (is_sparse ? 6 : 3) * nv * nv + 2 * nv * rows;
+  }
 
   // Whether there are enough places for the constraints of all rows.
   bool has_room(const Contacts& contacts) const;
