@@ -63,6 +63,9 @@ test("an observation is read by term", () =>
     withEnv("HalfCheetah-v5", {}, (flat) => assert.deepEqual(flat.groups(), {}));
   }));
 
+test("WebAssembly has no lanes, so no stage is in them", () =>
+  withEnv("Hopper-v5", { numEnvs: 4 }, (env) => assert.deepEqual(env.laneStages(), {})));
+
 test("an environment describes itself", () =>
   withEnv("HalfCheetah-v5", { forward_reward_weight: 2 }, (env) => {
     assert.deepEqual([env.numEnvs, env.observationSize, env.actionSize, env.frameSkip], [1, 17, 6, 5]);
