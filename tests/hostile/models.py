@@ -69,6 +69,14 @@ def msh(corners: list | None = None, triangles: list | None = None, sizes: tuple
     )
 
 
+def fans(number: int) -> bytes:
+    """Two corners, each beside all of the others, which are on a circle."""
+    turns = [2 * math.pi * i / number for i in range(number)]
+    corners = [(0, 0, 1), (0, 0, -1), *((math.cos(turn), math.sin(turn), 0) for turn in turns)]
+    pairs = [(2 + i, 2 + (i + 1) % number) for i in range(number)]
+    return msh(corners, [(0, i, j) for i, j in pairs] + [(1, j, i) for i, j in pairs])
+
+
 def obj(body: str = "", faces: str = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n") -> bytes:
     return ("".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS) + body + faces).encode()
 
@@ -464,10 +472,24 @@ def counts() -> Iterator[Case]:
         expect="refused",
         words=("solver",),
     )
-    for number, expect in ((20, "works"), (2000, "refused")):
-        geoms = '<geom type="ellipsoid" size="1 .9 .8"/>' * number
-        xml = f"<mujoco><worldbody>{f'<body><freejoint/>{geoms}</body>' * 2}</worldbody></mujoco>"
-        yield Case(f"overlaps-{number}", xml, expect=expect)
+    for name, number, expect, option, geom in (
+        ("few", 20, "works", "", "type='ellipsoid' size='1 .9 .8'"),
+        ("many", 2000, "refused", "", "type='ellipsoid' size='1 .9 .8'"),
+        ("RK4", 300, "refused", "<option integrator='RK4'/>", "type='ellipsoid' size='1 .9 .8'"),
+        (
+            "margin",
+            600,
+            "refused",
+            "<option o_margin='9'><flag override='enable'/></option>",
+            "type='cylinder' size='.1 .1'",
+        ),
+        ("fans", 120, "refused", "", "type='mesh' mesh='fans'"),
+        ("multiccd", 60, "refused", "<option><flag multiccd='enable'/></option>", "type='mesh' mesh='fans'"),
+    ):
+        bodies = "".join(f"<body pos='{x} 0 0'><freejoint/>{f'<geom {geom}/>' * number}</body>" for x in (0, 1))
+        mesh = "<asset><mesh name='fans' file='fans.msh'/></asset>"
+        xml = f"<mujoco>{option}{mesh}<worldbody>{bodies}</worldbody></mujoco>"
+        yield Case(f"overlaps-{name}", xml, {"fans.msh": fans(2000)}, expect)
     yield Case("long-name", model(f'<geom name="{"n" * 100}" size="1"/>'), expect="works")
     yield Case("longer-name", model(f'<geom name="{"n" * 101}" size="1"/>'), expect="refused", words=("name", "100"))
     yield Case("long-unknown", f"<mujoco><{'u' * 1_000_000}/></mujoco>", expect="refused")
@@ -1310,6 +1332,8 @@ def today() -> Iterator[Case]:
         "<framepos objtype='site' objname='here' nsample='9223372036854775807'/>": ("nsample",),
         "<contact geom1='floor' num='2000000000'/>": ("num",),
         "<contact geom1='floor' num='9223372036854775807'/>": ("num",),
+        # 2^32 numbers and some, which 32 bits would make 6,704
+        "<contact geom1='floor' num='1000' nsample='186737'/>": ("4294974000 numbers",),
         "<contact geom1='floor' num='-1'/>": (),
         "<rangefinder camera='eye'/>": ("pixels",),
     }.items():
@@ -1350,6 +1374,10 @@ ONLY_IN_MUJOCO_2 = (
     "mesh-inline-normals",
     "composite",
     "muscles-unstable",
+    "overlaps-RK4",
+    "overlaps-fans",
+    "overlaps-margin",
+    "overlaps-multiccd",
     "tendon-joint-twice",
 )
 

@@ -44,8 +44,9 @@ inline constexpr Limit kHullWork{1'600'000'000, kNoLimit};
 // of vertices. MuJoCo computes each hull twice; for the slowest hulls of this size, those of cones, that takes 4.4 s
 // (to measure it, load a mesh of 7,900 points on a cone by mujoco.MjModel.from_xml_string).
 inline constexpr std::int64_t kHullCubes = 500'000'000'000;
-// For the contacts in the step with which MuJoCo tests an untrusted model, as cmake/engine/overlaps.c estimates them.
-inline constexpr double kContactMicroseconds = 5e6;
+// For the contacts in the step with which MuJoCo tests an untrusted model, as cmake/engine/overlaps.c estimates them. To create
+// an environment takes two steps' contacts more.
+inline constexpr double kContactMicroseconds = 1.5e6;
 inline constexpr double kMaxCoordinate = 1 << 30;  // MuJoCo's own limit, which it checks only in STL files
 inline constexpr Limit kFaceCorners{256, 256};
 inline constexpr Limit kPixels{1 << 26, 1 << 28};
