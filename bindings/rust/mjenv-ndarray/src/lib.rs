@@ -28,28 +28,19 @@ use ndarray::{ArrayView1, ArrayView2};
 /// Shows a batch as arrays.
 pub trait BatchArrays<T> {
     /// Returns the observations, of shape `[rows, observation_space().count()]`.
-    #[must_use]
     fn obs_array(&self) -> ArrayView2<'_, T>;
 
     /// Returns the rewards, of shape `[rows]`.
-    #[must_use]
     fn reward_array(&self) -> ArrayView1<'_, f64>;
 
-    /// Returns an info of the last step, of shape `[rows, count]`. Most infos have a `count` of 1.
-    ///
-    /// # Errors
+    /// Returns an info of the last step, of shape `[rows, count]`. Most infos have a `count` of 1. Errors:
     /// [`mjenv::ErrorKind::Name`].
     fn info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// Returns an info of the last reset of each row, of shape `[rows, count]`.
-    ///
-    /// # Errors
-    /// [`mjenv::ErrorKind::Name`].
+    /// Returns an info of the last reset of each row, of shape `[rows, count]`. Errors: [`mjenv::ErrorKind::Name`].
     fn reset_info_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 
-    /// Returns an mjData array that the option `arrays` names, of shape `[rows, count]`.
-    ///
-    /// # Errors
+    /// Returns an mjData array that the option `arrays` names, of shape `[rows, count]`. Errors:
     /// [`mjenv::ErrorKind::Name`].
     fn data_array(&self, name: &str) -> Result<ArrayView2<'_, f64>, Error>;
 }
@@ -78,14 +69,9 @@ impl<T: Real> BatchArrays<T> for Batch<T> {
 
 /// Lets an environment take arrays.
 pub trait EnvArrays {
-    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`; for a row or a list of rows, it has
-    /// as many rows as these. They are copied only if they are not contiguous and row-major.
-    ///
-    /// # Errors
-    /// Those of [`Env::step`].
-    ///
-    /// # Panics
-    /// If the actions have another number of columns.
+    /// Calls [`Env::step`] with `actions` of shape `[rows, action_space().count()]`; for a row or a list of rows, it
+    /// has as many rows as these. They are copied only if they are not contiguous and row-major. Errors: those of
+    /// [`Env::step`]. Panics if the actions have another number of columns.
     fn step_array<'a, A: Real, T: Real>(
         &mut self,
         rows: impl Into<Rows<'a>>,

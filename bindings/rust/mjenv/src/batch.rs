@@ -108,136 +108,64 @@ impl<T: Real> Batch<T> {
         raw
     }
 
-    /// Returns the number of rows. In the batch of a rollout this is rows * steps, and step `t` of a row is at
-    /// `row * steps + t`.
-    #[must_use]
-    pub fn rows(&self) -> usize {
-        self.rows
+    methods! {
+        self;
+        /// Returns the number of rows. In the batch of a rollout this is rows * steps, and step `t` of a row is at
+        /// `row * steps + t`.
+        rows() -> usize { self.rows }
+        /// Returns the observation of a row: `[observation_space().count()]`. Panics if there is no such row.
+        obs(row: usize) -> &[T] { slice(&self.obs, row, self.obs_count) }
+        /// Returns the observations of all rows, one after the other: `[rows][observation_space().count()]`.
+        observations() -> &[T] { &self.obs }
     }
 
-    /// Returns the observation of a row: `[observation_space().count()]`.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    #[must_use]
-    pub fn obs(&self, row: usize) -> &[T] {
-        slice(&self.obs, row, self.obs_count)
-    }
-
-    /// Returns the observations of all rows, one after the other: `[rows][observation_space().count()]`.
-    #[must_use]
-    pub fn observations(&self) -> &[T] {
-        &self.obs
-    }
-
-    /// Returns a group of the observation of a row, or a term without a group ([`Role::Groups`]).
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`] (also if the observation has no groups; see the option `observation`).
-    ///
-    /// # Panics
-    /// If there is no such row.
+    /// Returns a group of the observation of a row, or a term without a group ([`Role::Groups`]). Errors:
+    /// [`ErrorKind::Name`] (also if the observation has no groups; see the option `observation`). Panics if there is no
+    /// such row.
     pub fn group(&self, row: usize, name: &str) -> Result<&[T]> {
         let group = self.groups.named("group of the observation", name)?;
         Ok(&self.obs(row)[group.offset..][..group.count])
     }
 
-    /// Returns the reward of each row; 0 after a reset.
-    #[must_use]
-    pub fn reward(&self) -> &[f64] {
-        &self.reward
-    }
-
-    /// Returns for each row whether it has reached a terminal state; false after a reset.
-    #[must_use]
-    pub fn terminated(&self) -> &[bool] {
-        &self.terminated
-    }
-
-    /// Returns for each row whether it has reached its limit of steps; false after a reset.
-    #[must_use]
-    pub fn truncated(&self) -> &[bool] {
-        &self.truncated
-    }
-
-    /// Returns whether the episode of a row is over: terminated or truncated.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    #[must_use]
-    pub fn ended(&self, row: usize) -> bool {
-        self.terminated[row] || self.truncated[row]
-    }
-
-    /// Returns whether the last step failed in a row: MuJoCo reported an error, and the row kept its state.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    #[must_use]
-    pub fn failed(&self, row: usize) -> bool {
-        self.status[row] < sys::MJENV_OK
-    }
-
-    /// Returns whether the state of a row diverged in the last step, so that MuJoCo restarted the row.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    #[must_use]
-    pub fn diverged(&self, row: usize) -> bool {
-        self.status[row] == sys::MJENV_DIVERGED
-    }
-
-    /// Returns an info of the last step: `[rows][count]`. Most infos have a `count` of 1. The value is 0 for a row that
-    /// the step reset.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`].
-    pub fn info(&self, name: &str) -> Result<&[f64]> {
-        self.info.get("info", name)
-    }
-
-    /// Returns the names and values of all infos of the last step, in Gymnasium's order.
-    #[must_use]
-    pub fn infos(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
-        self.info.iter()
-    }
-
-    /// Returns for each row whether the last call began an episode.
-    #[must_use]
-    pub fn was_reset(&self) -> &[bool] {
-        &self.was_reset
-    }
-
-    /// Returns an info of the last reset of each row: `[rows][count]`.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`].
-    pub fn reset_info(&self, name: &str) -> Result<&[f64]> {
-        self.reset_info.get("reset info", name)
-    }
-
-    /// Returns the names and values of all infos of the last reset of each row, in Gymnasium's order.
-    #[must_use]
-    pub fn reset_infos(&self) -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ {
-        self.reset_info.iter()
+    methods! {
+        self;
+        /// Returns the reward of each row; 0 after a reset.
+        reward() -> &[f64] { &self.reward }
+        /// Returns for each row whether it has reached a terminal state; false after a reset.
+        terminated() -> &[bool] { &self.terminated }
+        /// Returns for each row whether it has reached its limit of steps; false after a reset.
+        truncated() -> &[bool] { &self.truncated }
+        /// Returns whether the episode of a row is over: terminated or truncated. Panics if there is no such row.
+        ended(row: usize) -> bool { self.terminated[row] || self.truncated[row] }
+        /// Returns whether the last step failed in a row: MuJoCo reported an error, and the row kept its state. Panics
+        /// if there is no such row.
+        failed(row: usize) -> bool { self.status[row] < sys::MJENV_OK }
+        /// Returns whether the state of a row diverged in the last step, so that MuJoCo restarted the row. Panics if
+        /// there is no such row.
+        diverged(row: usize) -> bool { self.status[row] == sys::MJENV_DIVERGED }
+        /// Returns an info of the last step: `[rows][count]`. Most infos have a `count` of 1. The value is 0 for a row
+        /// that the step reset. Errors: [`ErrorKind::Name`].
+        info(name: &str) -> Result<&[f64]> { self.info.get("info", name) }
+        /// Returns the names and values of all infos of the last step, in Gymnasium's order.
+        infos() -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ { self.info.iter() }
+        /// Returns for each row whether the last call began an episode.
+        was_reset() -> &[bool] { &self.was_reset }
+        /// Returns an info of the last reset of each row: `[rows][count]`. Errors: [`ErrorKind::Name`].
+        reset_info(name: &str) -> Result<&[f64]> { self.reset_info.get("reset info", name) }
+        /// Returns the names and values of all infos of the last reset of each row, in Gymnasium's order.
+        reset_infos() -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ { self.reset_info.iter() }
     }
 
     /// Returns the last observation of the episode that the last step ended and reset. It is `None` for rows where this
-    /// did not happen, and without the option `autoreset_mode` at `"same_step"`.
-    ///
-    /// # Panics
-    /// If there is no such row.
-    #[must_use]
+    /// did not happen, and without the option `autoreset_mode` at `"same_step"`. Panics if there is no such row.
     pub fn final_obs(&self, row: usize) -> Option<&[T]> {
         let last = self.last.as_ref()?;
         (self.was_reset[row] && self.ended(row)).then(|| slice(&last.obs, row, self.obs_count))
     }
 
     /// Returns an info of the last step of the episodes that the last step ended and reset: `[rows][count]`. It is
-    /// valid for the rows that have a [`Batch::final_obs`].
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`] (also if the option `autoreset_mode` is not `"same_step"`).
+    /// valid for the rows that have a [`Batch::final_obs`]. Errors: [`ErrorKind::Name`] (also if the option
+    /// `autoreset_mode` is not `"same_step"`).
     pub fn final_info(&self, name: &str) -> Result<&[f64]> {
         self.last()?.info.get("final info", name)
     }
@@ -247,10 +175,7 @@ impl<T: Real> Batch<T> {
         self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::Name, message.to_string()))
     }
 
-    /// Returns an mjData array that the option `arrays` names: `[rows][count]`.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`].
+    /// Returns an mjData array that the option `arrays` names: `[rows][count]`. Errors: [`ErrorKind::Name`].
     pub fn array(&self, name: &str) -> Result<&[f64]> {
         self.arrays.get("exported array", name)
     }

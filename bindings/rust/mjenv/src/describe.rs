@@ -9,102 +9,64 @@ use crate::text;
 /// What the fields of a list describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[repr(i32)]
 pub enum Role {
     /// The terms of an observation, in order.
-    Observation,
+    Observation = sys::MJENV_ROLE_OBSERVATION,
     /// The actuators.
-    Action,
+    Action = sys::MJENV_ROLE_ACTION,
     /// The info of a step.
-    Info,
+    Info = sys::MJENV_ROLE_INFO,
     /// The info of a reset.
-    ResetInfo,
+    ResetInfo = sys::MJENV_ROLE_RESET_INFO,
     /// The reward, which is one field.
-    Reward,
+    Reward = sys::MJENV_ROLE_REWARD,
     /// Gymnasium's `observation_structure`: names and numbers of elements. It is empty where Gymnasium has none.
-    Structure,
+    Structure = sys::MJENV_ROLE_STRUCTURE,
     /// The arrays of a row's mjData that [`Env::read`](crate::Env::read) takes.
-    Data,
+    Data = sys::MJENV_ROLE_DATA,
     /// The sizes, options and arrays of the mjModel that [`Env::read`](crate::Env::read) takes.
-    Model,
+    Model = sys::MJENV_ROLE_MODEL,
     /// The mjData arrays that the option `arrays` names, see [`Batch::array`](crate::Batch::array).
-    Arrays,
+    Arrays = sys::MJENV_ROLE_ARRAYS,
     /// The live parameters of a task, which [`Env::read`](crate::Env::read) and [`Env::write`](crate::Env::write) take.
-    Parameters,
+    Parameters = sys::MJENV_ROLE_PARAMETERS,
     /// The keys of an observation that is a Gymnasium Dict: its groups, and the terms without a group. Each is a part of
     /// the observation, see [`Batch::group`](crate::Batch::group). There are none if it is a Box.
-    Groups,
-}
-
-impl Role {
-    pub(crate) fn raw(self) -> sys::mjenv_role {
-        match self {
-            Self::Observation => sys::MJENV_ROLE_OBSERVATION,
-            Self::Action => sys::MJENV_ROLE_ACTION,
-            Self::Info => sys::MJENV_ROLE_INFO,
-            Self::ResetInfo => sys::MJENV_ROLE_RESET_INFO,
-            Self::Reward => sys::MJENV_ROLE_REWARD,
-            Self::Structure => sys::MJENV_ROLE_STRUCTURE,
-            Self::Data => sys::MJENV_ROLE_DATA,
-            Self::Model => sys::MJENV_ROLE_MODEL,
-            Self::Arrays => sys::MJENV_ROLE_ARRAYS,
-            Self::Parameters => sys::MJENV_ROLE_PARAMETERS,
-            Self::Groups => sys::MJENV_ROLE_GROUPS,
-        }
-    }
+    Groups = sys::MJENV_ROLE_GROUPS,
 }
 
 /// A type of numbers. That of a field is the one that Gymnasium gives its values; in this crate all of them are `f64`, which
 /// holds each exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[repr(i32)]
 pub enum Dtype {
     /// `np.float64`
-    Float64,
+    Float64 = sys::MJENV_DTYPE_FLOAT64,
     /// `np.float32` when the action is float32, else `np.float64`
-    Action,
+    Action = sys::MJENV_DTYPE_ACTION,
     /// `float`
-    NativeFloat,
+    NativeFloat = sys::MJENV_DTYPE_NATIVE_FLOAT,
     /// `int`
-    NativeInt,
+    NativeInt = sys::MJENV_DTYPE_NATIVE_INT,
     /// `np.int64`
-    Int64,
+    Int64 = sys::MJENV_DTYPE_INT64,
     /// `np.float32`: some mjModel arrays
-    Float32,
+    Float32 = sys::MJENV_DTYPE_FLOAT32,
     /// `np.int32`: mjModel and mjData arrays
-    Int32,
+    Int32 = sys::MJENV_DTYPE_INT32,
     /// `np.uint8`: flags and pixels in mjModel
-    Uint8,
+    Uint8 = sys::MJENV_DTYPE_UINT8,
     /// A type that this version of the crate does not know.
-    Unknown,
+    Unknown = i32::MAX,
 }
 
 impl Dtype {
-    fn from_raw(raw: i32) -> Self {
-        match raw {
-            sys::MJENV_DTYPE_FLOAT64 => Self::Float64,
-            sys::MJENV_DTYPE_ACTION => Self::Action,
-            sys::MJENV_DTYPE_NATIVE_FLOAT => Self::NativeFloat,
-            sys::MJENV_DTYPE_NATIVE_INT => Self::NativeInt,
-            sys::MJENV_DTYPE_INT64 => Self::Int64,
-            sys::MJENV_DTYPE_FLOAT32 => Self::Float32,
-            sys::MJENV_DTYPE_INT32 => Self::Int32,
-            sys::MJENV_DTYPE_UINT8 => Self::Uint8,
-            _ => Self::Unknown,
-        }
-    }
-
-    pub(crate) fn raw(self) -> sys::mjenv_dtype {
-        match self {
-            Self::Float64 => sys::MJENV_DTYPE_FLOAT64,
-            Self::Action => sys::MJENV_DTYPE_ACTION,
-            Self::NativeFloat => sys::MJENV_DTYPE_NATIVE_FLOAT,
-            Self::NativeInt => sys::MJENV_DTYPE_NATIVE_INT,
-            Self::Int64 => sys::MJENV_DTYPE_INT64,
-            Self::Float32 => sys::MJENV_DTYPE_FLOAT32,
-            Self::Int32 => sys::MJENV_DTYPE_INT32,
-            Self::Uint8 => sys::MJENV_DTYPE_UINT8,
-            Self::Unknown => i32::MAX,
-        }
+    pub(crate) fn from_raw(raw: sys::mjenv_dtype) -> Self {
+        use Dtype::*;
+        let known = [Float64, Action, NativeFloat, NativeInt, Int64, Float32, Int32, Uint8];
+        known.into_iter().find(|dtype| *dtype as i32 == raw).unwrap_or(Unknown)
     }
 }
 
@@ -127,8 +89,7 @@ pub struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// # Safety
-    /// The texts of `raw` live for `'a`.
+    /// Safety: the texts of `raw` live for `'a`.
     pub(crate) unsafe fn from_raw(raw: &sys::mjenv_field) -> Self {
         // SAFETY: as the caller promises. The name may be that of an actuator in the user's model, of any bytes.
         let (name, doc) = unsafe { (text::lossy(raw.name), text::borrowed(raw.doc)) };
@@ -144,7 +105,6 @@ impl<'a> Field<'a> {
     }
 
     /// Returns the shape; it is empty for a scalar.
-    #[must_use]
     pub fn shape(&self) -> &[usize] {
         &self.shape[..self.ndim]
     }
@@ -165,16 +125,12 @@ pub struct Space<'a> {
 }
 
 impl Space<'_> {
-    /// Returns the number of elements.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.low.len()
-    }
-
-    /// Returns the length of each dimension: two if the option `history` stacks whole observations, else one.
-    #[must_use]
-    pub fn shape(&self) -> &[usize] {
-        &self.shape[..self.ndim]
+    methods! {
+        self;
+        /// Returns the number of elements.
+        count() -> usize { self.low.len() }
+        /// Returns the length of each dimension: two if the option `history` stacks whole observations, else one.
+        shape() -> &[usize] { &self.shape[..self.ndim] }
     }
 }
 

@@ -1,7 +1,6 @@
 use std::borrow::Cow;
 use std::ffi::CStr;
 use std::fmt;
-use std::os::raw::c_void;
 use std::ptr::{self, NonNull};
 use std::slice;
 use std::time::Duration;
@@ -9,7 +8,7 @@ use std::time::Duration;
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
-use crate::error::{check, check_length, Error, ErrorKind, Result};
+use crate::error::{call, check, check_length, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string, lossy};
 use crate::{Batch, Dtype, Field, Options, Real, Role, Rows, Space, Spec};
 
@@ -167,11 +166,9 @@ fn no_row(row: usize, rows: usize) -> Error {
 }
 
 impl Env {
-    /// Builds an environment of `rows` rows with a copy of the options.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`] (`rows` is 0), [`ErrorKind::Name`] (the option `arrays` contains an unknown name),
-    /// [`ErrorKind::File`], [`ErrorKind::Model`], [`ErrorKind::Memory`].
+    /// Builds an environment of `rows` rows with a copy of the options. Errors: [`ErrorKind::Value`] (`rows` is 0),
+    /// [`ErrorKind::Name`] (the option `arrays` contains an unknown name), [`ErrorKind::File`], [`ErrorKind::Model`],
+    /// [`ErrorKind::Memory`].
     pub fn new(options: &Options, rows: usize) -> Result<Self> {
         let options = options.try_clone()?;
         let mut raw = ptr::null_mut();
@@ -186,46 +183,28 @@ impl Env {
         Ok(env)
     }
 
-    /// Returns the environment in the C interface, for crates that call functions of `mjenv-sys`.
-    #[must_use]
-    pub fn raw(&self) -> *mut sys::mjenv_env {
-        self.raw.as_ptr()
-    }
-
-    /// Returns the number of rows.
-    #[must_use]
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Returns how many simulation steps of MuJoCo (mj_step) one step takes.
-    #[must_use]
-    pub fn frame_skip(&self) -> usize {
-        self.frame_skip
-    }
-
-    /// Returns how many threads step the rows.
-    #[must_use]
-    pub fn threads(&self) -> usize {
-        self.threads
+    methods! {
+        self;
+        /// Returns the environment in the C interface, for crates that call functions of `mjenv-sys`.
+        raw() -> *mut sys::mjenv_env { self.raw.as_ptr() }
+        /// Returns the number of rows.
+        rows() -> usize { self.rows }
+        /// Returns how many simulation steps of MuJoCo (mj_step) one step takes.
+        frame_skip() -> usize { self.frame_skip }
+        /// Returns how many threads step the rows.
+        threads() -> usize { self.threads }
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
-    /// one by one.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Pending`].
+    /// one by one. Errors: [`ErrorKind::Pending`].
     pub fn lanes(&mut self) -> Result<Lanes> {
         let info = self.info()?;
         // SAFETY: the text lives until the library is asked again, and the environment is borrowed.
         Ok(Lanes { count: size(info.lanes), reason: unsafe { borrowed(info.lanes_reason) }.to_string() })
     }
 
-    /// Returns how lanes compute each stage of a step: its name, and `"lanes"`, `"row by row: WHY"`,
-    /// `"lanes; row by row: WHAT"` or `"absent"`. Empty if the library has no lanes.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Busy`].
+    /// Returns how lanes compute each stage of a step: its name, and `"lanes"`, `"row by row: WHY"`, `"lanes; row by
+    /// row: WHAT"` or `"absent"`. Empty if the library has no lanes. Errors: [`ErrorKind::Busy`].
     pub fn lane_stages(&mut self) -> Result<Vec<(String, String)>> {
         // SAFETY: the handle is alive.
         let text = unsafe { sys::mjenv_lane_stages_of(self.raw()) };
@@ -239,70 +218,54 @@ impl Env {
 
     fn info(&mut self) -> Result<sys::mjenv_info> {
         let mut info = sys::mjenv_info { struct_size: size_of::<sys::mjenv_info>(), ..Default::default() };
-        // SAFETY: handle and struct are valid for the call.
-        check(unsafe { sys::mjenv_info_of(self.raw(), &mut info) })?;
+        call!(self.mjenv_info_of(&mut info))?;
         Ok(info)
     }
 
-    /// Returns what Gymnasium registers for the id.
-    #[must_use]
-    pub fn spec(&self) -> Spec {
-        self.options.spec()
-    }
-
-    /// Returns the options with which the environment was built.
-    #[must_use]
-    pub fn options(&self) -> &Options {
-        &self.options
+    methods! {
+        self;
+        /// Returns what Gymnasium registers for the id.
+        spec() -> Spec { self.options.spec() }
+        /// Returns the options with which the environment was built.
+        options() -> &Options { &self.options }
     }
 
     /// Allocates outputs for this environment. Their observations are `f64`, as Gymnasium has them, or rounded to `f32`:
     /// `env.batch::<f64>()`.
-    #[must_use]
     pub fn batch<T: Real>(&self) -> Batch<T> {
         Batch::new(self, self.rows)
     }
 
-    /// Allocates outputs for [`Env::rollout`] of `steps` steps.
-    ///
-    /// # Panics
-    /// If they do not fit into the address space.
-    #[must_use]
+    /// Allocates outputs for [`Env::rollout`] of `steps` steps. Panics if they do not fit into the address space.
     pub fn rollout_batch<T: Real>(&self, steps: usize) -> Batch<T> {
         Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
     }
 
-    /// Returns the space of one row's observation.
-    #[must_use]
-    pub fn observation_space(&self) -> Space<'_> {
-        self.space(Role::Observation)
-    }
-
-    /// Returns the space of one row's action.
-    #[must_use]
-    pub fn action_space(&self) -> Space<'_> {
-        self.space(Role::Action)
+    methods! {
+        self;
+        /// Returns the space of one row's observation.
+        observation_space() -> Space<'_> { self.space(Role::Observation) }
+        /// Returns the space of one row's action.
+        action_space() -> Space<'_> { self.space(Role::Action) }
     }
 
     fn space(&self, role: Role) -> Space<'_> {
         let mut raw = sys::mjenv_space { struct_size: size_of::<sys::mjenv_space>(), ..Default::default() };
-        // SAFETY: handle and struct are valid for the call.
-        check(unsafe { sys::mjenv_space_of(self.raw(), role.raw(), &mut raw) }).expect("an environment has two spaces");
+        call!(self.mjenv_space_of(role as i32, &mut raw)).expect("an environment has two spaces");
         let bound = |values: *const f64| match size(raw.count) {
             0 => &[],
             // SAFETY: the bounds hold `count` values that belong to the environment and never change.
             count => unsafe { slice::from_raw_parts(values, count) },
         };
-        let dtype = if raw.dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
         let ndim = usize::try_from(raw.ndim).unwrap_or(0).min(raw.shape.len());
-        Space { dtype, low: bound(raw.low), high: bound(raw.high), ndim, shape: raw.shape.map(size) }
+        let (low, high) = (bound(raw.low), bound(raw.high));
+        Space { dtype: Dtype::from_raw(raw.dtype), low, high, ndim, shape: raw.shape.map(size) }
     }
 
     /// Returns the fields of a role, in Gymnasium's order.
-    #[must_use]
     pub fn fields(&self, role: Role) -> impl ExactSizeIterator<Item = Field<'_>> + '_ {
         // SAFETY: the handle is alive.
-        let count = size(unsafe { sys::mjenv_field_count(self.raw(), role.raw()) });
+        let count = size(unsafe { sys::mjenv_field_count(self.raw(), role as i32) });
         (0..count).map(move |index| self.field(role, index))
     }
 
@@ -313,9 +276,7 @@ impl Env {
 
     fn field(&self, role: Role, index: usize) -> Field<'_> {
         let mut raw = sys::mjenv_field { struct_size: size_of::<sys::mjenv_field>(), ..Default::default() };
-        // SAFETY: handle and struct are valid for the call.
-        check(unsafe { sys::mjenv_field_at(self.raw(), role.raw(), int64(index), &mut raw) })
-            .expect("a field has a description");
+        call!(self.mjenv_field_at(role as i32, int64(index), &mut raw)).expect("a field has a description");
         // SAFETY: the texts belong to the environment and never change.
         unsafe { Field::from_raw(&raw) }
     }
@@ -332,15 +293,11 @@ impl Env {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// # Errors
-    /// [`ErrorKind::Size`] (there are more or fewer seeds, or a seed has no words); those of [`Rows`].
+    /// Errors: [`ErrorKind::Size`] (there are more or fewer seeds, or a seed has no words); those of [`Rows`].
     pub fn seed<'a, S: Seed>(&mut self, rows: impl Into<Rows<'a>>, seeds: &[S]) -> Result<()> {
         let rows = rows.into();
         if let (Rows::One(row), [seed]) = (rows, seeds) {
-            let words = (seed as *const S).cast();
-            // SAFETY: the seed has so many words.
-            return check(unsafe { sys::mjenv_seed_row(self.raw(), int64(row), words, int64(S::WORDS)) });
+            return call!(self.mjenv_seed_row(int64(row), (seed as *const S).cast(), int64(S::WORDS)));
         }
         let mask = self.room.mask(rows)?;
         let mut all;
@@ -353,63 +310,42 @@ impl Env {
             _ => seeds,
         };
         check_length("seeds", seeds.len(), self.rows)?;
-        // SAFETY: there is a seed of so many words for each row, and a mask that is not null has a flag for each row.
-        check(unsafe { sys::mjenv_seed(self.raw(), mask, seeds.as_ptr().cast(), int64(seeds.len() * S::WORDS)) })
+        call!(self.mjenv_seed(mask, seeds.as_ptr().cast(), int64(seeds.len() * S::WORDS)))
     }
 
-    /// Computes the rewards of pairs of goals by the task's `compute_reward`, for hindsight experience replay. `achieved`
-    /// and `desired` hold one goal after the other, and `rewards` one number for each pair.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Task`] (the task has no `compute_reward`, or it failed), [`ErrorKind::Size`] (the lengths do not fit
-    /// together).
+    /// Computes the rewards of pairs of goals by the task's `compute_reward`, for hindsight experience replay.
+    /// `achieved` and `desired` hold one goal after the other, and `rewards` one number for each pair. Errors:
+    /// [`ErrorKind::Task`] (the task has no `compute_reward`, or it failed), [`ErrorKind::Size`] (the lengths do not
+    /// fit together).
     pub fn compute_reward(&self, achieved: &[f64], desired: &[f64], rewards: &mut [f64]) -> Result<()> {
         check_length("desired", desired.len(), achieved.len())?;
-        let (from, to) = (achieved.as_ptr(), desired.as_ptr());
-        // SAFETY: the pointers are valid for these numbers of elements, which the library compares.
-        check(unsafe {
-            sys::mjenv_compute_reward(
-                self.raw(),
-                from,
-                to,
-                int64(achieved.len()),
-                rewards.as_mut_ptr(),
-                int64(rewards.len()),
-            )
-        })
+        let (from, to, rewards, count) =
+            (achieved.as_ptr(), desired.as_ptr(), rewards.as_mut_ptr(), int64(rewards.len()));
+        call!(self.mjenv_compute_reward(from, to, int64(achieved.len()), rewards, count))
     }
 
     /// Returns the random stream of a row, a PCG64 as NumPy has it: the low and high half of the state, the low and
-    /// high half of the increment, and `has_uint32` and `uinteger`, which hold the half of a 64-bit draw that is not yet
-    /// used.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row was neither seeded nor reset).
+    /// high half of the increment, and `has_uint32` and `uinteger`, which hold the half of a 64-bit draw that is not
+    /// yet used. Errors: [`ErrorKind::Value`] (there is no such row), [`ErrorKind::NotReset`] (the row was neither
+    /// seeded nor reset).
     pub fn stream(&self, row: usize) -> Result<[u64; 6]> {
         let mut words = [0; 6];
-        // SAFETY: the pointer is valid for the given number of words.
-        check(unsafe { sys::mjenv_get_stream(self.raw(), int64(row), words.as_mut_ptr(), 6) })?;
+        call!(self.mjenv_get_stream(int64(row), words.as_mut_ptr(), 6))?;
         Ok(words)
     }
 
-    /// Replaces the random stream of a row by `words`, in the order of [`Env::stream`].
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`] (there is no such row, or the increment is even).
+    /// Replaces the random stream of a row by `words`, in the order of [`Env::stream`]. Errors: [`ErrorKind::Value`]
+    /// (there is no such row, or the increment is even).
     pub fn set_stream(&mut self, row: usize, words: &[u64; 6]) -> Result<()> {
-        // SAFETY: the pointer is valid for the given number of words.
-        check(unsafe { sys::mjenv_set_stream(self.raw(), int64(row), words.as_ptr(), 6) })
+        call!(self.mjenv_set_stream(int64(row), words.as_ptr(), 6))
     }
 
     /// Begins a new episode in each of the rows. The start is drawn from the row's random stream. Writes the
-    /// observations and the reset infos into `out`, where the other rows keep their values.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Size`] (`out` is of another environment), [`ErrorKind::Physics`]; those of [`Rows`].
+    /// observations and the reset infos into `out`, where the other rows keep their values. Errors: [`ErrorKind::Size`]
+    /// (`out` is of another environment), [`ErrorKind::Physics`]; those of [`Rows`].
     pub fn reset<'a, T: Real>(&mut self, rows: impl Into<Rows<'a>>, out: &mut Batch<T>) -> Result<()> {
         let (mask, out) = (self.room.mask(rows.into())?, out.raw());
-        // SAFETY: the arrays of the batch have the sizes in `out`, and a mask that is not null has a flag for each row.
-        check(unsafe { sys::mjenv_reset(self.raw(), mask, &out) })
+        call!(self.mjenv_reset(mask, &out))
     }
 
     /// Steps the rows. `actions` has `action_space().count()` numbers for each row. `f32` and `f64` actions give
@@ -418,12 +354,9 @@ impl Env {
     ///
     /// With the option `autoreset_mode` a step also resets rows whose episodes have ended, as Gymnasium's SyncVectorEnv
     /// does. If MuJoCo fails in a row, that row keeps its state, [`Batch::failed`] returns true for it, and the other
-    /// rows are stepped.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Size`], [`ErrorKind::NotReset`], [`ErrorKind::EpisodeEnded`], [`ErrorKind::Value`] (an action is NaN
-    /// or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row); those of [`Rows`]. The option `strict` turns the
-    /// checks of episodes and actions off.
+    /// rows are stepped. Errors: [`ErrorKind::Size`], [`ErrorKind::NotReset`], [`ErrorKind::EpisodeEnded`],
+    /// [`ErrorKind::Value`] (an action is NaN or infinite), [`ErrorKind::Physics`] (MuJoCo failed in a row); those of
+    /// [`Rows`]. The option `strict` turns the checks of episodes and actions off.
     pub fn step<'a, A: Real, T: Real>(
         &mut self,
         rows: impl Into<Rows<'a>>,
@@ -433,10 +366,8 @@ impl Env {
         let (rows, env, out) = (rows.into(), self.raw(), out.raw());
         let mask = self.room.mask(rows)?;
         let actions = self.room.spread_actions(rows, actions)?;
-        let (action, count) = (actions.as_ptr().cast(), int64(actions.len()));
-        // SAFETY: the arrays of the batch have the sizes in `out`, a mask that is not null has a flag for each row, and
-        // the actions have the given length and type.
-        check(unsafe { sys::mjenv_step(env, mask, action, count, A::DTYPE, &out) })
+        // SAFETY: as in `call!`; the actions are of the type that is passed.
+        check(unsafe { sys::mjenv_step(env, mask, actions.as_ptr().cast(), int64(actions.len()), A::DTYPE, &out) })
     }
 
     /// Begins a step of the rows and returns at once, so that the program can work while the rows are stepped. `actions`
@@ -461,10 +392,8 @@ impl Env {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// # Errors
-    /// Those of [`Env::step`] except for [`ErrorKind::Physics`], which [`Env::recv`] returns; [`ErrorKind::Pending`] (a
-    /// row is under way already).
+    /// Errors: those of [`Env::step`] except for [`ErrorKind::Physics`], which [`Env::recv`] returns;
+    /// [`ErrorKind::Pending`] (a row is under way already).
     pub fn send<'a, A: Real>(&mut self, rows: impl Into<Rows<'a>>, actions: &[A]) -> Result<()> {
         let env = self.raw();
         let (rows, actions) = self.room.sent(rows.into(), actions)?;
@@ -472,20 +401,16 @@ impl Env {
             // To the library, null rows mean all rows, and the pointer of an empty slice means nothing.
             return check_length("action", actions.len(), 0);
         }
-        let (numbers, row_count) = (rows.as_ptr(), int64(rows.len()));
-        let (action, count) = (actions.as_ptr().cast(), int64(actions.len()));
-        // SAFETY: rows and actions have the given lengths and type.
-        check(unsafe { sys::mjenv_send(env, numbers, row_count, action, count, A::DTYPE) })
+        let (count, actions, numbers) = (int64(rows.len()), actions.as_ptr().cast(), int64(actions.len()));
+        // SAFETY: as in `step`.
+        check(unsafe { sys::mjenv_send(env, rows.as_ptr(), count, actions, numbers, A::DTYPE) })
     }
 
     /// Waits until at least `least` of the rows that were sent have been stepped, or until `timeout` has passed. Writes
     /// the numbers of all rows that are done into `rows`, which it empties first, and their outputs into `out`, each at
-    /// the row's own place. Each row is reported once.
-    ///
-    /// # Errors
-    /// [`ErrorKind::NotPending`], [`ErrorKind::Size`] (fewer than `least` rows are under way, or `out` is of another
-    /// environment), [`ErrorKind::Physics`] (MuJoCo failed in a row, for which [`Batch::failed`] returns true). If a row
-    /// failed, `rows` and `out` are written all the same.
+    /// the row's own place. Each row is reported once. Errors: [`ErrorKind::NotPending`], [`ErrorKind::Size`] (fewer
+    /// than `least` rows are under way, or `out` is of another environment), [`ErrorKind::Physics`] (MuJoCo failed in a
+    /// row, for which [`Batch::failed`] returns true). If a row failed, `rows` and `out` are written all the same.
     pub fn recv<T: Real>(
         &mut self,
         least: usize,
@@ -497,63 +422,43 @@ impl Env {
         self.room.numbers.resize(self.rows, 0);
         // The library waits without limit for a negative time.
         let seconds = timeout.map_or(-1.0, |timeout| timeout.as_secs_f64());
-        let (env, numbers, room, mut count) = (self.raw(), self.room.numbers.as_mut_ptr(), int64(self.rows), 0);
-        let (least, out) = (int64(least), out.raw());
-        // SAFETY: there is room for the number of every row, and the arrays of the batch have the sizes in `out`.
-        let result = check(unsafe { sys::mjenv_recv(env, least, seconds, numbers, room, &mut count, &out) });
+        let (numbers, room, mut count, out) = (self.room.numbers.as_mut_ptr(), int64(self.rows), 0, out.raw());
+        let result = call!(self.mjenv_recv(int64(least), seconds, numbers, room, &mut count, &out));
         rows.extend(self.room.numbers[..size(count)].iter().map(|&row| size(row)));
         result
     }
 
-    /// Steps every row `steps` times from its present state. `actions` is
-    /// `[rows][steps][action_space().count()]`, and `out` comes from [`Env::rollout_batch`]. A row whose episode ends
-    /// stays there: for the steps that remain, its flags and its observation repeat, and its rewards and infos are 0.
-    /// No row is reset.
-    ///
-    /// # Errors
-    /// Those of [`Env::step`].
+    /// Steps every row `steps` times from its present state. `actions` is `[rows][steps][action_space().count()]`, and
+    /// `out` comes from [`Env::rollout_batch`]. A row whose episode ends stays there: for the steps that remain, its
+    /// flags and its observation repeat, and its rewards and infos are 0. No row is reset. Errors: those of
+    /// [`Env::step`].
     pub fn rollout<A: Real, T: Real>(&mut self, actions: &[A], steps: usize, out: &mut Batch<T>) -> Result<()> {
-        let out = out.raw();
-        let (env, action, count) = (self.raw(), actions.as_ptr().cast(), int64(actions.len()));
-        // SAFETY: the arrays of the batch have the sizes in `out`, and the actions have the given length and type.
-        check(unsafe { sys::mjenv_rollout(env, action, count, A::DTYPE, int64(steps), &out) })
+        let (actions, count, out) = (actions.as_ptr().cast(), int64(actions.len()), out.raw());
+        call!(self.mjenv_rollout(actions, count, A::DTYPE, int64(steps), &out))
     }
 
     /// Writes the present observations of all rows, without a step, and the arrays that the option `arrays` names. The
-    /// other outputs keep their values.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// other outputs keep their values. Errors: [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn observe<T: Real>(&self, out: &mut Batch<T>) -> Result<()> {
-        let out = out.raw();
-        // SAFETY: the arrays of the batch have the sizes in `out`.
-        check(unsafe { sys::mjenv_observe(self.raw(), &out) })
+        call!(self.mjenv_observe(&out.raw()))
     }
 
-    /// Seeds the random stream of [`Env::sample_actions`], as Gymnasium's `action_space.seed(seed)` does.
-    ///
-    /// # Errors
+    /// Seeds the random stream of [`Env::sample_actions`], as Gymnasium's `action_space.seed(seed)` does. Errors:
     /// [`ErrorKind::Busy`].
     pub fn seed_actions(&mut self, seed: u64) -> Result<()> {
-        // SAFETY: the handle is alive.
-        check(unsafe { sys::mjenv_seed_actions(self.raw(), seed) })
+        call!(self.mjenv_seed_actions(seed))
     }
 
     /// Draws an action for each row, as Gymnasium's `action_space.sample()` does, and writes them into `actions`,
-    /// `[rows][action_space().count()]`. All rows draw from one stream, one after the other.
-    ///
-    /// # Errors
+    /// `[rows][action_space().count()]`. All rows draw from one stream, one after the other. Errors:
     /// [`ErrorKind::Size`], [`ErrorKind::Model`] (an actuator has no bounds).
     pub fn sample_actions(&mut self, actions: &mut [f32]) -> Result<()> {
-        // SAFETY: the pointer is valid for the given number of elements.
-        check(unsafe { sys::mjenv_sample_actions(self.raw(), actions.as_mut_ptr(), int64(actions.len())) })
+        call!(self.mjenv_sample_actions(actions.as_mut_ptr(), int64(actions.len())))
     }
 
     /// Reads an array of the row's mjData or of the mjModel by its MuJoCo name: `"xpos"`, `"body_mass"`, `"nq"`,
     /// `"opt.timestep"`. The values are those of Gymnasium's `env.unwrapped.data` after the last step, row-major.
-    /// [`Env::fields`] lists the arrays with their shapes and units under [`Role::Data`] and [`Role::Model`].
-    ///
-    /// # Errors
+    /// [`Env::fields`] lists the arrays with their shapes and units under [`Role::Data`] and [`Role::Model`]. Errors:
     /// [`ErrorKind::Name`], [`ErrorKind::Value`] (there is no such row), [`ErrorKind::Physics`].
     pub fn read(&self, row: usize, array: &str) -> Result<Vec<f64>> {
         let name = c_string(format_args!("array {array:?}"), array)?;
@@ -562,10 +467,8 @@ impl Env {
         Ok(values)
     }
 
-    /// Does what [`Env::read`] does, and writes into the first elements of `values`. Returns how many it wrote.
-    ///
-    /// # Errors
-    /// Those of [`Env::read`], [`ErrorKind::Size`] (`values` is too short).
+    /// Does what [`Env::read`] does, and writes into the first elements of `values`. Returns how many it wrote. Errors:
+    /// those of [`Env::read`], [`ErrorKind::Size`] (`values` is too short).
     pub fn read_into(&self, row: usize, array: &str, values: &mut [f64]) -> Result<usize> {
         let name = c_string(format_args!("array {array:?}"), array)?;
         let count = self.read_raw(row, &name, values)?;
@@ -580,61 +483,43 @@ impl Env {
     fn read_raw(&self, row: usize, array: &CStr, values: &mut [f64]) -> Result<usize> {
         let mut count = 0;
         let (to, room) = (values.as_mut_ptr(), int64(values.len()));
-        // SAFETY: all pointers are valid for the call, and `values` has the given room.
-        check(unsafe { sys::mjenv_read(self.raw(), int64(row), array.as_ptr(), to, room, &mut count) })?;
+        call!(self.mjenv_read(int64(row), array.as_ptr(), to, room, &mut count))?;
         Ok(size(count))
     }
 
     /// Returns how many objects of a kind the model has. `kind` is its name in MJCF: `"body"`, `"joint"`, `"mesh"`,
-    /// `"key"` and so on. The error for another name lists all.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`].
+    /// `"key"` and so on. The error for another name lists all. Errors: [`ErrorKind::Name`].
     pub fn object_count(&self, kind: &str) -> Result<usize> {
-        let kind = c_string(format_args!("type {kind:?}"), kind)?;
-        let mut count = 0;
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_object_count(self.raw(), kind.as_ptr(), &mut count) })?;
+        let (kind, mut count) = (c_string(format_args!("type {kind:?}"), kind)?, 0);
+        call!(self.mjenv_object_count(kind.as_ptr(), &mut count))?;
         Ok(size(count))
     }
 
-    /// Returns the index of a named object; [`Env::object_count`] lists the kinds.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`] (the kind or the object).
+    /// Returns the index of a named object; [`Env::object_count`] lists the kinds. Errors: [`ErrorKind::Name`] (the
+    /// kind or the object).
     pub fn object_index(&self, kind: &str, name: &str) -> Result<usize> {
-        let (kind, name) =
-            (c_string(format_args!("type {kind:?}"), kind)?, c_string(format_args!("name {name:?}"), name)?);
-        let mut index = 0;
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_object_index(self.raw(), kind.as_ptr(), name.as_ptr(), &mut index) })?;
+        let (kind, mut index) = (c_string(format_args!("type {kind:?}"), kind)?, 0);
+        let name = c_string(format_args!("name {name:?}"), name)?;
+        call!(self.mjenv_object_index(kind.as_ptr(), name.as_ptr(), &mut index))?;
         Ok(size(index))
     }
 
-    /// Returns the name of an object; it is empty if the object has none.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`] (the kind), [`ErrorKind::Value`] (there is no such object).
+    /// Returns the name of an object; it is empty if the object has none. Errors: [`ErrorKind::Name`] (the kind),
+    /// [`ErrorKind::Value`] (there is no such object).
     pub fn object_name(&self, kind: &str, index: usize) -> Result<Cow<'_, str>> {
-        let kind = c_string(format_args!("type {kind:?}"), kind)?;
-        let mut name = ptr::null();
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_object_name(self.raw(), kind.as_ptr(), int64(index), &mut name) })?;
+        let (kind, mut name) = (c_string(format_args!("type {kind:?}"), kind)?, ptr::null());
+        call!(self.mjenv_object_name(kind.as_ptr(), int64(index), &mut name))?;
         // SAFETY: the name belongs to the environment and never changes.
         Ok(unsafe { lossy(name) })
     }
 
     /// Sets the positions and velocities of a row, in MuJoCo's units, and computes what depends on them, as Gymnasium's
     /// `set_state` does. `qpos` has nq elements and `qvel` has nv. The step count does not change. Afterwards the row
-    /// can be stepped, even if it was never reset or its episode had ended.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`] (there is no such row, or a number is NaN or infinite), [`ErrorKind::Size`],
-    /// [`ErrorKind::Physics`].
+    /// can be stepped, even if it was never reset or its episode had ended. Errors: [`ErrorKind::Value`] (there is no
+    /// such row, or a number is NaN or infinite), [`ErrorKind::Size`], [`ErrorKind::Physics`].
     pub fn set_state(&mut self, row: usize, qpos: &[f64], qvel: &[f64]) -> Result<()> {
-        let (env, nq, nv) = (self.raw(), int64(qpos.len()), int64(qvel.len()));
-        // SAFETY: the pointers are valid for the given number of elements.
-        check(unsafe { sys::mjenv_set_state(env, int64(row), qpos.as_ptr(), nq, qvel.as_ptr(), nv) })
+        let (nq, nv) = (int64(qpos.len()), int64(qvel.len()));
+        call!(self.mjenv_set_state(int64(row), qpos.as_ptr(), nq, qvel.as_ptr(), nv))
     }
 
     /// Writes an array of the mjModel of the rows, or an input of their mjData, by its MuJoCo name: `"body_mass"`,
@@ -655,17 +540,13 @@ impl Env {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`] (there is no such array, or it cannot be written), [`ErrorKind::Value`] (MuJoCo could not
-    /// compute with a value), [`ErrorKind::Size`]; those of [`Rows`]. After an error nothing was written.
+    /// Errors: [`ErrorKind::Name`] (there is no such array, or it cannot be written), [`ErrorKind::Value`] (MuJoCo
+    /// could not compute with a value), [`ErrorKind::Size`]; those of [`Rows`]. After an error nothing was written.
     pub fn write<'a>(&mut self, rows: impl Into<Rows<'a>>, array: &str, values: &[f64]) -> Result<()> {
         let rows = rows.into();
         let name = c_string(format_args!("array {array:?}"), array)?;
         if let Rows::One(row) = rows {
-            let (from, count) = (values.as_ptr(), int64(values.len()));
-            // SAFETY: the name is valid for the call, and `values` has the given number of elements.
-            return check(unsafe { sys::mjenv_write_row(self.raw(), int64(row), name.as_ptr(), from, count) });
+            return call!(self.mjenv_write_row(int64(row), name.as_ptr(), values.as_ptr(), int64(values.len())));
         }
         let mask = self.room.mask(rows)?;
         let mut all;
@@ -676,78 +557,55 @@ impl Env {
             }
             _ => values,
         };
-        let (env, from, count) = (self.raw(), values.as_ptr(), int64(values.len()));
-        // SAFETY: all pointers are valid for the call, `values` has the given number of elements, and a mask that is
-        // not null has a flag for each row.
-        check(unsafe { sys::mjenv_write(env, mask, name.as_ptr(), from, count) })
+        call!(self.mjenv_write(mask, name.as_ptr(), values.as_ptr(), int64(values.len())))
     }
 
     /// Calls mj_setConst for the rows: MuJoCo computes again what it computes from masses, sizes and `qpos0` when it
     /// compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The rows end in the position
-    /// `qpos_spring`, for which mj_setConst computes last: reset them, or set their state.
-    ///
-    /// # Errors
+    /// `qpos_spring`, for which mj_setConst computes last: reset them, or set their state. Errors:
     /// [`ErrorKind::Physics`], [`ErrorKind::Model`] (it would change what all rows share); those of [`Rows`].
     pub fn set_constants<'a>(&mut self, rows: impl Into<Rows<'a>>) -> Result<()> {
         let rows = rows.into();
         if let Rows::One(row) = rows {
-            // SAFETY: the handle is alive.
-            return check(unsafe { sys::mjenv_set_constants_row(self.raw(), int64(row)) });
+            return call!(self.mjenv_set_constants_row(int64(row)));
         }
         let mask = self.room.mask(rows)?;
-        // SAFETY: the handle is alive, and a mask that is not null has a flag for each row.
-        check(unsafe { sys::mjenv_set_constants(self.raw(), mask) })
+        call!(self.mjenv_set_constants(mask))
     }
 
     /// Advances the simulation of a row by `frames` steps of MuJoCo (mj_step) with the controls `ctrl`, a number for
     /// each actuator, as Gymnasium's `do_simulation` does. This is not a step of the episode and gives no reward.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`], [`ErrorKind::Physics`].
+    /// Errors: [`ErrorKind::Value`] (there is no such row, or `frames` is 0), [`ErrorKind::Size`],
+    /// [`ErrorKind::Physics`].
     pub fn simulate(&mut self, row: usize, ctrl: &[f64], frames: usize) -> Result<()> {
-        let (env, count, frames) = (self.raw(), int64(ctrl.len()), int64(frames));
-        // SAFETY: the pointer is valid for the given number of elements.
-        check(unsafe { sys::mjenv_simulate(env, int64(row), ctrl.as_ptr(), count, frames) })
+        call!(self.mjenv_simulate(int64(row), ctrl.as_ptr(), int64(ctrl.len()), int64(frames)))
     }
 
-    /// Copies the row `from` into the rows `to`: simulation, random stream, counters and written arrays.
-    ///
-    /// # Errors
+    /// Copies the row `from` into the rows `to`: simulation, random stream, counters and written arrays. Errors:
     /// [`ErrorKind::Value`] (there is no row `from`); those of [`Rows`].
     pub fn copy_row<'a>(&mut self, from: usize, to: impl Into<Rows<'a>>) -> Result<()> {
         let mask = self.room.mask(to.into())?;
-        // SAFETY: a mask that is not null has a flag for each row.
-        check(unsafe { sys::mjenv_copy_row(self.raw(), mask, int64(from)) })
+        call!(self.mjenv_copy_row(mask, int64(from)))
     }
 
     /// Saves one row or all rows as bytes, called an image: simulation, random stream, counters and written arrays.
-    /// [`Env::restore`] continues from it.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Argument`] (`rows` is a list or a mask), [`ErrorKind::Value`] (there is no such row).
+    /// [`Env::restore`] continues from it. Errors: [`ErrorKind::Argument`] (`rows` is a list or a mask),
+    /// [`ErrorKind::Value`] (there is no such row).
     pub fn snapshot<'a>(&self, rows: impl Into<Rows<'a>>) -> Result<Vec<u8>> {
         let (row, mut bytes) = (one_or_all(rows.into())?, 0);
-        // SAFETY: all pointers are valid for the call; it reads only the size.
-        check(unsafe { sys::mjenv_snapshot(self.raw(), row, ptr::null_mut(), 0, &mut bytes) })?;
+        call!(self.mjenv_snapshot(row, ptr::null_mut(), 0, &mut bytes))?;
         let mut image = vec![0u8; size(bytes)];
-        let (to, room) = (image.as_mut_ptr() as *mut c_void, bytes);
-        // SAFETY: all pointers are valid for the call, and `image` has the given room.
-        check(unsafe { sys::mjenv_snapshot(self.raw(), row, to, room, &mut bytes) })?;
+        call!(self.mjenv_snapshot(row, image.as_mut_ptr().cast(), bytes, &mut bytes))?;
         Ok(image)
     }
 
     /// Sets one row or all rows to the state that [`Env::snapshot`] saved. They continue with the same bits, also in
     /// another process and with another number of threads. The environment must have the same id, model and options as
     /// the one that was saved, except for options such as `num_threads` and `arrays` (docs/rows.md lists them), and the
-    /// image must hold as many rows.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Argument`] (`rows` is a list or a mask), [`ErrorKind::Value`] (there is no such row),
-    /// [`ErrorKind::Snapshot`].
+    /// image must hold as many rows. Errors: [`ErrorKind::Argument`] (`rows` is a list or a mask), [`ErrorKind::Value`]
+    /// (there is no such row), [`ErrorKind::Snapshot`].
     pub fn restore<'a>(&mut self, rows: impl Into<Rows<'a>>, image: &[u8]) -> Result<()> {
-        let (row, from, bytes) = (one_or_all(rows.into())?, image.as_ptr() as *const c_void, int64(image.len()));
-        // SAFETY: the pointer is valid for the given number of bytes.
-        check(unsafe { sys::mjenv_restore(self.raw(), row, from, bytes) })
+        call!(self.mjenv_restore(one_or_all(rows.into())?, image.as_ptr().cast(), int64(image.len())))
     }
 }
 

@@ -10,73 +10,74 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// What kind of failure it was. Programs should decide by this kind, never by the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[repr(i32)]
 pub enum ErrorKind {
     /// A text contains a NUL character, or the environment of a renderer was dropped.
-    Argument,
+    Argument = sys::MJENV_E_ARGUMENT,
     /// There is no id, option, array, field or object of this name. The message lists the valid names.
-    Name,
+    Name = sys::MJENV_E_NAME,
     /// The option holds another kind of value than the one given or asked for.
-    Type,
+    Type = sys::MJENV_E_TYPE,
     /// A value is outside its bounds, or NaN or infinite where a finite number is needed.
-    Value,
+    Value = sys::MJENV_E_VALUE,
     /// A slice or a batch has another length than needed.
-    Size,
+    Size = sys::MJENV_E_SIZE,
     /// A row was never reset. For its random stream: it was neither seeded nor reset.
-    NotReset,
+    NotReset = sys::MJENV_E_NOT_RESET,
     /// The episode of a row has ended. Reset the row first.
-    EpisodeEnded,
+    EpisodeEnded = sys::MJENV_E_EPISODE_ENDED,
     /// Rows are under way. Receive them first.
-    Pending,
+    Pending = sys::MJENV_E_PENDING,
     /// No rows are under way, so there is nothing to receive.
-    NotPending,
+    NotPending = sys::MJENV_E_NOT_PENDING,
     /// Another thread is using the environment. Only a [`Renderer`](crate::Renderer) on another thread can cause this:
     /// the compiler prevents all other cases.
-    Busy,
+    Busy = sys::MJENV_E_BUSY,
     /// This process was forked, and the threads of the environment stayed in its parent.
-    Forked,
+    Forked = sys::MJENV_E_FORKED,
     /// The model file does not exist or cannot be read.
-    File,
+    File = sys::MJENV_E_FILE,
     /// A model is malformed, is refused, or lacks what the call needs.
-    Model,
+    Model = sys::MJENV_E_MODEL,
     /// MuJoCo reported an error in at least one row. The other rows were stepped.
-    Physics,
+    Physics = sys::MJENV_E_PHYSICS,
     /// An image is damaged, or it comes from another environment: another id, model or options.
-    Snapshot,
+    Snapshot = sys::MJENV_E_SNAPSHOT,
     /// There is not enough memory.
-    Memory,
+    Memory = sys::MJENV_E_MEMORY,
     /// OpenGL is missing or failed. The message names what to install.
-    Render,
+    Render = sys::MJENV_E_RENDER,
     /// A callback of a registered task failed, or a plug-in holds no tasks.
-    Task,
+    Task = sys::MJENV_E_TASK,
     /// The library has a bug, or its version does not fit this crate. Please report it.
-    Internal,
+    Internal = sys::MJENV_E_INTERNAL,
 }
 
 impl ErrorKind {
     /// Returns the kind of a status of the C interface that is no success.
-    #[must_use]
     pub fn from_status(status: sys::mjenv_status) -> Self {
-        match status {
-            sys::MJENV_E_ARGUMENT => Self::Argument,
-            sys::MJENV_E_NAME => Self::Name,
-            sys::MJENV_E_TYPE => Self::Type,
-            sys::MJENV_E_VALUE => Self::Value,
-            sys::MJENV_E_SIZE => Self::Size,
-            sys::MJENV_E_NOT_RESET => Self::NotReset,
-            sys::MJENV_E_EPISODE_ENDED => Self::EpisodeEnded,
-            sys::MJENV_E_PENDING => Self::Pending,
-            sys::MJENV_E_NOT_PENDING => Self::NotPending,
-            sys::MJENV_E_BUSY => Self::Busy,
-            sys::MJENV_E_FORKED => Self::Forked,
-            sys::MJENV_E_FILE => Self::File,
-            sys::MJENV_E_MODEL => Self::Model,
-            sys::MJENV_E_PHYSICS => Self::Physics,
-            sys::MJENV_E_SNAPSHOT => Self::Snapshot,
-            sys::MJENV_E_MEMORY => Self::Memory,
-            sys::MJENV_E_RENDER => Self::Render,
-            sys::MJENV_E_TASK => Self::Task,
-            _ => Self::Internal,
-        }
+        use ErrorKind::*;
+        let known = [
+            Argument,
+            Name,
+            Type,
+            Value,
+            Size,
+            NotReset,
+            EpisodeEnded,
+            Pending,
+            NotPending,
+            Busy,
+            Forked,
+            File,
+            Model,
+            Physics,
+            Snapshot,
+            Memory,
+            Render,
+            Task,
+        ];
+        known.into_iter().find(|kind| *kind as i32 == status).unwrap_or(Internal)
     }
 }
 
@@ -89,21 +90,16 @@ pub struct Error {
 
 impl Error {
     /// Makes an error, for crates that have functions of the same kind.
-    #[must_use]
     pub fn new(kind: ErrorKind, message: String) -> Self {
         Self { kind, message }
     }
 
-    /// Returns what kind of failure it was.
-    #[must_use]
-    pub fn kind(&self) -> ErrorKind {
-        self.kind
-    }
-
-    /// Returns the reason in words. It names the wrong argument and, where there are some, the valid choices.
-    #[must_use]
-    pub fn message(&self) -> &str {
-        &self.message
+    methods! {
+        self;
+        /// Returns what kind of failure it was.
+        kind() -> ErrorKind { self.kind }
+        /// Returns the reason in words. It names the wrong argument and, where there are some, the valid choices.
+        message() -> &str { &self.message }
     }
 }
 
@@ -127,6 +123,16 @@ pub(crate) fn check(status: sys::mjenv_status) -> Result<()> {
         }
     }
 }
+
+/// Calls a function of the library with the handle of `raw()`.
+macro_rules! call {
+    ($owner:ident.$function:ident($($argument:expr),* $(,)?)) => {
+        // SAFETY: the handle is alive. Pointers are valid for the call, to as many elements as are passed beside them; a
+        // mask that is not null has a flag for each row, and the arrays of a batch have the sizes that it states.
+        $crate::error::check(unsafe { mjenv_sys::$function($owner.raw() $(, $argument)*) })
+    };
+}
+pub(crate) use call;
 
 pub(crate) fn check_abi() -> Result<()> {
     // SAFETY: the function takes nothing.

@@ -76,7 +76,22 @@
 //! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.
 
 #![warn(missing_docs, missing_debug_implementations, unsafe_op_in_unsafe_fn)]
-#![warn(clippy::missing_errors_doc, clippy::must_use_candidate)]
+
+/// Defines public methods that are one expression: `name(arguments) -> type { value }`, for `self` or `mut self`.
+macro_rules! methods {
+    (mut $this:ident; $($(#[$doc:meta])* $name:ident($($argument:ident: $of:ty),*) -> $type:ty { $value:expr })*) => {$(
+        $(#[$doc])*
+        pub fn $name(&mut $this $(, $argument: $of)*) -> $type {
+            $value
+        }
+    )*};
+    ($this:ident; $($(#[$doc:meta])* $name:ident($($argument:ident: $of:ty),*) -> $type:ty { $value:expr })*) => {$(
+        $(#[$doc])*
+        pub fn $name(&$this $(, $argument: $of)*) -> $type {
+            $value
+        }
+    )*};
+}
 
 #[cfg(feature = "library")]
 mod batch;

@@ -4,19 +4,16 @@ use std::ops::{Mul, Neg};
 
 /// `numpy.sum(values)`. NumPy adds fewer than 8 numbers one after the other and up to 128 numbers in eight accumulators;
 /// it splits longer arrays into halves.
-#[must_use]
 pub fn sum(values: &[f64]) -> f64 {
     sum_of(values, |value| value)
 }
 
 /// `numpy.sum(numpy.square(values))`.
-#[must_use]
 pub fn sum_square(values: &[f64]) -> f64 {
     sum_of(values, |value| value * value)
 }
 
 /// `numpy.clip` of one number. NaN stays NaN; if `low` is above `high`, the result is `high`.
-#[must_use]
 pub fn clip(value: f64, low: f64, high: f64) -> f64 {
     let raised = if value < low { low } else { value };
     if raised > high {
@@ -122,13 +119,11 @@ impl Norm {
     const BLOCK: usize = 16;
 
     /// Returns a norm that rounds like OpenBLAS's kernel for AVX-512 (`fused`), or like its kernel for AVX2.
-    #[must_use]
     pub fn new(fused: bool) -> Self {
         Self { fused }
     }
 
     /// Returns the norm of the numbers.
-    #[must_use]
     pub fn of(self, numbers: impl AsRef<[f64]>) -> f64 {
         let numbers = numbers.as_ref();
         let (blocks, rest) = numbers.split_at(numbers.len() - numbers.len() % Self::BLOCK);

@@ -6,38 +6,33 @@ use std::ptr::{self, NonNull};
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
-use crate::error::{check, Error, ErrorKind, Result};
+use crate::error::{call, check, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string};
 use crate::Spec;
 
 /// What kind of value an option holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[repr(i32)]
 pub enum Kind {
     /// A `bool`.
-    Flag,
+    Flag = sys::MJENV_KIND_FLAG,
     /// An `i64`.
-    Integer,
+    Integer = sys::MJENV_KIND_INTEGER,
     /// One or more `f64`.
-    Reals,
+    Reals = sys::MJENV_KIND_REALS,
     /// A text.
-    String,
+    String = sys::MJENV_KIND_STRING,
     /// A name or an index of an object: a text or an `i64`.
-    StringOrInteger,
+    StringOrInteger = sys::MJENV_KIND_STRING_OR_INT,
     /// A kind that this version of the crate does not know.
-    Unknown,
+    Unknown = i32::MAX,
 }
 
 impl Kind {
-    fn from_raw(raw: i32) -> Self {
-        match raw {
-            sys::MJENV_KIND_FLAG => Self::Flag,
-            sys::MJENV_KIND_INTEGER => Self::Integer,
-            sys::MJENV_KIND_REALS => Self::Reals,
-            sys::MJENV_KIND_STRING => Self::String,
-            sys::MJENV_KIND_STRING_OR_INT => Self::StringOrInteger,
-            _ => Self::Unknown,
-        }
+    fn from_raw(raw: sys::mjenv_kind) -> Self {
+        let known = [Self::Flag, Self::Integer, Self::Reals, Self::String, Self::StringOrInteger];
+        known.into_iter().find(|kind| *kind as i32 == raw).unwrap_or(Self::Unknown)
     }
 }
 
@@ -85,146 +80,87 @@ pub enum Value {
     Text(String),
 }
 
-impl From<bool> for Value {
-    fn from(flag: bool) -> Self {
-        Self::Flag(flag)
-    }
-}
-
-/// For the integer types that always fit into an `i64`.
-macro_rules! integers {
-    ($($type:ty)*) => {$(
+/// Values from the types that always fit.
+macro_rules! values {
+    ($($type:ty: $value:ident => $made:expr;)*) => {$(
         impl From<$type> for Value {
-            fn from(integer: $type) -> Self {
-                Self::Integer(integer.into())
+            fn from($value: $type) -> Self {
+                $made
             }
         }
     )*};
 }
 
-integers!(i8 i16 i32 i64 u8 u16 u32);
+values! {
+    bool: flag => Self::Flag(flag);
+    f32: real => Self::Reals(vec![real.into()]);
+    f64: real => Self::Reals(vec![real]);
+    &str: text => Self::Text(text.to_string());
+    String: text => Self::Text(text);
+}
 
-/// For the integer types that may not fit into an `i64`.
-macro_rules! wide_integers {
-    ($($type:ty)*) => {$(
-        /// Fails if the number does not fit into an `i64`.
-        impl TryFrom<$type> for Value {
-            type Error = Error;
+/// Values from the types of integers that `i64` holds, and from those that may not fit.
+macro_rules! integers {
+    ($($small:ty)*; $($wide:ty)*) => {
+        values! { $($small: integer => Self::Integer(integer.into());)* }
+        $(
+            /// Fails if the number does not fit into an `i64`.
+            impl TryFrom<$wide> for Value {
+                type Error = Error;
 
-            fn try_from(integer: $type) -> Result<Self> {
-                let too_wide = |_| Error::new(ErrorKind::Value, format!("{integer} does not fit into an i64"));
-                integer.try_into().map(Self::Integer).map_err(too_wide)
+                fn try_from(integer: $wide) -> Result<Self> {
+                    let too_wide = |_| Error::new(ErrorKind::Value, format!("{integer} does not fit into an i64"));
+                    integer.try_into().map(Self::Integer).map_err(too_wide)
+                }
+            }
+        )*
+        values_to! { $($small: Value::Integer(number) => (*number).try_into().ok();)* }
+        values_to! { $($wide: Value::Integer(number) => (*number).try_into().ok();)* }
+    };
+}
+
+/// The values that a type holds.
+macro_rules! values_to {
+    ($($type:ty: $pattern:pat => $made:expr;)*) => {$(
+        impl TryFrom<Value> for $type {
+            type Error = Value;
+
+            fn try_from(value: Value) -> std::result::Result<Self, Value> {
+                let made: Option<Self> = match &value {
+                    $pattern => $made,
+                    _ => None,
+                };
+                made.ok_or(value)
             }
         }
     )*};
 }
 
-wide_integers!(isize u64 usize i128 u128);
+integers!(i8 i16 i32 i64 u8 u16 u32; isize u64 usize i128 u128);
 
-impl From<f32> for Value {
-    fn from(real: f32) -> Self {
-        Self::Reals(vec![real.into()])
-    }
+values_to! {
+    bool: Value::Flag(flag) => Some(*flag);
+    f64: Value::Reals(reals) => <[f64; 1]>::try_from(&reals[..]).ok().map(|[real]| real);
+    Vec<f64>: Value::Reals(reals) => Some(reals.clone());
+    String: Value::Text(text) => Some(text.clone());
 }
 
-impl From<f64> for Value {
-    fn from(real: f64) -> Self {
-        Self::Reals(vec![real])
-    }
-}
-
-/// For the types that an `f64` holds exactly.
+/// For the types that an `f64` holds exactly, as the two below.
 impl<T: Into<f64> + Copy> From<&[T]> for Value {
     fn from(reals: &[T]) -> Self {
         Self::Reals(reals.iter().map(|&real| real.into()).collect())
     }
 }
 
-/// For the types that an `f64` holds exactly.
 impl<T: Into<f64> + Copy, const N: usize> From<[T; N]> for Value {
     fn from(reals: [T; N]) -> Self {
         reals[..].into()
     }
 }
 
-/// For the types that an `f64` holds exactly.
 impl<T: Into<f64> + Copy> From<Vec<T>> for Value {
     fn from(reals: Vec<T>) -> Self {
         reals[..].into()
-    }
-}
-
-impl From<&str> for Value {
-    fn from(text: &str) -> Self {
-        Self::Text(text.to_string())
-    }
-}
-
-impl From<String> for Value {
-    fn from(text: String) -> Self {
-        Self::Text(text)
-    }
-}
-
-impl TryFrom<Value> for bool {
-    type Error = Value;
-
-    fn try_from(value: Value) -> std::result::Result<Self, Value> {
-        match value {
-            Value::Flag(flag) => Ok(flag),
-            other => Err(other),
-        }
-    }
-}
-
-/// Fails if the type cannot hold the number.
-macro_rules! integers_of_values {
-    ($($type:ty)*) => {$(
-        impl TryFrom<Value> for $type {
-            type Error = Value;
-
-            fn try_from(value: Value) -> std::result::Result<Self, Value> {
-                match value {
-                    Value::Integer(integer) => integer.try_into().map_err(|_| value),
-                    other => Err(other),
-                }
-            }
-        }
-    )*};
-}
-
-integers_of_values!(i8 i16 i32 i64 i128 isize u8 u16 u32 u64 u128 usize);
-
-impl TryFrom<Value> for f64 {
-    type Error = Value;
-
-    fn try_from(value: Value) -> std::result::Result<Self, Value> {
-        match value {
-            Value::Reals(reals) if reals.len() == 1 => Ok(reals[0]),
-            other => Err(other),
-        }
-    }
-}
-
-impl TryFrom<Value> for Vec<f64> {
-    type Error = Value;
-
-    fn try_from(value: Value) -> std::result::Result<Self, Value> {
-        match value {
-            Value::Reals(reals) => Ok(reals),
-            other => Err(other),
-        }
-    }
-}
-
-impl TryFrom<Value> for String {
-    type Error = Value;
-
-    fn try_from(value: Value) -> std::result::Result<Self, Value> {
-        match value {
-            Value::Text(text) => Ok(text),
-            other => Err(other),
-        }
     }
 }
 
@@ -256,10 +192,7 @@ unsafe impl Send for Options {}
 unsafe impl Sync for Options {}
 
 impl Options {
-    /// Returns the options of an id at their defaults.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`], [`ErrorKind::Memory`].
+    /// Returns the options of an id at their defaults. Errors: [`ErrorKind::Name`], [`ErrorKind::Memory`].
     pub fn new(id: &str) -> Result<Self> {
         let spec = crate::spec(id)?;
         let id = c_string(format_args!("id {id:?}"), id)?;
@@ -284,13 +217,11 @@ impl Options {
     }
 
     /// Returns what Gymnasium registers for the id.
-    #[must_use]
     pub fn spec(&self) -> Spec {
         self.spec
     }
 
     /// Describes all options, in Gymnasium's order.
-    #[must_use]
     pub fn schema(&self) -> impl ExactSizeIterator<Item = OptionInfo<'_>> + '_ {
         // SAFETY: the handle is alive.
         let count = size(unsafe { sys::mjenv_options_count(self.raw()) });
@@ -299,9 +230,7 @@ impl Options {
 
     fn info(&self, index: usize) -> OptionInfo<'_> {
         let mut raw = sys::mjenv_option { struct_size: size_of::<sys::mjenv_option>(), ..Default::default() };
-        // SAFETY: handle and struct are valid for the call.
-        check(unsafe { sys::mjenv_options_at(self.raw(), int64(index), &mut raw) })
-            .expect("an option has a description");
+        call!(self.mjenv_options_at(int64(index), &mut raw)).expect("an option has a description");
         // SAFETY: the texts belong to the options; setting an option changes none of them.
         unsafe {
             OptionInfo {
@@ -319,11 +248,8 @@ impl Options {
     /// Sets an option; returns the options, so that calls can be chained with `?`.
     ///
     /// `value` is a `bool`, a text, an integer of any type, an `f32` or `f64`, or for several numbers an array, a slice
-    /// or a `Vec`.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`] (also for an integer that does not fit into an
-    /// `i64`), [`ErrorKind::Size`], [`ErrorKind::Argument`].
+    /// or a `Vec`. Errors: [`ErrorKind::Name`], [`ErrorKind::Type`], [`ErrorKind::Value`] (also for an integer that
+    /// does not fit into an `i64`), [`ErrorKind::Size`], [`ErrorKind::Argument`].
     pub fn set<V>(&mut self, name: &str, value: V) -> Result<&mut Self>
     where
         V: TryInto<Value>,
@@ -349,9 +275,7 @@ impl Options {
         Ok(self)
     }
 
-    /// Reads an option as a `bool`, an integer of any type, an `f64`, a `Vec<f64>` or a `String`.
-    ///
-    /// # Errors
+    /// Reads an option as a `bool`, an integer of any type, an `f64`, a `Vec<f64>` or a `String`. Errors:
     /// [`ErrorKind::Name`], [`ErrorKind::Type`] (also for an integer that the type does not hold),
     /// [`ErrorKind::Argument`].
     pub fn get<T: TryFrom<Value, Error = Value>>(&self, name: &str) -> Result<T> {
@@ -361,10 +285,7 @@ impl Options {
         })
     }
 
-    /// Reads an option of any kind.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`], [`ErrorKind::Argument`].
+    /// Reads an option of any kind. Errors: [`ErrorKind::Name`], [`ErrorKind::Argument`].
     pub fn value(&self, name: &str) -> Result<Value> {
         let kind = self.schema().find(|option| option.name == name).map(|option| option.kind);
         let name = c_string(format_args!("option {name:?}"), name)?;
@@ -380,34 +301,27 @@ impl Options {
 
     fn integer(&self, name: &CStr) -> Result<i64> {
         let mut value = 0;
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_options_get_integer(self.raw(), name.as_ptr(), &mut value) })?;
+        call!(self.mjenv_options_get_integer(name.as_ptr(), &mut value))?;
         Ok(value)
     }
 
     fn reals(&self, name: &CStr) -> Result<Value> {
         let mut count = 0;
-        // SAFETY: all pointers are valid for the call, which writes no values.
-        check(unsafe { sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), ptr::null_mut(), 0, &mut count) })?;
+        call!(self.mjenv_options_get_reals(name.as_ptr(), ptr::null_mut(), 0, &mut count))?;
         let mut values = vec![0.0; size(count)];
-        // SAFETY: all pointers are valid for the call; there is room for `count` values.
-        check(unsafe {
-            sys::mjenv_options_get_reals(self.raw(), name.as_ptr(), values.as_mut_ptr(), count, &mut count)
-        })?;
+        call!(self.mjenv_options_get_reals(name.as_ptr(), values.as_mut_ptr(), count, &mut count))?;
         Ok(Value::Reals(values))
     }
 
     fn text(&self, name: &CStr) -> Result<Value> {
         let mut text = ptr::null();
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_options_get_string(self.raw(), name.as_ptr(), &mut text) })?;
+        call!(self.mjenv_options_get_string(name.as_ptr(), &mut text))?;
         // SAFETY: the text lives until the option is set again; it is copied here.
         Ok(Value::Text(unsafe { borrowed(text) }.to_string()))
     }
 }
 
-/// # Panics
-/// If there is not enough memory.
+/// Panics if there is not enough memory.
 impl Clone for Options {
     fn clone(&self) -> Self {
         self.try_clone().expect("the library accepted these options before")

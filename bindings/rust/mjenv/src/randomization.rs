@@ -3,9 +3,7 @@
 use std::borrow::Cow;
 use std::ptr;
 
-use mjenv_sys as sys;
-
-use crate::error::{check, Result};
+use crate::error::{call, Result};
 use crate::text::{c_string, lossy};
 use crate::Env;
 
@@ -26,25 +24,17 @@ impl Env {
     /// # Ok(())
     /// # }
     /// ```
-    ///
-    /// # Errors
-    /// [`ErrorKind::Name`](crate::ErrorKind::Name), [`ErrorKind::Type`](crate::ErrorKind::Type),
-    /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Size`](crate::ErrorKind::Size). After an error
-    /// nothing has changed.
+    /// Errors: `ErrorKind::Name`, `ErrorKind::Type`, `ErrorKind::Value`, `ErrorKind::Size`. After an error nothing has
+    /// changed.
     pub fn randomize(&mut self, document: &str) -> Result<()> {
         let document = c_string(format_args!("the document"), document)?;
-        // SAFETY: the text is valid for the call, which copies it.
-        check(unsafe { sys::mjenv_randomize(self.raw(), document.as_ptr()) })
+        call!(self.mjenv_randomize(document.as_ptr()))
     }
 
-    /// The document with all parts that are set.
-    ///
-    /// # Errors
-    /// Those of a wrong handle.
+    /// The document with all parts that are set. Errors: those of a wrong handle.
     pub fn randomization(&self) -> Result<Cow<'_, str>> {
         let mut document = ptr::null();
-        // SAFETY: all pointers are valid for the call.
-        check(unsafe { sys::mjenv_randomization(self.raw(), &mut document) })?;
+        call!(self.mjenv_randomization(&mut document))?;
         // SAFETY: the text belongs to the environment, and `randomize` needs it mutable to replace the text.
         Ok(unsafe { lossy(document) })
     }

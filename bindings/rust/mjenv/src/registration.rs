@@ -10,11 +10,9 @@ use crate::error::{check, check_abi, Error, ErrorKind, Result};
 use crate::task::{Description, Task};
 
 /// Registers a task for the rest of the process: its id can then be used like a built-in one. Any thread may call this
-/// at any time.
-///
-/// # Errors
-/// [`ErrorKind::Value`] (the id is malformed or already registered, or a number is out of its bounds),
-/// [`ErrorKind::Argument`] (a name is missing), [`ErrorKind::Task`] (`build` failed when it listed the options).
+/// at any time. Errors: [`ErrorKind::Value`] (the id is malformed or already registered, or a number is out of its
+/// bounds), [`ErrorKind::Argument`] (a name is missing), [`ErrorKind::Task`] (`build` failed when it listed the
+/// options).
 pub fn register<T: Task>() -> Result<()> {
     check_abi()?;
     let description = Description::of::<T>().map_err(|reason| Error::new(ErrorKind::Task, reason))?;
@@ -27,9 +25,7 @@ pub fn register<T: Task>() -> Result<()> {
 ///
 /// A plug-in is code that runs in this process, in whatever language it is written. So load only what you trust.
 ///
-/// The environment variable `MJENV_TASKS` lists plug-ins, separated by `:`, that the library loads by itself.
-///
-/// # Errors
+/// The environment variable `MJENV_TASKS` lists plug-ins, separated by `:`, that the library loads by itself. Errors:
 /// [`ErrorKind::Task`] (the file is no plug-in, or was built for another ABI version), and those of [`register`].
 pub fn load_tasks(path: impl AsRef<Path>) -> Result<()> {
     check_abi()?;

@@ -1,41 +1,30 @@
 use std::ffi::CString;
-use std::fmt;
 use std::ptr::{self, NonNull};
 
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size_of};
-use crate::error::{check, Result};
+use crate::error::{call, Result};
 use crate::text::{borrowed, c_string};
 use crate::Env;
 
 /// Which library provides OpenGL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[repr(i32)]
 pub enum Gl {
     /// The one that the environment variable `MUJOCO_GL` names. Without that variable, the first of EGL, GLFW and
     /// OSMesa that works.
     #[default]
-    Auto,
+    Auto = sys::MJENV_GL_AUTO,
     /// EGL, which needs no display. Debian's packages are libegl1 and libgl1-mesa-dri.
-    Egl,
+    Egl = sys::MJENV_GL_EGL,
     /// OSMesa, which needs neither a display nor a graphics driver. Debian's package is libosmesa6. A process that uses
     /// it cannot use the others.
-    OsMesa,
+    OsMesa = sys::MJENV_GL_OSMESA,
     /// GLFW, with an invisible window on a display. Debian's package is libglfw3. Create the renderer on the main
     /// thread.
-    Glfw,
-}
-
-impl Gl {
-    fn raw(self) -> sys::mjenv_gl {
-        match self {
-            Self::Auto => sys::MJENV_GL_AUTO,
-            Self::Egl => sys::MJENV_GL_EGL,
-            Self::OsMesa => sys::MJENV_GL_OSMESA,
-            Self::Glfw => sys::MJENV_GL_GLFW,
-        }
-    }
+    Glfw = sys::MJENV_GL_GLFW,
 }
 
 /// The camera of a picture.
@@ -183,72 +172,23 @@ impl RenderSettings {
 
     fn of(env: &Env) -> Self {
         let mut raw = empty();
-        // SAFETY: handle and struct are valid for the call.
-        check(unsafe { sys::mjenv_render_defaults(env.raw(), &mut raw) }).expect("an environment has default settings");
-        let given = |value: f64| Some(value).filter(|value| !value.is_nan());
-        let flags = |values: [u8; Self::GROUPS]| values.map(|value| value != 0);
-        let mut visual = [false; Self::VISUAL_FLAGS];
-        visual.iter_mut().zip(raw.visual).for_each(|(flag, value)| *flag = value != 0);
-        Self {
-            gl: Gl::Auto,
-            width: raw.width as usize,
-            height: raw.height as usize,
-            camera: Camera::Free,
-            max_geom: raw.max_geom,
-            samples: raw.samples,
-            shadows: raw.shadows != 0,
-            reflections: raw.reflections != 0,
-            lookat: Some(raw.lookat).filter(|lookat| !lookat[0].is_nan()),
-            distance: given(raw.distance),
-            azimuth: given(raw.azimuth),
-            elevation: given(raw.elevation),
-            visual,
-            geomgroup: flags(raw.geomgroup),
-            sitegroup: flags(raw.sitegroup),
-            jointgroup: flags(raw.jointgroup),
-            tendongroup: flags(raw.tendongroup),
-            actuatorgroup: flags(raw.actuatorgroup),
-            skingroup: flags(raw.skingroup),
-            label: Label::None,
-            frame: Frame::None,
-            wireframe: raw.wireframe != 0,
-            additive: raw.additive != 0,
-            skybox: raw.skybox != 0,
-            fog: raw.fog != 0,
-            haze: raw.haze != 0,
-            cull_face: raw.cull_face != 0,
-        }
+        call!(env.mjenv_render_defaults(&mut raw)).expect("an environment has default settings");
+        Self::from_raw(&raw)
     }
 
     /// Passes the settings to `body` as C's struct.
     fn with_raw<T>(&self, body: impl FnOnce(*const sys::mjenv_render_settings) -> Result<T>) -> Result<T> {
         let name: CString;
         let mut raw = empty();
-        raw.gl = self.gl.raw();
+        raw.gl = self.gl as i32;
         raw.width = i32::try_from(self.width).unwrap_or(i32::MAX);
         raw.height = i32::try_from(self.height).unwrap_or(i32::MAX);
-        raw.max_geom = self.max_geom;
-        raw.samples = self.samples;
-        raw.shadows = self.shadows.into();
-        raw.reflections = self.reflections.into();
+        (raw.max_geom, raw.samples) = (self.max_geom, self.samples);
         raw.lookat = self.lookat.unwrap_or([f64::NAN; 3]);
-        raw.distance = self.distance.unwrap_or(f64::NAN);
-        raw.azimuth = self.azimuth.unwrap_or(f64::NAN);
-        raw.elevation = self.elevation.unwrap_or(f64::NAN);
-        raw.visual.iter_mut().zip(self.visual).for_each(|(value, flag)| *value = flag.into());
-        raw.geomgroup = self.geomgroup.map(u8::from);
-        raw.sitegroup = self.sitegroup.map(u8::from);
-        raw.jointgroup = self.jointgroup.map(u8::from);
-        raw.tendongroup = self.tendongroup.map(u8::from);
-        raw.actuatorgroup = self.actuatorgroup.map(u8::from);
-        raw.skingroup = self.skingroup.map(u8::from);
+        [raw.distance, raw.azimuth, raw.elevation] =
+            [self.distance, self.azimuth, self.elevation].map(|value| value.unwrap_or(f64::NAN));
         (raw.label, raw.frame) = (self.label as i32, self.frame as i32);
-        raw.wireframe = self.wireframe.into();
-        raw.additive = self.additive.into();
-        raw.skybox = self.skybox.into();
-        raw.fog = self.fog.into();
-        raw.haze = self.haze.into();
-        raw.cull_face = self.cull_face.into();
+        self.copy_flags(&mut raw);
         raw.camera = match &self.camera {
             Camera::Free => sys::MJENV_CAMERA_FREE,
             // The library gives -1 a meaning, which this enum has a name for.
@@ -262,6 +202,47 @@ impl RenderSettings {
         };
         body(&raw)
     }
+}
+
+/// Converts settings from and to C's struct, with these switches and groups.
+macro_rules! conversions {
+    ($($switch:ident)*; $($group:ident)*) => {
+        impl RenderSettings {
+            fn from_raw(raw: &sys::mjenv_render_settings) -> Self {
+                let given = |value: f64| Some(value).filter(|value| !value.is_nan());
+                let mut visual = [false; Self::VISUAL_FLAGS];
+                visual.iter_mut().zip(raw.visual).for_each(|(flag, value)| *flag = value != 0);
+                Self {
+                    gl: Gl::Auto,
+                    width: raw.width as usize,
+                    height: raw.height as usize,
+                    camera: Camera::Free,
+                    max_geom: raw.max_geom,
+                    samples: raw.samples,
+                    lookat: Some(raw.lookat).filter(|lookat| !lookat[0].is_nan()),
+                    distance: given(raw.distance),
+                    azimuth: given(raw.azimuth),
+                    elevation: given(raw.elevation),
+                    visual,
+                    label: Label::None,
+                    frame: Frame::None,
+                    $($switch: raw.$switch != 0,)*
+                    $($group: raw.$group.map(|value| value != 0),)*
+                }
+            }
+
+            fn copy_flags(&self, raw: &mut sys::mjenv_render_settings) {
+                raw.visual.iter_mut().zip(self.visual).for_each(|(value, flag)| *value = flag.into());
+                $(raw.$switch = self.$switch.into();)*
+                $(raw.$group = self.$group.map(u8::from);)*
+            }
+        }
+    };
+}
+
+conversions! {
+    shadows reflections wireframe additive skybox fog haze cull_face;
+    geomgroup sitegroup jointgroup tendongroup actuatorgroup skingroup
 }
 
 fn empty() -> sys::mjenv_render_settings {
@@ -280,29 +261,17 @@ impl<T: Copy + Default> Image<T> {
         Self { width, pixels: vec![T::default(); width * height] }
     }
 
-    /// Returns the width in pixels.
-    #[must_use]
-    pub fn width(&self) -> usize {
-        self.width
+    methods! {
+        self;
+        /// Returns the width in pixels.
+        width() -> usize { self.width }
+        /// Returns the height in pixels.
+        height() -> usize { self.pixels.len() / self.width }
+        /// Returns all pixels, line by line: `[height][width]`.
+        pixels() -> &[T] { &self.pixels }
     }
 
-    /// Returns the height in pixels.
-    #[must_use]
-    pub fn height(&self) -> usize {
-        self.pixels.len() / self.width
-    }
-
-    /// Returns all pixels, line by line: `[height][width]`.
-    #[must_use]
-    pub fn pixels(&self) -> &[T] {
-        &self.pixels
-    }
-
-    /// Returns the pixel in column `x` of line `y`.
-    ///
-    /// # Panics
-    /// If the pixel is outside of the picture.
-    #[must_use]
+    /// Returns the pixel in column `x` of line `y`. Panics if the pixel is outside of the picture.
     pub fn get(&self, x: usize, y: usize) -> T {
         assert!(x < self.width, "column {x} is outside 0..{}", self.width);
         self.pixels[y * self.width + x]
@@ -311,7 +280,6 @@ impl<T: Copy + Default> Image<T> {
 
 impl Image<[u8; 3]> {
     /// Returns red, green and blue of all pixels, line by line, as image crates take them: `[height][width][3]`.
-    #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
         self.pixels.into_iter().flatten().collect()
     }
@@ -323,6 +291,7 @@ impl Image<[u8; 3]> {
 /// Drawing reads the environment and does not change it. A renderer may be used on another thread than the environment,
 /// and several renderers of one environment may draw at the same time. While a thread is using the environment, drawing
 /// returns [`ErrorKind::Busy`](crate::ErrorKind::Busy). A renderer may be dropped before or after its environment.
+#[derive(Debug)]
 pub struct Renderer {
     raw: NonNull<sys::mjenv_renderer>,
     width: usize,
@@ -333,153 +302,116 @@ pub struct Renderer {
 unsafe impl Send for Renderer {}
 
 impl Renderer {
-    /// Builds a renderer.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Name`](crate::ErrorKind::Name) (the camera),
-    /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Memory`](crate::ErrorKind::Memory).
+    /// Builds a renderer. Errors: `ErrorKind::Value`, `ErrorKind::Name` (the camera), `ErrorKind::Render`,
+    /// `ErrorKind::Memory`.
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
-        settings.with_raw(|settings| {
-            // SAFETY: all pointers are valid for the call, which only reads the environment.
-            check(unsafe { sys::mjenv_renderer_create(env.raw(), settings, &mut raw) })
-        })?;
+        settings.with_raw(|settings| call!(env.mjenv_renderer_create(settings, &mut raw)))?;
         let raw = NonNull::new(raw).expect("libmjenv creates a renderer or fails");
         Ok(Self { raw, width: settings.width, height: settings.height })
     }
 
     /// Returns the OpenGL in use: `"egl, VENDOR, RENDERER, VERSION"`.
-    #[must_use]
     pub fn gl(&self) -> &str {
         // SAFETY: the text belongs to the renderer.
         unsafe { borrowed(sys::mjenv_renderer_gl(self.raw.as_ptr())) }
     }
 
-    /// Draws a row and returns its colours, red, green and blue.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`](crate::ErrorKind::Value) (there is no such row),
-    /// [`ErrorKind::NotReset`](crate::ErrorKind::NotReset) (the row was never reset),
-    /// [`ErrorKind::Argument`](crate::ErrorKind::Argument) (the environment was dropped),
-    /// [`ErrorKind::Render`](crate::ErrorKind::Render), [`ErrorKind::Busy`](crate::ErrorKind::Busy).
+    /// Draws a row and returns its colours, red, green and blue. Errors: `ErrorKind::Value` (there is no such row),
+    /// `ErrorKind::NotReset` (the row was never reset), `ErrorKind::Argument` (the environment was dropped),
+    /// `ErrorKind::Render`, `ErrorKind::Busy`.
     pub fn render(&mut self, row: usize) -> Result<Image<[u8; 3]>> {
         let mut colours = Image::new(self.width, self.height);
         self.draw(row, Some(&mut colours), None)?;
         Ok(colours)
     }
 
-    /// Draws a row and returns its depth buffer, from 0 (near) to 1 (far).
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
+    /// Draws a row and returns its depth buffer, from 0 (near) to 1 (far). Errors: those of [`Renderer::render`].
     pub fn render_depth(&mut self, row: usize) -> Result<Image<f32>> {
         let mut depth = Image::new(self.width, self.height);
         self.draw(row, None, Some(&mut depth))?;
         Ok(depth)
     }
 
-    /// Draws a row once, and returns its colours and its depth buffer.
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
+    /// Draws a row once, and returns its colours and its depth buffer. Errors: those of [`Renderer::render`].
     pub fn render_both(&mut self, row: usize) -> Result<(Image<[u8; 3]>, Image<f32>)> {
         let (mut colours, mut depth) = (Image::new(self.width, self.height), Image::new(self.width, self.height));
         self.draw(row, Some(&mut colours), Some(&mut depth))?;
         Ok((colours, depth))
     }
 
-    /// Draws which object each pixel shows: its index in the model and its type, MuJoCo's mjtObj; -1 and -1 where nothing
-    /// is.
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
+    /// Draws which object each pixel shows: its index in the model and its type, MuJoCo's mjtObj; -1 and -1 where
+    /// nothing is. Errors: those of [`Renderer::render`].
     pub fn render_segmentation(&mut self, row: usize) -> Result<Image<[i32; 2]>> {
         let mut objects = Image::<[i32; 2]>::new(self.width, self.height);
         let (pixels, count) = (objects.pixels.as_mut_ptr(), int64(2 * objects.pixels.len()));
-        // SAFETY: the handle is alive, the buffer has the length given.
-        check(unsafe { sys::mjenv_render_segmentation(self.raw.as_ptr(), int64(row), pixels.cast(), count) })?;
+        call!(self.mjenv_render_segmentation(int64(row), pixels.cast(), count))?;
         Ok(objects)
     }
 
     fn draw(&mut self, row: usize, rgb: Option<&mut Image<[u8; 3]>>, depth: Option<&mut Image<f32>>) -> Result<()> {
-        let (rgb, bytes) =
-            rgb.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), int64(3 * image.pixels.len())));
-        let (depth, count) =
-            depth.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), int64(image.pixels.len())));
-        // SAFETY: the handle is alive, the buffers have the lengths given.
-        check(unsafe { sys::mjenv_render(self.raw.as_ptr(), int64(row), rgb.cast(), bytes, depth, count) })
-    }
-}
-
-impl Drop for Renderer {
-    fn drop(&mut self) {
-        // SAFETY: the handle is alive and owned.
-        unsafe { sys::mjenv_renderer_destroy(self.raw.as_ptr()) }
-    }
-}
-
-impl fmt::Debug for Renderer {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut debug = formatter.debug_struct("Renderer");
-        debug.field("width", &self.width).field("height", &self.height).field("gl", &self.gl()).finish()
+        fn parts<T, const N: i64>(image: Option<&mut Image<T>>) -> (*mut T, i64) {
+            image.map_or((ptr::null_mut(), 0), |image| (image.pixels.as_mut_ptr(), N * int64(image.pixels.len())))
+        }
+        let ((rgb, bytes), (depth, count)) = (parts::<_, 3>(rgb), parts::<_, 1>(depth));
+        call!(self.mjenv_render(int64(row), rgb.cast(), bytes, depth, count))
     }
 }
 
 /// A window that shows a row, as Gymnasium's render mode "human" does. Call [`Window::draw`] after every reset and
 /// step, on the main thread. The window lists its keys; Escape closes it.
+#[derive(Debug)]
 pub struct Window {
     raw: NonNull<sys::mjenv_window>,
 }
 
 impl Window {
-    /// Opens a window. It always has the free camera.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Value`](crate::ErrorKind::Value), [`ErrorKind::Render`](crate::ErrorKind::Render),
-    /// [`ErrorKind::Memory`](crate::ErrorKind::Memory).
+    /// Opens a window. It always has the free camera. Errors: `ErrorKind::Value`, `ErrorKind::Render`,
+    /// `ErrorKind::Memory`.
     pub fn new(env: &Env, settings: &RenderSettings) -> Result<Self> {
         let mut raw = ptr::null_mut();
-        settings.with_raw(|settings| {
-            // SAFETY: all pointers are valid for the call, which only reads the environment.
-            check(unsafe { sys::mjenv_window_create(env.raw(), settings, &mut raw) })
-        })?;
+        settings.with_raw(|settings| call!(env.mjenv_window_create(settings, &mut raw)))?;
         Ok(Self { raw: NonNull::new(raw).expect("libmjenv opens a window or fails") })
     }
 
     /// Returns whether the window is open: false once the user has closed it.
-    #[must_use]
     pub fn is_open(&self) -> bool {
         // SAFETY: the handle is alive.
         unsafe { sys::mjenv_window_is_open(self.raw.as_ptr()) != 0 }
     }
 
     /// Draws a row. While the user pauses, it keeps drawing and does not return. It draws nothing once the window is
-    /// closed.
-    ///
-    /// # Errors
-    /// Those of [`Renderer::render`].
+    /// closed. Errors: those of [`Renderer::render`].
     pub fn draw(&mut self, row: usize) -> Result<()> {
-        // SAFETY: the handle is alive.
-        check(unsafe { sys::mjenv_window_draw(self.raw.as_ptr(), int64(row)) })
+        call!(self.mjenv_window_draw(int64(row)))
     }
 }
 
-impl Drop for Window {
-    fn drop(&mut self) {
-        // SAFETY: the handle is alive and owned.
-        unsafe { sys::mjenv_window_destroy(self.raw.as_ptr()) }
-    }
+/// Pictures and windows are freed with their owners.
+macro_rules! owned {
+    ($($owner:ident: $raw:ident, $destroy:ident;)*) => {$(
+        impl $owner {
+            fn raw(&self) -> *mut sys::$raw {
+                self.raw.as_ptr()
+            }
+        }
+
+        impl Drop for $owner {
+            fn drop(&mut self) {
+                // SAFETY: the handle is alive and owned.
+                unsafe { sys::$destroy(self.raw()) }
+            }
+        }
+    )*};
 }
 
-impl fmt::Debug for Window {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Window").field("open", &self.is_open()).finish()
-    }
+owned! {
+    Renderer: mjenv_renderer, mjenv_renderer_destroy;
+    Window: mjenv_window, mjenv_window_destroy;
 }
 
 impl Env {
     /// Returns Gymnasium's settings for pictures of this environment.
-    #[must_use]
     pub fn render_settings(&self) -> RenderSettings {
         RenderSettings::of(self)
     }

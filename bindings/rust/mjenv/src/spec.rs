@@ -7,14 +7,12 @@ use crate::error::{self, Result};
 use crate::text;
 
 /// Returns the versions of the library and of MuJoCo: `"major.minor.patch (MuJoCo x.y.z)"`.
-#[must_use]
 pub fn version() -> &'static str {
     // SAFETY: the text is static.
     unsafe { text::borrowed(sys::mjenv_version()) }
 }
 
 /// Returns the ids of all environments, sorted.
-#[must_use]
 pub fn ids() -> impl ExactSizeIterator<Item = &'static str> {
     // SAFETY: the function takes nothing.
     let count = describe::size(unsafe { sys::mjenv_id_count() });
@@ -38,10 +36,7 @@ pub struct Spec {
     pub reward_threshold: Option<f64>,
 }
 
-/// Returns what Gymnasium registers for an id.
-///
-/// # Errors
-/// [`ErrorKind::Name`](crate::ErrorKind::Name) (there is no such id).
+/// Returns what Gymnasium registers for an id. Errors: `ErrorKind::Name` (there is no such id).
 pub fn spec(id: &str) -> Result<Spec> {
     error::check_abi()?;
     let id = text::c_string(format_args!("id {id:?}"), id)?;

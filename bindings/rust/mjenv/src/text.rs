@@ -12,18 +12,13 @@ pub(crate) fn c_string(what: std::fmt::Arguments<'_>, text: &str) -> crate::Resu
 }
 
 /// Reads a text of which this crate knows that it is UTF-8: the library's own, or one that this crate passed in.
-///
-/// # Safety
-/// `text` is a C string that lives for `'a`.
+/// Safety: `text` is a C string that lives for `'a`.
 pub(crate) unsafe fn borrowed<'a>(text: *const c_char) -> &'a str {
     // SAFETY: as the caller promises.
     unsafe { CStr::from_ptr(text) }.to_str().expect("texts of libmjenv are UTF-8")
 }
 
-/// Reads a name from a model file, which may contain any bytes.
-///
-/// # Safety
-/// `text` is a C string that lives for `'a`.
+/// Reads a name from a model file, which may contain any bytes. Safety: `text` is a C string that lives for `'a`.
 pub(crate) unsafe fn lossy<'a>(text: *const c_char) -> Cow<'a, str> {
     // SAFETY: as the caller promises.
     unsafe { CStr::from_ptr(text) }.to_string_lossy()

@@ -7,7 +7,7 @@ use mjenv_sys as sys;
 
 use super::Env;
 use crate::describe::{int64, size_of};
-use crate::error::{check, check_length, Result};
+use crate::error::{call, check_length, Result};
 use crate::{Batch, Real, Role, Rows};
 
 /// What the program has computed for all rows, one row after the other ([`Env::finish`]). Empty slices are zeros.
@@ -42,13 +42,10 @@ fn pointer<T>(slice: &[T]) -> *const T {
 /// Steps and resets in parts, for `"Batch-v0"` and other tasks whose observations, rewards and infos the program
 /// computes from [`Batch::array`]. `docs/c.md` has the rules.
 impl Env {
-    /// Begins new episodes in the positions and velocities of all rows, of which those of `rows` are used; empty: in the
-    /// model's initial ones. Writes the exported arrays into `out`. Then compute the observations and call
-    /// [`Env::finish`].
-    ///
-    /// # Errors
-    /// [`ErrorKind::Size`](crate::ErrorKind::Size), [`ErrorKind::Task`](crate::ErrorKind::Task) (a number is not finite,
-    /// or the task computes its own outputs); those of [`Rows`] and [`Env::reset`].
+    /// Begins new episodes in the positions and velocities of all rows, of which those of `rows` are used; empty: in
+    /// the model's initial ones. Writes the exported arrays into `out`. Then compute the observations and call
+    /// [`Env::finish`]. Errors: `ErrorKind::Size`, `ErrorKind::Task` (a number is not finite, or the task computes its
+    /// own outputs); those of [`Rows`] and [`Env::reset`].
     pub fn begin<'a, T: Real>(
         &mut self,
         rows: impl Into<Rows<'a>>,
@@ -56,32 +53,22 @@ impl Env {
         qvel: &[f64],
         out: &mut Batch<T>,
     ) -> Result<()> {
-        let (mask, env, out) = (self.room.mask(rows.into())?, self.raw(), out.raw());
-        let (nq, nv) = (int64(qpos.len()), int64(qvel.len()));
-        // SAFETY: the arrays have the given lengths, those of the batch the sizes in `out`; a mask that is not null has
-        // a flag for each row.
-        check(unsafe { sys::mjenv_begin(env, mask, pointer(qpos), nq, pointer(qvel), nv, &out) })
+        let (mask, out, nq, nv) = (self.room.mask(rows.into())?, out.raw(), int64(qpos.len()), int64(qvel.len()));
+        call!(self.mjenv_begin(mask, pointer(qpos), nq, pointer(qvel), nv, &out))
     }
 
     /// Computes the actions that the task sees in the next step: transformed, delayed and with noise. `actions` and
-    /// `seen` are of all rows. Changes nothing.
-    ///
-    /// # Errors
-    /// Those of [`Env::advance`].
+    /// `seen` are of all rows. Changes nothing. Errors: those of [`Env::advance`].
     pub fn act<'a, A: Real>(&mut self, rows: impl Into<Rows<'a>>, actions: &[A], seen: &mut [A]) -> Result<()> {
         check_length("seen", seen.len(), actions.len())?;
-        let (mask, env) = (self.room.mask(rows.into())?, self.raw());
-        let (action, count, seen) = (actions.as_ptr().cast(), int64(actions.len()), seen.as_mut_ptr().cast());
-        // SAFETY: both arrays have the given length and type.
-        check(unsafe { sys::mjenv_act(env, mask, action, count, A::DTYPE, seen) })
+        let (mask, count) = (self.room.mask(rows.into())?, int64(actions.len()));
+        call!(self.mjenv_act(mask, actions.as_ptr().cast(), count, A::DTYPE, seen.as_mut_ptr().cast()))
     }
 
     /// Simulates a step, and writes the exported arrays and [`Batch::was_reset`] into `out`. `actions` are of all rows.
     /// `ctrl`: what the program makes of the actions, of all rows; empty: the actions. Rows that `was_reset` names were
-    /// not stepped: call [`Env::begin`] for them. Then compute the outputs and call [`Env::finish`].
-    ///
-    /// # Errors
-    /// Those of [`Env::step`]; [`ErrorKind::Pending`](crate::ErrorKind::Pending) (a step was not finished).
+    /// not stepped: call [`Env::begin`] for them. Then compute the outputs and call [`Env::finish`]. Errors: those of
+    /// [`Env::step`]; `ErrorKind::Pending` (a step was not finished).
     pub fn advance<'a, A: Real, T: Real>(
         &mut self,
         rows: impl Into<Rows<'a>>,
@@ -89,55 +76,50 @@ impl Env {
         ctrl: &[f64],
         out: &mut Batch<T>,
     ) -> Result<()> {
-        let (mask, env, out) = (self.room.mask(rows.into())?, self.raw(), out.raw());
-        let (action, count) = (actions.as_ptr().cast(), int64(actions.len()));
-        let (ctrl, ctrl_count) = (pointer(ctrl), int64(ctrl.len()));
-        // SAFETY: the arrays have the given lengths and types, those of the batch the sizes in `out`.
-        check(unsafe { sys::mjenv_advance(env, mask, action, count, A::DTYPE, ctrl, ctrl_count, &out) })
+        let (mask, out) = (self.room.mask(rows.into())?, out.raw());
+        let (count, ctrl_count) = (int64(actions.len()), int64(ctrl.len()));
+        call!(self.mjenv_advance(mask, actions.as_ptr().cast(), count, A::DTYPE, pointer(ctrl), ctrl_count, &out))
     }
 
     /// Ends the step or reset of rows, and writes its outputs into `out`. `None` gives it up. With the option
-    /// `autoreset_mode` `same_step`, begin and finish the rows that [`Batch::was_reset`] then names.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Size`](crate::ErrorKind::Size), [`ErrorKind::Task`](crate::ErrorKind::Task) (a number is NaN).
+    /// `autoreset_mode` `same_step`, begin and finish the rows that [`Batch::was_reset`] then names. Errors:
+    /// `ErrorKind::Size`, `ErrorKind::Task` (a number is NaN).
     pub fn finish<'a, T: Real>(
         &mut self,
         rows: impl Into<Rows<'a>>,
         computed: Option<Computed<'_, T>>,
         out: &mut Batch<T>,
     ) -> Result<()> {
-        let numbers_of = |role| self.fields(role).map(|field| field.count).sum();
-        let (count, infos, reset_infos): (_, usize, usize) =
-            (self.rows, numbers_of(Role::Info), numbers_of(Role::ResetInfo));
-        let mut given = sys::mjenv_batch::default();
-        if let Some(computed) = &computed {
-            let optional = |what, given: usize, needed| check_length(what, given, if given == 0 { 0 } else { needed });
-            optional("reward", computed.reward.len(), count)?;
-            optional("terminated", computed.terminated.len(), count)?;
-            optional("info", computed.info.len(), infos * count)?;
-            optional("reset_info", computed.reset_info.len(), reset_infos * count)?;
-            let obs_count = computed.obs.len() / count;
-            check_length("obs", computed.obs.len(), obs_count * count)?;
-            given = sys::mjenv_batch {
-                struct_size: size_of::<sys::mjenv_batch>(),
-                obs_dtype: T::DTYPE,
-                rows: int64(count),
-                obs_count: int64(obs_count),
-                info_count: int64(infos),
-                reset_info_count: int64(reset_infos),
-                // The library only reads these.
-                obs: pointer(computed.obs) as *mut c_void,
-                reward: pointer(computed.reward) as *mut f64,
-                terminated: pointer(computed.terminated) as *mut u8,
-                info: pointer(computed.info) as *mut f64,
-                reset_info: pointer(computed.reset_info) as *mut f64,
-                ..Default::default()
-            };
-        }
-        let (mask, env, out) = (self.room.mask(rows.into())?, self.raw(), out.raw());
-        let given = if computed.is_some() { &given as *const _ } else { ptr::null() };
-        // SAFETY: the arrays were found to have the sizes in `given`, those of the batch have the sizes in `out`.
-        check(unsafe { sys::mjenv_finish(env, mask, given, &out) })
+        let (count, infos, reset_infos) = (self.rows, self.count(Role::Info), self.count(Role::ResetInfo));
+        let given = match &computed {
+            None => None,
+            Some(computed) => {
+                let optional =
+                    |what, given: usize, needed| check_length(what, given, if given == 0 { 0 } else { needed });
+                optional("reward", computed.reward.len(), count)?;
+                optional("terminated", computed.terminated.len(), count)?;
+                optional("info", computed.info.len(), infos * count)?;
+                optional("reset_info", computed.reset_info.len(), reset_infos * count)?;
+                let obs_count = computed.obs.len() / count;
+                check_length("obs", computed.obs.len(), obs_count * count)?;
+                Some(sys::mjenv_batch {
+                    struct_size: size_of::<sys::mjenv_batch>(),
+                    obs_dtype: T::DTYPE,
+                    rows: int64(count),
+                    obs_count: int64(obs_count),
+                    info_count: int64(infos),
+                    reset_info_count: int64(reset_infos),
+                    // The library only reads these.
+                    obs: pointer(computed.obs) as *mut c_void,
+                    reward: pointer(computed.reward) as *mut f64,
+                    terminated: pointer(computed.terminated) as *mut u8,
+                    info: pointer(computed.info) as *mut f64,
+                    reset_info: pointer(computed.reset_info) as *mut f64,
+                    ..Default::default()
+                })
+            }
+        };
+        let (mask, out) = (self.room.mask(rows.into())?, out.raw());
+        call!(self.mjenv_finish(mask, given.as_ref().map_or(ptr::null(), |given| given), &out))
     }
 }

@@ -53,10 +53,7 @@ pub(super) struct Declared {
 
 /// Prepares an environment. Each method of an option declares it with its default and documentation, and returns its
 /// value. Each method that looks up a name fails the build if the model does not have it, so it need not return a
-/// `Result`.
-///
-/// # Panics
-/// The methods panic if a name contains a NUL character.
+/// `Result`. Panics the methods panic if a name contains a NUL character.
 #[derive(Debug)]
 pub struct Builder<'a> {
     /// Null in the run that lists the options.
@@ -76,7 +73,6 @@ macro_rules! call {
     };
 }
 
-#[allow(clippy::must_use_candidate)] // a look-up alone says that the task needs the object
 impl<'a> Builder<'a> {
     /// A builder for the run that lists the options.
     pub(super) fn listing() -> Self {
@@ -84,8 +80,7 @@ impl<'a> Builder<'a> {
         unsafe { Self::new(std::ptr::null_mut()) }
     }
 
-    /// # Safety
-    /// `raw` is null, or the library's, and nothing else uses it during `'a`.
+    /// Safety: `raw` is null, or the library's, and nothing else uses it during `'a`.
     pub(super) unsafe fn new(raw: *mut sys::mjenv_builder) -> Self {
         Self { raw, environment: PhantomData, options: Vec::new(), shape: Shape::default(), structure: None }
     }
@@ -213,15 +208,13 @@ impl<'a> Builder<'a> {
         self.real_within("reset_noise_scale", default, 0.0..=f64::MAX / 2.0, "spread of the random initial state")
     }
 
-    /// Whether the caller set an option of real numbers to an integer. In Python, the product of such an option and a
-    /// bool is an int.
-    pub fn is_integer(&self, option: &str) -> bool {
-        !self.lists() && call!(self.is_integer(c_text(option).as_ptr())) != 0
-    }
-
-    /// How Euclidean norms are rounded: the option `norm`.
-    pub fn norm(&self) -> Norm {
-        Norm::new(!self.lists() && call!(self.norm_is_fused()) != 0)
+    methods! {
+        self;
+        /// Whether the caller set an option of real numbers to an integer. In Python, the product of such an option and
+        /// a bool is an int.
+        is_integer(option: &str) -> bool { !self.lists() && call!(self.is_integer(c_text(option).as_ptr())) != 0 }
+        /// How Euclidean norms are rounded: the option `norm`.
+        norm() -> Norm { Norm::new(!self.lists() && call!(self.norm_is_fused()) != 0) }
     }
 
     // ---- The model ----
@@ -234,29 +227,18 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The index of a body.
-    pub fn body(&self, name: &str) -> usize {
-        self.index("body", name)
-    }
-
-    /// The index of a geom.
-    pub fn geom(&self, name: &str) -> usize {
-        self.index("geom", name)
-    }
-
-    /// The index of a site.
-    pub fn site(&self, name: &str) -> usize {
-        self.index("site", name)
-    }
-
-    /// The index of an actuator.
-    pub fn actuator(&self, name: &str) -> usize {
-        self.index("actuator", name)
-    }
-
-    /// The index of a tendon.
-    pub fn tendon(&self, name: &str) -> usize {
-        self.index("tendon", name)
+    methods! {
+        self;
+        /// The index of a body.
+        body(name: &str) -> usize { self.index("body", name) }
+        /// The index of a geom.
+        geom(name: &str) -> usize { self.index("geom", name) }
+        /// The index of a site.
+        site(name: &str) -> usize { self.index("site", name) }
+        /// The index of an actuator.
+        actuator(name: &str) -> usize { self.index("actuator", name) }
+        /// The index of a tendon.
+        tendon(name: &str) -> usize { self.index("tendon", name) }
     }
 
     /// A joint.
@@ -405,7 +387,7 @@ impl<'a> Builder<'a> {
             role,
             name: name.as_ptr(),
             doc: doc.as_ptr(),
-            dtype: dtype.raw(),
+            dtype: dtype as i32,
             ndim: length.is_some().into(),
             shape: [length.map_or(0, int64), 0, 0, 0],
             group: group.as_ptr(),

@@ -2,7 +2,6 @@
 
 use std::any::Any;
 use std::ffi::CString;
-use std::fmt;
 use std::mem;
 use std::os::raw::c_void;
 use std::panic::{self, AssertUnwindSafe};
@@ -28,8 +27,7 @@ struct Instance<T> {
 }
 
 impl<T: Task> Instance<T> {
-    /// # Safety
-    /// `raw` is the library's, and nothing else uses it during the call.
+    /// Safety: `raw` is the library's, and nothing else uses it during the call.
     unsafe fn build(raw: *mut sys::mjenv_builder) -> Result<Self> {
         // SAFETY: as the caller promises.
         let mut b = unsafe { Builder::new(raw) };
@@ -52,6 +50,15 @@ impl<T: Task> Instance<T> {
             }
         }
         Ok(this)
+    }
+
+    /// What the methods that write controls get. Safety: as for the callbacks.
+    unsafe fn controlled<'a>(&self, raw: *const sys::mjenv_sim, to: *mut sys::mjenv_control) -> (Row<'a>, Control<'a>) {
+        // SAFETY: as the caller promises.
+        unsafe {
+            let row = Row::new(Rng::new((*to).random), Carried::new((*to).carried, self.shape.carried));
+            (row, Control::new(to, size((*raw).nu.into()), self.shape.own.len()))
+        }
     }
 
     /// Makes the trial calls, which find out the fields, and which methods the task has.
@@ -144,10 +151,7 @@ fn caught<R>(body: impl FnOnce() -> Result<R>) -> std::result::Result<R, String>
     result.unwrap_or_else(|payload| Err(format!("it panicked: {}", text_of(payload))))
 }
 
-/// Calls the body and returns what a callback returns.
-///
-/// # Safety
-/// `api` is the library's.
+/// Calls the body and returns what a callback returns. Safety: `api` is the library's.
 unsafe fn guarded(api: *const sys::mjenv_task_api, body: impl FnOnce() -> Result) -> i32 {
     match caught(body) {
         Ok(()) => 0,
@@ -156,10 +160,7 @@ unsafe fn guarded(api: *const sys::mjenv_task_api, body: impl FnOnce() -> Result
     }
 }
 
-/// Tells the library why a callback fails.
-///
-/// # Safety
-/// `api` is the library's.
+/// Tells the library why a callback fails. Safety: `api` is the library's.
 unsafe fn fail(api: *const sys::mjenv_task_api, reason: &str) -> i32 {
     let reason = CString::new(reason.replace('\0', "\\0")).unwrap_or_default();
     // SAFETY: as the caller promises; the library copies the text.
@@ -189,99 +190,60 @@ unsafe extern "C" fn destroy<T: Task>(this: *mut c_void) {
     });
 }
 
-unsafe extern "C" fn reset<T: Task>(this: *const c_void, raw: *mut sys::mjenv_start) -> i32 {
-    unsafe {
-        let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || this.task.reset(&mut Start::new(raw, &this.shape), &mut Rng::new((*raw).random)))
+/// Defines callbacks of an instance, `this`. The first argument after it has the library's functions.
+macro_rules! callbacks {
+    ($($name:ident($this:ident, $raw:ident: $raw_type:ty, $($argument:ident: $type:ty),*) $body:block)*) => {$(
+        unsafe extern "C" fn $name<T: Task>($this: *const c_void, $raw: $raw_type, $($argument: $type),*) -> i32 {
+            unsafe {
+                let $this = &*($this as *const Instance<T>);
+                guarded((*$raw).api, || $body)
+            }
+        }
+    )*};
+}
+
+callbacks! {
+    reset(this, raw: *mut sys::mjenv_start,) {
+        this.task.reset(&mut Start::new(raw, &this.shape), &mut Rng::new((*raw).random))
     }
-}
 
-unsafe extern "C" fn reset_info<T: Task>(this: *const c_void, raw: *const sys::mjenv_sim, to: *mut f64) -> i32 {
-    unsafe {
-        let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || {
-            let mut fields = Fields::write(&this.reset_info, to);
-            this.task.reset_info(&Sim::new(raw, &this.shape), &mut fields)?;
-            fields.finish()
-        })
+    reset_info(this, raw: *const sys::mjenv_sim, to: *mut f64) {
+        let mut fields = Fields::write(&this.reset_info, to);
+        this.task.reset_info(&Sim::new(raw, &this.shape), &mut fields)?;
+        fields.finish()
     }
-}
 
-unsafe extern "C" fn carry<T: Task>(this: *const c_void, raw: *const sys::mjenv_sim, to: *mut f64) -> i32 {
-    unsafe {
-        let this = &*(this as *const Instance<T>);
-        let mut carried = Carried::new(to, this.shape.carried);
-        guarded((*raw).api, || this.task.carry(&Sim::new(raw, &this.shape), &mut carried))
+    carry(this, raw: *const sys::mjenv_sim, to: *mut f64) {
+        this.task.carry(&Sim::new(raw, &this.shape), &mut Carried::new(to, this.shape.carried))
     }
-}
 
-unsafe extern "C" fn observe<T: Task>(this: *const c_void, raw: *const sys::mjenv_sim, to: *mut f64) -> i32 {
-    unsafe {
-        let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || {
-            let mut fields = Fields::write(&this.observation, to);
-            this.task.observe(&Sim::new(raw, &this.shape), &mut fields)?;
-            fields.finish()
-        })
+    observe(this, raw: *const sys::mjenv_sim, to: *mut f64) {
+        let mut fields = Fields::write(&this.observation, to);
+        this.task.observe(&Sim::new(raw, &this.shape), &mut fields)?;
+        fields.finish()
     }
-}
 
-unsafe extern "C" fn step<T: Task>(
-    this: *const c_void,
-    raw: *const sys::mjenv_sim,
-    outcome: *mut sys::mjenv_outcome,
-) -> i32 {
-    unsafe {
-        let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || {
-            let carried = Carried::new((*outcome).carried, this.shape.carried);
-            let row = Row::new(Rng::new((*outcome).random), carried);
-            let qvel = std::slice::from_raw_parts_mut((*outcome).qvel, size((*raw).nv.into()));
-            let mut row = row.with_own((*outcome).own, this.shape.own.len()).with_qvel(qvel);
-            let mut info = Fields::write(&this.info, (*outcome).info);
-            let Outcome { reward, terminated } = this.task.step(&Sim::new(raw, &this.shape), &mut row, &mut info)?;
-            info.finish()?;
-            (*outcome).reward = reward;
-            (*outcome).terminated = terminated.into();
-            Ok(())
-        })
+    step(this, raw: *const sys::mjenv_sim, outcome: *mut sys::mjenv_outcome) {
+        let row = Row::new(Rng::new((*outcome).random), Carried::new((*outcome).carried, this.shape.carried));
+        let qvel = std::slice::from_raw_parts_mut((*outcome).qvel, size((*raw).nv.into()));
+        let mut row = row.with_own((*outcome).own, this.shape.own.len()).with_qvel(qvel);
+        let mut info = Fields::write(&this.info, (*outcome).info);
+        let Outcome { reward, terminated } = this.task.step(&Sim::new(raw, &this.shape), &mut row, &mut info)?;
+        info.finish()?;
+        (*outcome).reward = reward;
+        (*outcome).terminated = terminated.into();
+        Ok(())
     }
-}
 
-/// Calls `method` for a callback that writes an mjenv_control.
-///
-/// # Safety
-/// As for the callbacks.
-unsafe fn control<T: Task>(
-    this: *const c_void,
-    raw: *const sys::mjenv_sim,
-    to: *mut sys::mjenv_control,
-    method: impl FnOnce(&T, &Sim<'_>, &mut Row<'_>, &mut Control<'_>) -> Result,
-) -> i32 {
-    unsafe {
-        let this = &*(this as *const Instance<T>);
-        guarded((*raw).api, || {
-            let mut row = Row::new(Rng::new((*to).random), Carried::new((*to).carried, this.shape.carried));
-            let mut control = Control::new(to, size((*raw).nu.into()), this.shape.own.len());
-            method(&this.task, &Sim::new(raw, &this.shape), &mut row, &mut control)
-        })
+    before_step(this, raw: *const sys::mjenv_sim, to: *mut sys::mjenv_control) {
+        let (mut row, mut control) = this.controlled(raw, to);
+        this.task.before_step(&Sim::new(raw, &this.shape), &mut row, &mut control)
     }
-}
 
-unsafe extern "C" fn before_step<T: Task>(
-    this: *const c_void,
-    raw: *const sys::mjenv_sim,
-    to: *mut sys::mjenv_control,
-) -> i32 {
-    unsafe { control::<T>(this, raw, to, |task, sim, row, control| task.before_step(sim, row, control)) }
-}
-
-unsafe extern "C" fn before_substep<T: Task>(
-    this: *const c_void,
-    raw: *const sys::mjenv_sim,
-    to: *mut sys::mjenv_control,
-) -> i32 {
-    unsafe { control::<T>(this, raw, to, |task, sim, row, control| task.before_substep(sim, row, control)) }
+    before_substep(this, raw: *const sys::mjenv_sim, to: *mut sys::mjenv_control) {
+        let (mut row, mut control) = this.controlled(raw, to);
+        this.task.before_substep(&Sim::new(raw, &this.shape), &mut row, &mut control)
+    }
 }
 
 unsafe extern "C" fn compute_reward<T: Task>(
@@ -304,6 +266,7 @@ unsafe extern "C" fn compute_reward<T: Task>(
 
 /// The library's description of a task, and the memory to which it points.
 #[doc(hidden)]
+#[allow(missing_debug_implementations)]
 pub struct Description {
     id: CString,
     model: CString,
@@ -313,17 +276,8 @@ pub struct Description {
     task: sys::mjenv_task,
 }
 
-impl fmt::Debug for Description {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Description").field("id", &self.id).finish_non_exhaustive()
-    }
-}
-
 impl Description {
-    /// Describes a task.
-    ///
-    /// # Errors
-    /// A text that names the id: `build` failed when it listed the options.
+    /// Describes a task. Errors: a text that names the id: `build` failed when it listed the options.
     pub fn of<T: Task>() -> std::result::Result<Box<Self>, String> {
         caught(|| {
             let mut b = Builder::listing();

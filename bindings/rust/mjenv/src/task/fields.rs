@@ -6,12 +6,8 @@ use std::marker::PhantomData;
 use super::Dtype;
 use crate::numpy::Scalar;
 
-mod sealed {
-    pub trait Sealed {}
-}
-
 /// A number that [`Fields::put`] takes: `f64`, [`Scalar`], an integer or a `bool`.
-pub trait Value: sealed::Sealed {
+pub trait Value {
     /// The type that the value has in Python.
     const TYPE: Dtype;
 
@@ -22,8 +18,6 @@ pub trait Value: sealed::Sealed {
 /// Implements Value for a type.
 macro_rules! values {
     ($($type:ty: $dtype:ident, $number:expr;)*) => {$(
-        impl sealed::Sealed for $type {}
-
         impl Value for $type {
             const TYPE: Dtype = Dtype::$dtype;
 
@@ -85,8 +79,7 @@ impl<'a> Fields<'a> {
         Self { target: Target::Learned(entries), wrong: None }
     }
 
-    /// # Safety
-    /// There is memory at `to` for all fields in `expected`, and nothing else uses it during `'a`.
+    /// Safety: there is memory at `to` for all fields in `expected`, and nothing else uses it during `'a`.
     pub(super) unsafe fn write(expected: &'a [Entry], to: *mut f64) -> Self {
         Self { target: Target::Memory { expected, to, memory: PhantomData }, wrong: None }
     }
@@ -196,7 +189,6 @@ impl<'a> Fields<'a> {
 #[derive(Debug)]
 pub struct Put<'a>(Option<&'a mut Entry>);
 
-#[allow(clippy::must_use_candidate)] // the field is written already
 impl Put<'_> {
     /// One line of documentation with the unit.
     pub fn doc(self, text: &str) -> Self {

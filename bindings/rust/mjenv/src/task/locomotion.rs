@@ -7,12 +7,8 @@ use super::sim::{Array, Sim};
 const HEIGHT_FIELD: usize = 1; // mjGEOM_HFIELD
 
 impl Sim<'_> {
-    /// For each of these geoms, whether it touches the geom `other`: whether they have a contact whose distance is at most
-    /// 0.
-    ///
-    /// # Panics
-    /// If build did not ask for the contacts.
-    #[must_use]
+    /// For each of these geoms, whether it touches the geom `other`: whether they have a contact whose distance is at
+    /// most 0. Panics if build did not ask for the contacts.
     pub fn touching<const N: usize>(&self, geoms: [usize; N], other: usize) -> [bool; N] {
         let is_between = |first: i32, second: i32, geom: usize| {
             let pair = [first, second].map(|index| usize::try_from(index).ok());
@@ -47,31 +43,23 @@ pub fn air_time<const N: usize>(time: &mut [f64; N], touching: [bool; N], dt: f6
     flights
 }
 
-mod sealed {
-    use super::{Array, Sim, Start};
+/// Where [`Terrain::height`] reads the heights: a [`Sim`] or a [`Start`].
+pub trait View {
+    #[doc(hidden)]
+    fn heights(&self, data: Array<f32>) -> &[f32];
+}
 
-    pub trait View {
-        fn heights(&self, data: Array<f32>) -> &[f32];
-    }
-
-    impl View for Sim<'_> {
-        fn heights(&self, data: Array<f32>) -> &[f32] {
-            self.array(data)
-        }
-    }
-
-    impl View for Start<'_> {
-        fn heights(&self, data: Array<f32>) -> &[f32] {
-            self.array_of_model(data)
-        }
+impl View for Sim<'_> {
+    fn heights(&self, data: Array<f32>) -> &[f32] {
+        self.array(data)
     }
 }
 
-/// Where [`Terrain::height`] reads the heights: a [`Sim`] or a [`Start`].
-pub trait View: sealed::View {}
-
-impl View for Sim<'_> {}
-impl View for Start<'_> {}
+impl View for Start<'_> {
+    fn heights(&self, data: Array<f32>) -> &[f32] {
+        self.array_of_model(data)
+    }
+}
 
 /// A height field whose geom is fixed to the world and not turned; [`Builder::terrain`] returns it. The surface consists of
 /// the triangles with which other geoms collide. Beyond the edge, the heights are those of the edge. If rows have their own
@@ -90,7 +78,6 @@ pub struct Terrain {
 impl Terrain {
     /// The surface's height at `x` and `y`, m; all in the world's frame. In reset, `view` is the [`Start`], whose own arrays
     /// count after [`Start::forward`] or [`Start::advance`].
-    #[must_use]
     pub fn height<V: View>(&self, view: &V, x: f64, y: f64) -> f64 {
         let column = cell(x - self.position[0], self.size[0], self.columns);
         let row = cell(y - self.position[1], self.size[1], self.rows);
@@ -114,10 +101,7 @@ impl Terrain {
     }
 
     /// The surface's heights at `points` (x, y) in the frame of a body that is turned by the body's yaw alone, m in the
-    /// world's frame.
-    ///
-    /// # Panics
-    /// If there is no such body.
+    /// world's frame. Panics if there is no such body.
     pub fn around<'a>(
         &'a self,
         sim: &'a Sim<'_>,
@@ -139,10 +123,8 @@ fn cell(x: f64, radius: f64, count: usize) -> f64 {
 }
 
 impl Builder<'_> {
-    /// The height field of this geom, whose heights [`Terrain::height`] reads.
-    ///
-    /// # Errors
-    /// If the geom is no height field, if it is not fixed to the world, or if it is turned.
+    /// The height field of this geom, whose heights [`Terrain::height`] reads. Errors: if the geom is no height field,
+    /// if it is not fixed to the world, or if it is turned.
     pub fn terrain(&mut self, geom: &str) -> super::Result<Terrain> {
         let at = self.geom(geom);
         let data = self.array("hfield_data");

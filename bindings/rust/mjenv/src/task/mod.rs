@@ -174,7 +174,6 @@ impl std::error::Error for Absent {}
 pub type Result<T = (), E = Failure> = std::result::Result<T, E>;
 
 /// A robot and its task. The [module](self) explains it and has an example.
-#[allow(clippy::missing_errors_doc)] // the task decides
 pub trait Task: Sized + Send + Sync + 'static {
     /// The id: letters, digits, `_`, `.` and `-`, then `-v` and a number: `"Cartpole-v0"`.
     const ID: &'static str;
@@ -235,10 +234,8 @@ pub trait Task: Sized + Send + Sync + 'static {
     }
 
     /// Computes the reward of one pair of goals, for hindsight experience replay
-    /// ([`Env::compute_reward`](crate::Env::compute_reward)). The observation needs the groups or terms `achieved_goal` and `desired_goal`. `step` may call it, too.
-    ///
-    /// # Errors
-    /// The reason why it failed.
+    /// ([`Env::compute_reward`](crate::Env::compute_reward)). The observation needs the groups or terms `achieved_goal`
+    /// and `desired_goal`. `step` may call it, too. Errors: the reason why it failed.
     fn compute_reward(&self, achieved: &[f64], desired: &[f64]) -> Result<f64> {
         let _ = (achieved, desired);
         Err(Absent.into())

@@ -1,6 +1,5 @@
 //! The numbers that a row keeps for its task: carried ones and live parameters.
 
-use std::fmt;
 use std::marker::PhantomData;
 use std::slice;
 
@@ -20,8 +19,7 @@ pub struct Live<const N: usize> {
 }
 
 impl<const N: usize> Live<N> {
-    /// # Safety
-    /// `numbers` points to `count` numbers.
+    /// Safety: `numbers` points to `count` numbers.
     pub(super) unsafe fn read(self, numbers: *const f64, count: usize) -> [f64; N] {
         let fits = self.first.checked_add(N).map_or(false, |end| end <= count);
         assert!(fits, "the live parameter was declared in another environment");
@@ -31,6 +29,7 @@ impl<const N: usize> Live<N> {
 }
 
 /// The numbers that a row carries for the task.
+#[derive(Debug)]
 pub struct Carried<'a> {
     // No reference, because Sim reads the same memory.
     raw: *mut f64,
@@ -39,26 +38,18 @@ pub struct Carried<'a> {
 }
 
 impl Carried<'_> {
-    /// # Safety
-    /// `raw` points to `count` numbers that live for `'a`, and no reference to them exists.
+    /// Safety: `raw` points to `count` numbers that live for `'a`, and no reference to them exists.
     pub(super) unsafe fn new(raw: *mut f64, count: usize) -> Self {
         Self { raw, count, row: PhantomData }
     }
 
-    /// Reads numbers.
-    ///
-    /// # Panics
-    /// If they were not declared in this environment.
-    #[must_use]
+    /// Reads numbers. Panics if they were not declared in this environment.
     pub fn get<const N: usize>(&self, numbers: Carry<N>) -> [f64; N] {
         // SAFETY: `place` checks that the numbers exist; an array of f64 has the alignment of f64.
         unsafe { (self.place(numbers) as *const [f64; N]).read() }
     }
 
-    /// Writes numbers.
-    ///
-    /// # Panics
-    /// If they were not declared in this environment.
+    /// Writes numbers. Panics if they were not declared in this environment.
     pub fn set<const N: usize>(&mut self, numbers: Carry<N>, values: [f64; N]) {
         // SAFETY: as in `get`.
         unsafe { (self.place(numbers) as *mut [f64; N]).write(values) }
@@ -72,14 +63,7 @@ impl Carried<'_> {
     }
 }
 
-impl fmt::Debug for Carried<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Carried").field("count", &self.count).finish_non_exhaustive()
-    }
-}
-
-/// # Safety
-/// `array` points to `count` elements that do not change during `'a`.
+/// Safety: `array` points to `count` elements that do not change during `'a`.
 pub(super) unsafe fn read<'a, T>(array: *const T, count: i32) -> &'a [T] {
     match size(count.into()) {
         0 => &[],

@@ -1,6 +1,5 @@
 //! The parts of its row that a task may change: the initial state, carried numbers and the random stream.
 
-use std::fmt;
 use std::marker::PhantomData;
 use std::slice;
 
@@ -27,40 +26,25 @@ macro_rules! call {
 }
 
 impl Rng<'_> {
-    /// # Safety
-    /// `raw` is the library's, and nothing else uses it during `'a`.
+    /// Safety: `raw` is the library's, and nothing else uses it during `'a`.
     pub(super) unsafe fn new(raw: *mut sys::mjenv_random) -> Self {
         Self { raw, row: PhantomData }
     }
 
-    /// `random()`: a number in [0, 1).
-    pub fn random(&mut self) -> f64 {
-        call!(self.random())
-    }
-
-    /// `uniform(low, high)`: a number in [low, high). `high - low` must be finite and not negative.
-    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        call!(self.uniform(low, high))
-    }
-
-    /// `standard_normal()`. NumPy computes `normal(mean, deviation)` as `mean + deviation * standard_normal()`.
-    pub fn normal(&mut self) -> f64 {
-        call!(self.normal())
-    }
-
-    /// `integers(low, high)`: an integer in [low, high). `low` must be less than `high`.
-    pub fn integers(&mut self, low: i64, high: i64) -> i64 {
-        call!(self.integers(low, high))
-    }
-
-    /// `choice(count)`: an integer in [0, count). `count` must be at least 1.
-    pub fn choice(&mut self, count: usize) -> usize {
-        size(call!(self.choice(int64(count), std::ptr::null())))
-    }
-
-    /// `choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
-    pub fn choice_weighted(&mut self, p: &[f64]) -> usize {
-        size(call!(self.choice(int64(p.len()), p.as_ptr())))
+    methods! {
+        mut self;
+        /// `random()`: a number in [0, 1).
+        random() -> f64 { call!(self.random()) }
+        /// `uniform(low, high)`: a number in [low, high). `high - low` must be finite and not negative.
+        uniform(low: f64, high: f64) -> f64 { call!(self.uniform(low, high)) }
+        /// `standard_normal()`. NumPy computes `normal(mean, deviation)` as `mean + deviation * standard_normal()`.
+        normal() -> f64 { call!(self.normal()) }
+        /// `integers(low, high)`: an integer in [low, high). `low` must be less than `high`.
+        integers(low: i64, high: i64) -> i64 { call!(self.integers(low, high)) }
+        /// `choice(count)`: an integer in [0, count). `count` must be at least 1.
+        choice(count: usize) -> usize { size(call!(self.choice(int64(count), std::ptr::null()))) }
+        /// `choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
+        choice_weighted(p: &[f64]) -> usize { size(call!(self.choice(int64(p.len()), p.as_ptr()))) }
     }
 
     /// `choice(count, size, replace=False)`: `size` different integers of [0, count). `size` must not exceed `count`.
@@ -71,35 +55,21 @@ impl Rng<'_> {
         chosen
     }
 
-    /// `RandomState.rand()`: a number in [0, 1). Only in reset, of tasks that called
-    /// [`Builder::random_state`](super::Builder::random_state), as the methods below.
-    pub fn state_rand(&mut self) -> f64 {
-        call!(self.state_rand())
-    }
-
-    /// `RandomState.uniform(low, high)`: a number in [low, high).
-    pub fn state_uniform(&mut self, low: f64, high: f64) -> f64 {
-        call!(self.state_uniform(low, high))
-    }
-
-    /// `RandomState.randn()`: a standard normal number.
-    pub fn state_randn(&mut self) -> f64 {
-        call!(self.state_randn())
-    }
-
-    /// `RandomState.randint(low, high)`: an integer in [low, high).
-    pub fn state_randint(&mut self, low: i64, high: i64) -> i64 {
-        call!(self.state_randint(low, high))
-    }
-
-    /// `RandomState.choice(count)`: an integer in [0, count). `count` must be at least 1.
-    pub fn state_choice(&mut self, count: usize) -> usize {
-        size(call!(self.state_choice(int64(count), std::ptr::null())))
-    }
-
-    /// `RandomState.choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
-    pub fn state_choice_weighted(&mut self, p: &[f64]) -> usize {
-        size(call!(self.state_choice(int64(p.len()), p.as_ptr())))
+    methods! {
+        mut self;
+        /// `RandomState.rand()`: a number in [0, 1). Only in reset, of tasks that called
+        /// [`Builder::random_state`](super::Builder::random_state), as the methods below.
+        state_rand() -> f64 { call!(self.state_rand()) }
+        /// `RandomState.uniform(low, high)`: a number in [low, high).
+        state_uniform(low: f64, high: f64) -> f64 { call!(self.state_uniform(low, high)) }
+        /// `RandomState.randn()`: a standard normal number.
+        state_randn() -> f64 { call!(self.state_randn()) }
+        /// `RandomState.randint(low, high)`: an integer in [low, high).
+        state_randint(low: i64, high: i64) -> i64 { call!(self.state_randint(low, high)) }
+        /// `RandomState.choice(count)`: an integer in [0, count). `count` must be at least 1.
+        state_choice(count: usize) -> usize { size(call!(self.state_choice(int64(count), std::ptr::null()))) }
+        /// `RandomState.choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
+        state_choice_weighted(p: &[f64]) -> usize { size(call!(self.state_choice(int64(p.len()), p.as_ptr()))) }
     }
 
     /// `RandomState.permutation(count)`: the integers of [0, count) in random order.
@@ -133,9 +103,8 @@ pub struct Own {
 }
 
 impl Own {
-    /// # Safety
-    /// `arrays` is null or the library's, from the environment in which this was declared, and nothing else uses the array
-    /// during `'a`.
+    /// Safety: `arrays` is null or the library's, from the environment in which this was declared, and nothing else
+    /// uses the array during `'a`.
     unsafe fn array<'a>(self, arrays: *const *mut f64, count: usize, where_to: &str) -> &'a mut [f64] {
         assert!(self.index < count, "the own array was declared in another environment");
         // SAFETY: as the caller promises; there are `count` arrays.
@@ -147,6 +116,7 @@ impl Own {
 }
 
 /// The controls and forces of a step, which [`Task::before_step`](super::Task::before_step) and `before_substep` write.
+#[derive(Debug)]
 pub struct Control<'a> {
     // No slice of ctrl, because Sim reads the same memory.
     raw: *mut sys::mjenv_control,
@@ -156,54 +126,39 @@ pub struct Control<'a> {
 }
 
 impl Control<'_> {
-    /// # Safety
-    /// `raw` is the library's, and nothing else uses it during `'a`. There are `nu` actuators and `owned` own arrays.
+    /// Safety: `raw` is the library's, and nothing else uses it during `'a`. There are `nu` actuators and `owned` own
+    /// arrays.
     pub(super) unsafe fn new(raw: *mut sys::mjenv_control, nu: usize, owned: usize) -> Self {
         Self { raw, nu, owned, row: PhantomData }
     }
 
     /// Which mj_step of the step comes next, from 0 on.
-    #[must_use]
     pub fn substep(&self) -> usize {
         // SAFETY: as `new` requires.
         unsafe { size((*self.raw).substep.into()) }
     }
 
-    /// The control of an actuator. In `before_step` it is that of the last step, or 0 after a reset. In `before_substep` it
-    /// is that of `before_step` or the call before; without `before_step` it is at first the action.
-    ///
-    /// # Panics
-    /// If there is no such actuator.
-    #[must_use]
+    /// The control of an actuator. In `before_step` it is that of the last step, or 0 after a reset. In
+    /// `before_substep` it is that of `before_step` or the call before; without `before_step` it is at first the
+    /// action. Panics if there is no such actuator.
     pub fn get(&self, actuator: usize) -> f64 {
         assert!(actuator < self.nu, "there is no actuator {actuator}");
         // SAFETY: ctrl has `nu` elements.
         unsafe { (*self.raw).ctrl.add(actuator).read() }
     }
 
-    /// Sets the control of an actuator.
-    ///
-    /// # Panics
-    /// If there is no such actuator.
+    /// Sets the control of an actuator. Panics if there is no such actuator.
     pub fn set(&mut self, actuator: usize, value: f64) {
         assert!(actuator < self.nu, "there is no actuator {actuator}");
         // SAFETY: ctrl has `nu` elements.
         unsafe { (*self.raw).ctrl.add(actuator).write(value) }
     }
 
-    /// The row's `qfrc_applied` or `xfrc_applied`, which act until they are written again or the row is reset.
-    ///
-    /// # Panics
-    /// If it is an array of the model.
+    /// The row's `qfrc_applied` or `xfrc_applied`, which act until they are written again or the row is reset. Panics
+    /// if it is an array of the model.
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
         unsafe { own.array((*self.raw).own, self.owned, "only reset and step can write own arrays of mjModel") }
-    }
-}
-
-impl fmt::Debug for Control<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.debug_struct("Control").field("substep", &self.substep()).finish_non_exhaustive()
     }
 }
 
@@ -227,10 +182,8 @@ pub struct Start<'a> {
 
 impl<'a> Start<'a> {
     /// Calls `look` with the simulation, which is up to date at the beginning and after the methods below. This and the
-    /// following methods are for tasks that called [`Builder::current`](super::Builder::current).
-    ///
-    /// # Panics
-    /// If the task is not current.
+    /// following methods are for tasks that called [`Builder::current`](super::Builder::current). Panics if the task is
+    /// not current.
     pub fn see<R>(&mut self, look: impl FnOnce(&Sim<'_>) -> R) -> R {
         // SAFETY: as `new` requires; `qpos` and so on are not used meanwhile, and borrowed anew.
         unsafe {
@@ -241,33 +194,26 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// Calls mj_forward with actuation disabled, on the state that reset has written.
-    ///
-    /// # Errors
-    /// If MuJoCo fails. The reset then fails even if it returns `Ok`.
+    /// Calls mj_forward with actuation disabled, on the state that reset has written. Errors: if MuJoCo fails. The
+    /// reset then fails even if it returns `Ok`.
     pub fn forward(&mut self) -> super::Result {
         self.simulate(|api, raw| api.forward.map_or(1, |forward| unsafe { forward(raw) }))
     }
 
-    /// Simulates `count` timesteps, at least 1, and then computes the stages of mj_step1. With the integrator Euler, the
-    /// first timestep uses the arrays that were computed last, even if `qpos` was written since.
-    ///
-    /// # Errors
-    /// As [`Start::forward`].
+    /// Simulates `count` timesteps, at least 1, and then computes the stages of mj_step1. With the integrator Euler,
+    /// the first timestep uses the arrays that were computed last, even if `qpos` was written since. Errors: as
+    /// [`Start::forward`].
     pub fn advance(&mut self, count: usize) -> super::Result {
         self.simulate(|api, raw| api.advance.map_or(1, |advance| unsafe { advance(raw, int64(count)) }))
     }
 
-    /// Begins again: calls mj_resetData, after which the row's own arrays keep their values, and then [`Start::forward`].
-    ///
-    /// # Errors
-    /// As [`Start::forward`].
+    /// Begins again: calls mj_resetData, after which the row's own arrays keep their values, and then
+    /// [`Start::forward`]. Errors: as [`Start::forward`].
     pub fn restart(&mut self) -> super::Result {
         self.simulate(|api, raw| api.restart.map_or(1, |restart| unsafe { restart(raw) }))
     }
 
     /// The number of contacts that the last of these calls has found.
-    #[must_use]
     pub fn contact_count(&mut self) -> usize {
         let mut count = 0;
         let counted = self.simulate(|api, raw| {
@@ -281,10 +227,7 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// Sets the time of the simulation, s.
-    ///
-    /// # Panics
-    /// If the task is not current.
+    /// Sets the time of the simulation, s. Panics if the task is not current.
     pub fn set_time(&mut self, time: f64) {
         // SAFETY: as `new` requires.
         unsafe {
@@ -293,10 +236,8 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// The row's own array of the model. It keeps its values until they are written again.
-    ///
-    /// # Panics
-    /// If the array is `qfrc_applied` or `xfrc_applied`.
+    /// The row's own array of the model. It keeps its values until they are written again. Panics if the array is
+    /// `qfrc_applied` or `xfrc_applied`.
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `new` requires.
         unsafe {
@@ -318,10 +259,7 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// Borrows the state anew, because the library has used it.
-    ///
-    /// # Safety
-    /// As `new` requires.
+    /// Borrows the state anew, because the library has used it. Safety: as `new` requires.
     unsafe fn borrow(&mut self) {
         // SAFETY: as the caller promises.
         unsafe {
@@ -333,27 +271,20 @@ impl<'a> Start<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// An array of mjModel; those of mjData are the memory of `qpos` and so on.
-    ///
-    /// # Panics
-    /// If it was not looked up in this environment.
+    /// An array of mjModel; those of mjData are the memory of `qpos` and so on. Panics if it was not looked up in this
+    /// environment.
     pub(super) fn array_of_model<T: Element>(&self, array: Array<T>) -> &[T] {
         // SAFETY: `new` was given these arrays; methods that change those of mjModel need a `&mut self`.
         unsafe { self.shape.array((*self.raw).arrays, array) }
     }
 
-    /// The row's numbers of a live parameter.
-    ///
-    /// # Panics
-    /// If it was not declared in this environment.
-    #[must_use]
+    /// The row's numbers of a live parameter. Panics if it was not declared in this environment.
     pub fn live<const N: usize>(&self, parameter: Live<N>) -> [f64; N] {
         // SAFETY: `new` was given these numbers.
         unsafe { parameter.read((*self.raw).parameters, self.shape.live) }
     }
 
-    /// # Safety
-    /// `raw` is the library's, and nothing else uses it during `'a`. It has what `shape` says.
+    /// Safety: `raw` is the library's, and nothing else uses it during `'a`. It has what `shape` says.
     pub(super) unsafe fn new(raw: *mut sys::mjenv_start, shape: &'a Shape) -> Self {
         // SAFETY: as the caller promises, the arrays have these lengths and do not overlap.
         unsafe {
@@ -393,34 +324,28 @@ impl<'a> Row<'a> {
         self
     }
 
-    /// # Safety
-    /// `own` points to `count` arrays, which nothing else uses during `'a`.
+    /// Safety: `own` points to `count` arrays, which nothing else uses during `'a`.
     pub(super) unsafe fn with_own(mut self, own: *const *mut f64, count: usize) -> Self {
         self.own = (own, count);
         self
     }
 
     /// The row's velocities. The methods `carry` and `observe` and the next step see what a step writes, such as a
-    /// kick; what `MuJoCo` has computed still belongs to the old velocities.
-    ///
-    /// # Panics
-    /// In `before_step` and `before_substep`.
+    /// kick; what `MuJoCo` has computed still belongs to the old velocities. Panics in `before_step` and
+    /// `before_substep`.
     pub fn qvel(&mut self) -> &mut [f64] {
         self.qvel.as_deref_mut().expect("only step can write the velocities")
     }
 
-    /// The row's own array, in a step. What the step writes holds from the next one on.
-    ///
-    /// # Panics
-    /// In `before_step` and `before_substep`, which write forces with [`Control::own`].
+    /// The row's own array, in a step. What the step writes holds from the next one on. Panics in `before_step` and
+    /// `before_substep`, which write forces with [`Control::own`].
     pub fn own(&mut self, own: Own) -> &mut [f64] {
         // SAFETY: as `with_own` requires.
         unsafe { own.array(self.own.0, self.own.1, "only step can write own arrays with its row") }
     }
 }
 
-/// # Safety
-/// `array` points to `count` elements that nothing else uses during `'a`.
+/// Safety: `array` points to `count` elements that nothing else uses during `'a`.
 unsafe fn write<'a>(array: *mut f64, count: i32) -> &'a mut [f64] {
     match size(count.into()) {
         0 => &mut [],

@@ -80,10 +80,7 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// One of the library's `arrays`.
-    ///
-    /// # Safety
-    /// `arrays` are those that this tells of, and keep their values during `'a`.
+    /// One of the library's `arrays`. Safety: `arrays` are those that this tells of, and keep their values during `'a`.
     pub(super) unsafe fn array<'a, T: Element>(&self, arrays: *const *const c_void, array: Array<T>) -> &'a [T] {
         let count = match self.arrays.get(array.index) {
             Some(&(element_type, count)) if element_type == T::TYPE => count,
@@ -110,7 +107,6 @@ pub struct Action<'a> {
 
 impl Action<'_> {
     /// `numpy.square(action).sum()`, computed in the action's dtype as NumPy does.
-    #[must_use]
     pub fn sum_square(&self) -> Scalar {
         match self.dtype {
             Dtype::Float32 => Scalar::Float32(sum_of(self.values, |value| value as f32 * value as f32)),
@@ -133,11 +129,10 @@ pub struct Sim<'a> {
 macro_rules! arrays {
     ($($(#[$doc:meta])* $name:ident: $count:ident, $element:ty;)*) => {$(
         $(#[$doc])*
-        #[must_use]
         #[inline]
         pub fn $name(&self) -> &'a [$element] {
             // SAFETY: the library's array has this length and keeps its values during the call of the task's method.
-            unsafe { read((*self.raw).$name as *const $element, (*self.raw).$count) }
+            unsafe { read(self.raw().$name as *const $element, self.raw().$count) }
         }
     )*};
 }
@@ -146,116 +141,89 @@ macro_rules! arrays {
 macro_rules! arrays_on_demand {
     ($($(#[$doc:meta])* $name:ident: $count:ident, $element:ty;)*) => {$(
         $(#[$doc])*
-        ///
-        /// # Panics
-        /// If build did not ask for the array.
-        #[must_use]
+        /// Panics if build did not ask for the array.
         #[inline]
         pub fn $name(&self) -> &'a [$element] {
             // SAFETY: the library's array, if it is there, has this length and keeps its values during the call of the
             // task's method.
             unsafe {
-                let array = (*self.raw).$name;
+                let array = self.raw().$name;
                 assert!(
                     !array.is_null(),
                     concat!(stringify!($name), " is computed on demand: call b.need(\"", stringify!($name), "\") in build")
                 );
-                read(array as *const $element, (*self.raw).$count)
+                read(array as *const $element, self.raw().$count)
             }
         }
     )*};
 }
 
 impl<'a> Sim<'a> {
-    /// # Safety
-    /// `raw` is the library's, with the arrays that `shape` tells, and nothing changes it during `'a`.
+    /// Safety: `raw` is the library's, with the arrays that `shape` tells, and nothing changes it during `'a`.
     pub(super) unsafe fn new(raw: *const sys::mjenv_sim, shape: &'a Shape) -> Self {
         Self { raw, shape }
     }
 
-    /// The time of one mj_step, s.
-    #[must_use]
-    pub fn timestep(&self) -> f64 {
-        // SAFETY: the struct lives during the call of the task's method.
-        unsafe { (*self.raw).timestep }
+    fn raw(&self) -> &'a sys::mjenv_sim {
+        // SAFETY: nothing changes the struct during the call of the task's method.
+        unsafe { &*self.raw }
     }
 
-    /// The time of one step of the environment, s.
-    #[must_use]
-    pub fn dt(&self) -> f64 {
-        // SAFETY: as in `timestep`.
-        unsafe { (*self.raw).dt }
+    methods! {
+        self;
+        /// The time of one mj_step, s.
+        timestep() -> f64 { self.raw().timestep }
+        /// The time of one step of the environment, s.
+        dt() -> f64 { self.raw().dt }
     }
 
     /// The time since the reset, s.
-    #[must_use]
     pub fn time(&self) -> f64 {
-        // SAFETY: as in `timestep`; the pointer is valid.
-        unsafe { *(*self.raw).time }
+        // SAFETY: the pointer is valid during the call of the task's method.
+        unsafe { *self.raw().time }
     }
 
     /// The row's action, which [`Task::step`](super::Task::step), `before_step` and `before_substep` see. Elsewhere its values
     /// are NaN.
-    #[must_use]
     pub fn action(&self) -> Action<'a> {
         // SAFETY: as in `timestep`; the array has this length.
-        let (values, dtype) = unsafe { (read((*self.raw).action, (*self.raw).action_count), (*self.raw).action_dtype) };
+        let (values, dtype) = unsafe { (read(self.raw().action, self.raw().action_count), self.raw().action_dtype) };
         let dtype = if dtype == sys::MJENV_DTYPE_FLOAT32 { Dtype::Float32 } else { Dtype::Float64 };
         Action { values, dtype }
     }
 
-    /// The row's numbers of a live parameter.
-    ///
-    /// # Panics
-    /// If it was not declared in this environment.
-    #[must_use]
+    /// The row's numbers of a live parameter. Panics if it was not declared in this environment.
     pub fn live<const N: usize>(&self, parameter: Live<N>) -> [f64; N] {
         // SAFETY: the library's parameters are those that the task has declared.
-        unsafe { parameter.read((*self.raw).parameters, self.shape.live) }
+        unsafe { parameter.read(self.raw().parameters, self.shape.live) }
     }
 
-    /// Numbers that the row carries.
-    ///
-    /// # Panics
-    /// If they were not declared in this environment.
-    #[must_use]
+    /// Numbers that the row carries. Panics if they were not declared in this environment.
     pub fn carried<const N: usize>(&self, numbers: Carry<N>) -> [f64; N] {
         // SAFETY: the numbers live during the call of the task's method, and nobody has a reference to them. `get` only
         // reads.
-        unsafe { Carried::new((*self.raw).carried as *mut f64, self.shape.carried) }.get(numbers)
+        unsafe { Carried::new(self.raw().carried as *mut f64, self.shape.carried) }.get(numbers)
     }
 
-    /// An array of mjData or mjModel.
-    ///
-    /// # Panics
-    /// If it was not looked up in this environment.
-    #[must_use]
+    /// An array of mjData or mjModel. Panics if it was not looked up in this environment.
     pub fn array<T: Element>(&self, array: Array<T>) -> &'a [T] {
         // SAFETY: the library's arrays are those that were looked up, and keep their values during the call of the task's
         // method.
-        unsafe { self.shape.array((*self.raw).arrays, array) }
+        unsafe { self.shape.array(self.raw().arrays, array) }
     }
 
-    /// The values of a sensor.
-    ///
-    /// # Panics
-    /// If the model does not have it.
-    #[must_use]
+    /// The values of a sensor. Panics if the model does not have it.
     pub fn sensor(&self, sensor: super::Sensor) -> &'a [f64] {
         &self.sensordata()[sensor.first..][..sensor.count]
     }
 
-    /// The contacts; on demand.
-    ///
-    /// # Panics
-    /// If build did not ask for them.
-    #[must_use]
+    /// The contacts; on demand. Panics if build did not ask for them.
     pub fn contacts(&self) -> &'a [Contact] {
         // SAFETY: the array, if it is there, has this many contacts, which have the layout of Contact.
         unsafe {
-            let contacts = (*self.raw).contacts;
+            let contacts = self.raw().contacts;
             assert!(!contacts.is_null(), "contacts are computed on demand: call b.need(\"contacts\") in build");
-            read(contacts as *const Contact, (*self.raw).contact_count)
+            read(contacts as *const Contact, self.raw().contact_count)
         }
     }
 
