@@ -10,10 +10,14 @@ const NEEDS: &str =
     "building libmjenv needs CMake 3.22, make or ninja and a C++17 compiler, and in a checkout what tools/setup build \
     installs on Debian 12; or set MJENV_LIB_DIR to the folder of a library that is built";
 
+const ON_MUJOCO4: bool = cfg!(feature = "mujoco4");
+/// The library's name for the linker and for pkg-config.
+const NAME: &str = if ON_MUJOCO4 { "mjenv-mujoco4" } else { "mjenv" };
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     // docs.rs compiles Rust only, and does not link. Plug-ins do not link with the library.
-    if env::var_os("DOCS_RS").is_some() || env::var_os("CARGO_FEATURE_LIBRARY").is_none() {
+    if env::var_os("DOCS_RS").is_some() || !cfg!(feature = "library") {
         println!("cargo:libdir=");
         return;
     }
@@ -23,28 +27,15 @@ fn main() {
     let dir = given().or_else(installed).unwrap_or_else(built);
     let dir = dir.display();
     println!("cargo:rustc-link-search=native={dir}");
-    println!("cargo:rustc-link-lib=dylib={}", name());
+    println!("cargo:rustc-link-lib=dylib={NAME}");
     // Cargo applies this argument to the tests of this package alone. Dependents read the folder from DEP_MJENV_LIBDIR
     // and add it to the run path of their own programs.
     println!("cargo:rustc-link-arg=-Wl,-rpath,{dir}");
     println!("cargo:libdir={dir}");
 }
 
-fn on_mujoco4() -> bool {
-    env::var_os("CARGO_FEATURE_MUJOCO4").is_some()
-}
-
-/// The library's name for the linker and for pkg-config.
-fn name() -> &'static str {
-    if on_mujoco4() {
-        "mjenv-mujoco4"
-    } else {
-        "mjenv"
-    }
-}
-
 fn file() -> String {
-    format!("lib{}.so", name())
+    format!("lib{NAME}.so")
 }
 
 fn given() -> Option<PathBuf> {
@@ -64,7 +55,7 @@ fn installed() -> Option<PathBuf> {
     let (major, minor) = (part("CARGO_PKG_VERSION_MAJOR"), part("CARGO_PKG_VERSION_MINOR"));
     let program = env::var_os("PKG_CONFIG").unwrap_or_else(|| "pkg-config".into());
     let output =
-        Command::new(program).args(["--variable=libdir", &format!("{} >= {major}.{minor}", name())]).output().ok()?;
+        Command::new(program).args(["--variable=libdir", &format!("{NAME} >= {major}.{minor}")]).output().ok()?;
     if !output.status.success() {
         return None;
     }
@@ -84,10 +75,9 @@ fn built() -> PathBuf {
         .find(|root| root.join("capi/include/mjenv/mjenv.h").exists())
         .unwrap_or_else(|| {
             panic!(
-                "{} was not found: MJENV_LIB_DIR is not set, pkg-config does not know {}, and {here:?} does not \
+                "{} was not found: MJENV_LIB_DIR is not set, pkg-config does not know {NAME}, and {here:?} does not \
                  contain the sources",
-                file(),
-                name()
+                file()
             )
         });
     for source in SOURCES {
@@ -96,16 +86,17 @@ fn built() -> PathBuf {
     let dir = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("build");
     let mut configure = Command::new("cmake");
     configure.arg("-S").arg(&root).arg("-B").arg(&dir);
-    if env::var_os("CMAKE_GENERATOR").is_none() && has_ninja() {
+    if env::var_os("CMAKE_GENERATOR").is_none() && Command::new("ninja").arg("--version").output().is_ok() {
         configure.arg("-GNinja");
     }
-    if on_mujoco4() {
+    if ON_MUJOCO4 {
         let mut option = OsString::from("-DMJENV_ENGINE=");
         option.push(mujoco4());
         configure.arg(option);
     }
     run(&mut configure);
-    run(Command::new("cmake").arg("--build").arg(&dir).args(["--parallel", &jobs(), "--target", "mjenv"]));
+    let jobs = env::var("NUM_JOBS").unwrap_or_else(|_| "1".to_string());
+    run(Command::new("cmake").arg("--build").arg(&dir).args(["--parallel", &jobs, "--target", "mjenv"]));
     dir
 }
 
@@ -122,14 +113,6 @@ fn mujoco4() -> PathBuf {
     let folder = library.parent().expect("a file is in a folder");
     let release = folder.parent().filter(|_| folder.ends_with("lib"));
     release.unwrap_or(folder).to_path_buf()
-}
-
-fn has_ninja() -> bool {
-    Command::new("ninja").arg("--version").output().is_ok()
-}
-
-fn jobs() -> String {
-    env::var("NUM_JOBS").unwrap_or_else(|_| "1".to_string())
 }
 
 fn run(command: &mut Command) {

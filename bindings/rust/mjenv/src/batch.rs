@@ -114,21 +114,9 @@ impl<T: Real> Batch<T> {
         /// `row * steps + t`.
         rows() -> usize { self.rows }
         /// Returns the observation of a row: `[observation_space().count()]`. Panics if there is no such row.
-        obs(row: usize) -> &[T] { slice(&self.obs, row, self.obs_count) }
+        obs(row: usize) -> &[T] { &self.obs[row * self.obs_count..][..self.obs_count] }
         /// Returns the observations of all rows, one after the other: `[rows][observation_space().count()]`.
         observations() -> &[T] { &self.obs }
-    }
-
-    /// Returns a group of the observation of a row, or a term without a group ([`Role::Groups`]). Errors:
-    /// [`ErrorKind::Name`] (also if the observation has no groups; see the option `observation`). Panics if there is no
-    /// such row.
-    pub fn group(&self, row: usize, name: &str) -> Result<&[T]> {
-        let group = self.groups.named("group of the observation", name)?;
-        Ok(&self.obs(row)[group.offset..][..group.count])
-    }
-
-    methods! {
-        self;
         /// Returns the reward of each row; 0 after a reset.
         reward() -> &[f64] { &self.reward }
         /// Returns for each row whether it has reached a terminal state; false after a reset.
@@ -156,34 +144,34 @@ impl<T: Real> Batch<T> {
         reset_infos() -> impl ExactSizeIterator<Item = (&str, &[f64])> + '_ { self.reset_info.iter() }
     }
 
+    /// Returns a group of the observation of a row, or a term without a group ([`Role::Groups`]). Errors:
+    /// [`ErrorKind::Name`] (also if the observation has no groups; see the option `observation`). Panics if there is no
+    /// such row.
+    pub fn group(&self, row: usize, name: &str) -> Result<&[T]> {
+        let group = self.groups.named("group of the observation", name)?;
+        Ok(&self.obs(row)[group.offset..][..group.count])
+    }
+
     /// Returns the last observation of the episode that the last step ended and reset. It is `None` for rows where this
     /// did not happen, and without the option `autoreset_mode` at `"same_step"`. Panics if there is no such row.
     pub fn final_obs(&self, row: usize) -> Option<&[T]> {
         let last = self.last.as_ref()?;
-        (self.was_reset[row] && self.ended(row)).then(|| slice(&last.obs, row, self.obs_count))
+        (self.was_reset[row] && self.ended(row)).then(|| &last.obs[row * self.obs_count..][..self.obs_count])
     }
 
     /// Returns an info of the last step of the episodes that the last step ended and reset: `[rows][count]`. It is
     /// valid for the rows that have a [`Batch::final_obs`]. Errors: [`ErrorKind::Name`] (also if the option
     /// `autoreset_mode` is not `"same_step"`).
     pub fn final_info(&self, name: &str) -> Result<&[f64]> {
-        self.last()?.info.get("final info", name)
-    }
-
-    fn last(&self) -> Result<&Last<T>> {
         let message = "final info needs the option \"autoreset_mode\" at \"same_step\"";
-        self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::Name, message.to_string()))
+        let last = self.last.as_ref().ok_or_else(|| Error::new(ErrorKind::Name, message.to_string()))?;
+        last.info.get("final info", name)
     }
 
     /// Returns an mjData array that the option `arrays` names: `[rows][count]`. Errors: [`ErrorKind::Name`].
     pub fn array(&self, name: &str) -> Result<&[f64]> {
         self.arrays.get("exported array", name)
     }
-}
-
-/// Returns the elements of a row.
-fn slice<T>(all: &[T], row: usize, count: usize) -> &[T] {
-    &all[row * count..][..count]
 }
 
 /// Multiplies and panics on overflow, because an array of the wrapped size would be too small.

@@ -8,7 +8,7 @@ use std::time::Duration;
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
-use crate::error::{call, check, check_length, Error, ErrorKind, Result};
+use crate::error::{call, check, check_length, owned, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string, lossy};
 use crate::{Batch, Dtype, Field, Options, Real, Role, Rows, Space, Spec};
 
@@ -185,14 +185,20 @@ impl Env {
 
     methods! {
         self;
-        /// Returns the environment in the C interface, for crates that call functions of `mjenv-sys`.
-        raw() -> *mut sys::mjenv_env { self.raw.as_ptr() }
         /// Returns the number of rows.
         rows() -> usize { self.rows }
         /// Returns how many simulation steps of MuJoCo (mj_step) one step takes.
         frame_skip() -> usize { self.frame_skip }
         /// Returns how many threads step the rows.
         threads() -> usize { self.threads }
+        /// Returns what Gymnasium registers for the id.
+        spec() -> Spec { self.options.spec() }
+        /// Returns the options with which the environment was built.
+        options() -> &Options { &self.options }
+        /// Returns the space of one row's observation.
+        observation_space() -> Space<'_> { self.space(Role::Observation) }
+        /// Returns the space of one row's action.
+        action_space() -> Space<'_> { self.space(Role::Action) }
     }
 
     /// Returns how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are stepped
@@ -222,14 +228,6 @@ impl Env {
         Ok(info)
     }
 
-    methods! {
-        self;
-        /// Returns what Gymnasium registers for the id.
-        spec() -> Spec { self.options.spec() }
-        /// Returns the options with which the environment was built.
-        options() -> &Options { &self.options }
-    }
-
     /// Allocates outputs for this environment. Their observations are `f64`, as Gymnasium has them, or rounded to `f32`:
     /// `env.batch::<f64>()`.
     pub fn batch<T: Real>(&self) -> Batch<T> {
@@ -239,14 +237,6 @@ impl Env {
     /// Allocates outputs for [`Env::rollout`] of `steps` steps. Panics if they do not fit into the address space.
     pub fn rollout_batch<T: Real>(&self, steps: usize) -> Batch<T> {
         Batch::new(self, self.rows.checked_mul(steps).expect("the batch fits into the address space"))
-    }
-
-    methods! {
-        self;
-        /// Returns the space of one row's observation.
-        observation_space() -> Space<'_> { self.space(Role::Observation) }
-        /// Returns the space of one row's action.
-        action_space() -> Space<'_> { self.space(Role::Action) }
     }
 
     fn space(&self, role: Role) -> Space<'_> {
@@ -614,18 +604,11 @@ fn one_or_all(rows: Rows<'_>) -> Result<i64> {
     match rows {
         Rows::All => Ok(sys::MJENV_ALL_ROWS.into()),
         Rows::One(row) => Ok(int64(row)),
-        Rows::List(_) | Rows::Mask(_) => {
-            Err(Error::new(ErrorKind::Argument, "an image holds one row or all rows, not some".to_string()))
-        }
+        _ => Err(Error::new(ErrorKind::Argument, "an image holds one row or all rows, not some".to_string())),
     }
 }
 
-impl Drop for Env {
-    fn drop(&mut self) {
-        // SAFETY: the handle is alive and owned; nobody uses it after this.
-        unsafe { sys::mjenv_destroy(self.raw.as_ptr()) }
-    }
-}
+owned! { Env: mjenv_env, mjenv_destroy; }
 
 impl fmt::Debug for Env {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

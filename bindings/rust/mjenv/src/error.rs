@@ -134,6 +134,26 @@ macro_rules! call {
 }
 pub(crate) use call;
 
+/// Handles that are destroyed with their owners.
+macro_rules! owned {
+    ($($owner:ident: $raw:ident, $destroy:ident;)*) => {$(
+        impl $owner {
+            /// Returns the handle in the C interface, for crates that call functions of `mjenv-sys`.
+            pub fn raw(&self) -> *mut mjenv_sys::$raw {
+                self.raw.as_ptr()
+            }
+        }
+
+        impl Drop for $owner {
+            fn drop(&mut self) {
+                // SAFETY: the handle is alive and owned; nobody uses it after this.
+                unsafe { mjenv_sys::$destroy(self.raw()) }
+            }
+        }
+    )*};
+}
+pub(crate) use owned;
+
 pub(crate) fn check_abi() -> Result<()> {
     // SAFETY: the function takes nothing.
     let (found, needed) = (unsafe { sys::mjenv_abi_version() }, sys::MJENV_ABI_VERSION);

@@ -56,21 +56,9 @@
 //! # Linking
 //!
 //! The build script looks for `libmjenv.so` in the folder that the environment variable `MJENV_LIB_DIR` names, then
-//! asks pkg-config for `mjenv`. If both fail it builds the library with CMake, which needs a C++17 compiler and takes a
-//! few minutes. Cargo tells the programs that it starts where the library is. A program that you start in another way
-//! finds the library if the `main` of its own `build.rs` contains this line:
-//!
-//! ```no_run
-//! println!("cargo:rustc-link-arg=-Wl,-rpath,{}", std::env::var("DEP_MJENV_RUST_LIBDIR").unwrap());
-//! ```
-//!
-//! With the feature `mujoco4`, the library is `libmjenv-mujoco4.so`, which has the same interface and gives the bits of
-//! Gymnasium on MuJoCo 4.0; for pkg-config it is `mjenv-mujoco4`. When the program first builds an environment, that
-//! library opens MuJoCo: the `libmujoco.so.4.0.x` that the environment variable `MJENV_MUJOCO` names, else one that the
-//! process has already loaded, else the one that the system's loader finds. If there is none, the call returns an
-//! [`ErrorKind::File`] whose message says what to install. To build that library, set `MJENV_MUJOCO`, too, because the
-//! build finds MuJoCo's headers beside its library. A program links one of both libraries, which refuses snapshots of
-//! the other.
+//! asks pkg-config for `mjenv`. If both fail it builds the library with CMake. docs/start/rust.md says how programs find
+//! the library that Cargo does not start, and what the feature `mujoco4` needs. With it, the library is
+//! `libmjenv-mujoco4.so`, which has the same interface and refuses snapshots of the other.
 //!
 //! Without the feature `library`, which is on by default, the crate has only the modules [`task`] and [`numpy`], and
 //! neither needs nor links `libmjenv.so`. Plug-ins use it in this way.

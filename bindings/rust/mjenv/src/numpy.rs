@@ -1,6 +1,6 @@
 //! Sums, norms and scalars that round as NumPy's do, for tasks that must return the same bits as a Python original.
 
-use std::ops::{Mul, Neg};
+use std::ops::{Add, Mul, Neg};
 
 /// `numpy.sum(values)`. NumPy adds fewer than 8 numbers one after the other and up to 128 numbers in eight accumulators;
 /// it splits longer arrays into halves.
@@ -23,32 +23,19 @@ pub fn clip(value: f64, low: f64, high: f64) -> f64 {
     }
 }
 
-/// A float type in which a sum is computed.
-pub(crate) trait Float: Copy + std::ops::Add<Output = Self> + Mul<Output = Self> {
-    const ZERO: Self;
-}
-
-impl Float for f32 {
-    const ZERO: Self = 0.0;
-}
-
-impl Float for f64 {
-    const ZERO: Self = 0.0;
-}
-
-pub(crate) fn sum_of<F: Float>(values: &[f64], term: impl Fn(f64) -> F + Copy) -> F {
+pub(crate) fn sum_of<F: Copy + Default + Add<Output = F>>(values: &[f64], term: impl Fn(f64) -> F + Copy) -> F {
     const LANES: usize = 8;
     const BLOCK: usize = 128;
     let add = |total: F, &value: &f64| total + term(value);
     if values.len() < LANES {
-        return values.iter().fold(F::ZERO, add);
+        return values.iter().fold(F::default(), add);
     }
     if values.len() > BLOCK {
         let half = values.len() / 2;
         let (left, right) = values.split_at(half - half % LANES);
         return sum_of(left, term) + sum_of(right, term);
     }
-    let mut lanes = [F::ZERO; LANES];
+    let mut lanes = [F::default(); LANES];
     for (lane, &value) in lanes.iter_mut().zip(values) {
         *lane = term(value);
     }

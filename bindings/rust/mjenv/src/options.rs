@@ -6,7 +6,7 @@ use std::ptr::{self, NonNull};
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size, size_of};
-use crate::error::{call, check, Error, ErrorKind, Result};
+use crate::error::{call, check, owned, Error, ErrorKind, Result};
 use crate::text::{borrowed, c_string};
 use crate::Spec;
 
@@ -70,9 +70,7 @@ pub enum Value {
     Flag(bool),
     /// The value of a [`Kind::Integer`], or the index in a [`Kind::StringOrInteger`]. You may also set a
     /// [`Kind::Reals`] of one number to an integer: some infos and rewards are then integers in Gymnasium, and
-    /// [`Field::dtype`] says so.
-    ///
-    /// [`Field::dtype`]: crate::Field::dtype
+    /// [`Field::dtype`](crate::Field::dtype) says so.
     Integer(i64),
     /// All numbers of a [`Kind::Reals`].
     Reals(Vec<f64>),
@@ -212,10 +210,6 @@ impl Options {
         Ok(copy)
     }
 
-    pub(crate) fn raw(&self) -> *const sys::mjenv_options {
-        self.raw.as_ptr()
-    }
-
     /// Returns what Gymnasium registers for the id.
     pub fn spec(&self) -> Spec {
         self.spec
@@ -328,12 +322,7 @@ impl Clone for Options {
     }
 }
 
-impl Drop for Options {
-    fn drop(&mut self) {
-        // SAFETY: the handle is alive and owned; nobody uses it after this.
-        unsafe { sys::mjenv_options_destroy(self.raw.as_ptr()) }
-    }
-}
+owned! { Options: mjenv_options, mjenv_options_destroy; }
 
 impl fmt::Debug for Options {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -11,19 +11,6 @@ impl Env {
     /// Replaces the parts of the document of draws, noise, delays and pushes that this one has, from each row's next
     /// reset on; null removes a part. docs/randomisation.md describes the document. Later, `env.write(&rows, "draws[0]",
     /// &[low, high])` changes the parameters of the first draw for some rows.
-    ///
-    /// ```
-    /// # fn main() -> Result<(), mjenv::Error> {
-    /// use mjenv::{Env, Options};
-    ///
-    /// let mut env = Env::new(&Options::new("Hopper-v5")?, 2)?;
-    /// env.randomize(r#"{"randomize": {"geom_friction": {"kind": "scale", "low": 0.5, "high": 1.5}}}"#)?;
-    /// let mut batch = env.batch::<f64>();
-    /// env.reset(.., &mut batch)?;
-    /// assert_ne!(env.read(0, "geom_friction")?, env.read(1, "geom_friction")?);
-    /// # Ok(())
-    /// # }
-    /// ```
     /// Errors: `ErrorKind::Name`, `ErrorKind::Type`, `ErrorKind::Value`, `ErrorKind::Size`. After an error nothing has
     /// changed.
     pub fn randomize(&mut self, document: &str) -> Result<()> {

@@ -4,7 +4,7 @@ use std::ptr::{self, NonNull};
 use mjenv_sys as sys;
 
 use crate::describe::{int64, size_of};
-use crate::error::{call, Result};
+use crate::error::{call, owned, Result};
 use crate::text::{borrowed, c_string};
 use crate::Env;
 
@@ -168,12 +168,6 @@ impl RenderSettings {
     pub fn fast(mut self) -> Self {
         (self.samples, self.shadows) = (0, false);
         self
-    }
-
-    fn of(env: &Env) -> Self {
-        let mut raw = empty();
-        call!(env.mjenv_render_defaults(&mut raw)).expect("an environment has default settings");
-        Self::from_raw(&raw)
     }
 
     /// Passes the settings to `body` as C's struct.
@@ -387,24 +381,6 @@ impl Window {
     }
 }
 
-/// Pictures and windows are freed with their owners.
-macro_rules! owned {
-    ($($owner:ident: $raw:ident, $destroy:ident;)*) => {$(
-        impl $owner {
-            fn raw(&self) -> *mut sys::$raw {
-                self.raw.as_ptr()
-            }
-        }
-
-        impl Drop for $owner {
-            fn drop(&mut self) {
-                // SAFETY: the handle is alive and owned.
-                unsafe { sys::$destroy(self.raw()) }
-            }
-        }
-    )*};
-}
-
 owned! {
     Renderer: mjenv_renderer, mjenv_renderer_destroy;
     Window: mjenv_window, mjenv_window_destroy;
@@ -413,6 +389,8 @@ owned! {
 impl Env {
     /// Returns Gymnasium's settings for pictures of this environment.
     pub fn render_settings(&self) -> RenderSettings {
-        RenderSettings::of(self)
+        let mut raw = empty();
+        call!(self.mjenv_render_defaults(&mut raw)).expect("an environment has default settings");
+        RenderSettings::from_raw(&raw)
     }
 }

@@ -11,7 +11,7 @@ use crate::error::{call, check_length, Result};
 use crate::{Batch, Real, Role, Rows};
 
 /// What the program has computed for all rows, one row after the other ([`Env::finish`]). Empty slices are zeros.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Computed<'a, T> {
     /// The task's own observations, without time and history.
     pub obs: &'a [T],
@@ -23,12 +23,6 @@ pub struct Computed<'a, T> {
     pub info: &'a [f64],
     /// The infos of resets, field by field.
     pub reset_info: &'a [f64],
-}
-
-impl<T> Default for Computed<'_, T> {
-    fn default() -> Self {
-        Self { obs: &[], reward: &[], terminated: &[], info: &[], reset_info: &[] }
-    }
 }
 
 fn pointer<T>(slice: &[T]) -> *const T {
@@ -91,34 +85,31 @@ impl Env {
         out: &mut Batch<T>,
     ) -> Result<()> {
         let (count, infos, reset_infos) = (self.rows, self.count(Role::Info), self.count(Role::ResetInfo));
-        let given = match &computed {
-            None => None,
-            Some(computed) => {
-                let optional =
-                    |what, given: usize, needed| check_length(what, given, if given == 0 { 0 } else { needed });
-                optional("reward", computed.reward.len(), count)?;
-                optional("terminated", computed.terminated.len(), count)?;
-                optional("info", computed.info.len(), infos * count)?;
-                optional("reset_info", computed.reset_info.len(), reset_infos * count)?;
-                let obs_count = computed.obs.len() / count;
-                check_length("obs", computed.obs.len(), obs_count * count)?;
-                Some(sys::mjenv_batch {
-                    struct_size: size_of::<sys::mjenv_batch>(),
-                    obs_dtype: T::DTYPE,
-                    rows: int64(count),
-                    obs_count: int64(obs_count),
-                    info_count: int64(infos),
-                    reset_info_count: int64(reset_infos),
-                    // The library only reads these.
-                    obs: pointer(computed.obs) as *mut c_void,
-                    reward: pointer(computed.reward) as *mut f64,
-                    terminated: pointer(computed.terminated) as *mut u8,
-                    info: pointer(computed.info) as *mut f64,
-                    reset_info: pointer(computed.reset_info) as *mut f64,
-                    ..Default::default()
-                })
-            }
-        };
+        let given = computed.map(|computed| -> Result<_> {
+            let optional = |what, given: usize, needed| check_length(what, given, if given == 0 { 0 } else { needed });
+            optional("reward", computed.reward.len(), count)?;
+            optional("terminated", computed.terminated.len(), count)?;
+            optional("info", computed.info.len(), infos * count)?;
+            optional("reset_info", computed.reset_info.len(), reset_infos * count)?;
+            let obs_count = computed.obs.len() / count;
+            check_length("obs", computed.obs.len(), obs_count * count)?;
+            Ok(sys::mjenv_batch {
+                struct_size: size_of::<sys::mjenv_batch>(),
+                obs_dtype: T::DTYPE,
+                rows: int64(count),
+                obs_count: int64(obs_count),
+                info_count: int64(infos),
+                reset_info_count: int64(reset_infos),
+                // The library only reads these.
+                obs: pointer(computed.obs) as *mut c_void,
+                reward: pointer(computed.reward) as *mut f64,
+                terminated: pointer(computed.terminated) as *mut u8,
+                info: pointer(computed.info) as *mut f64,
+                reset_info: pointer(computed.reset_info) as *mut f64,
+                ..Default::default()
+            })
+        });
+        let given = given.transpose()?;
         let (mask, out) = (self.room.mask(rows.into())?, out.raw());
         call!(self.mjenv_finish(mask, given.as_ref().map_or(ptr::null(), |given| given), &out))
     }

@@ -98,7 +98,7 @@ impl<'a> Builder<'a> {
 
     /// An option that is one number with bounds.
     pub fn real_within(&mut self, name: &str, default: f64, bounds: RangeInclusive<f64>, doc: &str) -> f64 {
-        let declared = Declared { values: vec![default], ..Declared::new(sys::MJENV_KIND_REALS, name, doc, bounds) };
+        let declared = Declared::new(sys::MJENV_KIND_REALS, name, doc, &[default], bounds);
         let mut value = default;
         if let Some(name) = self.declare(declared) {
             call!(self.reals(name.as_ptr(), &mut value, 1));
@@ -107,9 +107,7 @@ impl<'a> Builder<'a> {
     }
 
     /// A live parameter of `N` numbers: each row has its own, at first the option's, which the program changes while the
-    /// task runs (`env.write(.., "parameters.NAME", &values)`). Methods read them with [`Sim::live`] and [`Start::live`].
-    ///
-    /// [`Start::live`]: super::Start::live
+    /// task runs (`env.write(.., "parameters.NAME", &values)`). Methods read them with [`Sim::live`] and [`Start::live`](super::Start::live).
     pub fn live<const N: usize>(&mut self, name: &str, default: [f64; N], doc: &str) -> Live<N> {
         self.live_within(name, default, f64::NEG_INFINITY..=f64::INFINITY, doc)
     }
@@ -122,12 +120,8 @@ impl<'a> Builder<'a> {
         bounds: RangeInclusive<f64>,
         doc: &str,
     ) -> Live<N> {
-        let declared = Declared {
-            values: default.to_vec(),
-            several: N != 1,
-            live: true,
-            ..Declared::new(sys::MJENV_KIND_REALS, name, doc, bounds)
-        };
+        let declared = Declared::new(sys::MJENV_KIND_REALS, name, doc, &default, bounds);
+        let declared = Declared { several: N != 1, live: true, ..declared };
         let first = match self.declare(declared) {
             Some(name) => size(call!(self.parameter(name.as_ptr()))),
             None => 0,
@@ -138,11 +132,8 @@ impl<'a> Builder<'a> {
 
     /// An option that is `N` numbers; with `N` = 2 a range.
     pub fn reals<const N: usize>(&mut self, name: &str, default: [f64; N], doc: &str) -> [f64; N] {
-        let declared = Declared {
-            values: default.to_vec(),
-            several: true,
-            ..Declared::new(sys::MJENV_KIND_REALS, name, doc, f64::NEG_INFINITY..=f64::INFINITY)
-        };
+        let declared = Declared::new(sys::MJENV_KIND_REALS, name, doc, &default, f64::NEG_INFINITY..=f64::INFINITY);
+        let declared = Declared { several: true, ..declared };
         let mut values = default;
         if let Some(name) = self.declare(declared) {
             call!(self.reals(name.as_ptr(), values.as_mut_ptr(), int64(N)));
@@ -152,11 +143,8 @@ impl<'a> Builder<'a> {
 
     /// An option that is a `bool`.
     pub fn flag(&mut self, name: &str, default: bool, doc: &str) -> bool {
-        let declared = Declared {
-            values: vec![f64::from(u8::from(default))],
-            ..Declared::new(sys::MJENV_KIND_FLAG, name, doc, 0.0..=1.0)
-        };
-        match self.declare(declared) {
+        let value = f64::from(u8::from(default));
+        match self.declare(Declared::new(sys::MJENV_KIND_FLAG, name, doc, &[value], 0.0..=1.0)) {
             Some(name) => call!(self.integer(name.as_ptr())) != 0,
             None => default,
         }
@@ -165,9 +153,7 @@ impl<'a> Builder<'a> {
     /// An option that is an integer with bounds. They must be less than 2^53 in size.
     pub fn integer(&mut self, name: &str, default: i64, bounds: RangeInclusive<i64>, doc: &str) -> i64 {
         let bounds = *bounds.start() as f64..=*bounds.end() as f64;
-        let declared =
-            Declared { values: vec![default as f64], ..Declared::new(sys::MJENV_KIND_INTEGER, name, doc, bounds) };
-        match self.declare(declared) {
+        match self.declare(Declared::new(sys::MJENV_KIND_INTEGER, name, doc, &[default as f64], bounds)) {
             Some(name) => call!(self.integer(name.as_ptr())),
             None => default,
         }
@@ -178,7 +164,7 @@ impl<'a> Builder<'a> {
         let declared = Declared {
             text: Some(c_text(default)),
             choices: Some(c_text(&choices.join(" "))).filter(|_| !choices.is_empty()),
-            ..Declared::new(sys::MJENV_KIND_STRING, name, doc, 0.0..=0.0)
+            ..Declared::new(sys::MJENV_KIND_STRING, name, doc, &[], 0.0..=0.0)
         };
         match self.declare(declared) {
             Some(name) => {
@@ -193,10 +179,8 @@ impl<'a> Builder<'a> {
     /// An option that names an object of the model or gives its index. `object` is the type of the object: `"body"`,
     /// `"joint"` and so on. Returns the index; fails the build if the model does not have the object.
     pub fn object_option(&mut self, name: &str, object: &str, default: usize, doc: &str) -> usize {
-        let declared = Declared {
-            values: vec![default as f64],
-            ..Declared::new(sys::MJENV_KIND_STRING_OR_INT, name, doc, 0.0..=i32::MAX.into())
-        };
+        let (kind, bounds) = (sys::MJENV_KIND_STRING_OR_INT, 0.0..=i32::MAX.into());
+        let declared = Declared::new(kind, name, doc, &[default as f64], bounds);
         match self.declare(declared) {
             Some(name) => index(call!(self.option_index(name.as_ptr(), c_text(object).as_ptr()))),
             None => 0,
@@ -215,20 +199,6 @@ impl<'a> Builder<'a> {
         is_integer(option: &str) -> bool { !self.lists() && call!(self.is_integer(c_text(option).as_ptr())) != 0 }
         /// How Euclidean norms are rounded: the option `norm`.
         norm() -> Norm { Norm::new(!self.lists() && call!(self.norm_is_fused()) != 0) }
-    }
-
-    // ---- The model ----
-
-    /// The index of a named object of the model. `object` is its type: `"body"`, `"joint"` and so on.
-    pub fn index(&self, object: &str, name: &str) -> usize {
-        match self.lists() {
-            true => 0,
-            false => index(call!(self.index(c_text(object).as_ptr(), c_text(name).as_ptr()))),
-        }
-    }
-
-    methods! {
-        self;
         /// The index of a body.
         body(name: &str) -> usize { self.index("body", name) }
         /// The index of a geom.
@@ -239,6 +209,16 @@ impl<'a> Builder<'a> {
         actuator(name: &str) -> usize { self.index("actuator", name) }
         /// The index of a tendon.
         tendon(name: &str) -> usize { self.index("tendon", name) }
+    }
+
+    // ---- The model ----
+
+    /// The index of a named object of the model. `object` is its type: `"body"`, `"joint"` and so on.
+    pub fn index(&self, object: &str, name: &str) -> usize {
+        match self.lists() {
+            true => 0,
+            false => index(call!(self.index(c_text(object).as_ptr(), c_text(name).as_ptr()))),
+        }
     }
 
     /// A joint.
@@ -446,10 +426,10 @@ impl<'a> Builder<'a> {
 }
 
 impl Declared {
-    fn new(kind: sys::mjenv_kind, name: &str, doc: &str, bounds: RangeInclusive<f64>) -> Self {
+    fn new(kind: sys::mjenv_kind, name: &str, doc: &str, values: &[f64], bounds: RangeInclusive<f64>) -> Self {
         let (low, high) = bounds.into_inner();
-        let (name, doc) = (c_text(name), c_text(doc));
-        Self { kind, name, doc, text: None, choices: None, values: Vec::new(), several: false, low, high, live: false }
+        let (name, doc, values) = (c_text(name), c_text(doc), values.to_vec());
+        Self { kind, name, doc, text: None, choices: None, values, several: false, low, high, live: false }
     }
 
     /// The option as the library takes it. It points into this value.

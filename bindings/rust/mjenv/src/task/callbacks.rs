@@ -14,7 +14,7 @@ use super::fields::{Entry, Fields};
 use super::numbers::Carried;
 use super::row::{Control, Rng, Row, Start};
 use super::sim::{Shape, Sim};
-use super::{Absent, Dtype, Failure, Model, Outcome, Result, Task};
+use super::{Absent, CameraConfig, Dtype, Failure, Model, Outcome, Result, Task};
 use crate::describe::{int64, size, size_of};
 
 /// A task in one environment, which the library knows as `self`.
@@ -289,18 +289,17 @@ impl Description {
 
     fn with_options<T: Task>(declared: Vec<Declared>) -> Box<Self> {
         let (Model::File(model) | Model::Text(model)) = T::MODEL;
+        let CameraConfig { trackbodyid, distance, lookat, elevation } = T::CAMERA;
         let mut this = Box::new(Self {
             id: c_text(T::ID),
             model: c_text(model),
             camera: sys::mjenv_task_camera {
                 struct_size: size_of::<sys::mjenv_task_camera>(),
                 // A number that does not fit becomes one that the library refuses.
-                trackbodyid: T::CAMERA
-                    .trackbodyid
-                    .map_or(sys::MJENV_BODY_UNSET, |body| i32::try_from(body).unwrap_or(i32::MAX)),
-                distance: T::CAMERA.distance.unwrap_or(f64::NAN),
-                lookat: T::CAMERA.lookat.unwrap_or([f64::NAN; 3]),
-                elevation: T::CAMERA.elevation.unwrap_or(f64::NAN),
+                trackbodyid: trackbodyid.map_or(sys::MJENV_BODY_UNSET, |body| i32::try_from(body).unwrap_or(i32::MAX)),
+                distance: distance.unwrap_or(f64::NAN),
+                lookat: lookat.unwrap_or([f64::NAN; 3]),
+                elevation: elevation.unwrap_or(f64::NAN),
             },
             options: declared.iter().map(Declared::raw).collect(),
             declared,

@@ -45,18 +45,6 @@ impl Rng<'_> {
         choice(count: usize) -> usize { size(call!(self.choice(int64(count), std::ptr::null()))) }
         /// `choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
         choice_weighted(p: &[f64]) -> usize { size(call!(self.choice(int64(p.len()), p.as_ptr()))) }
-    }
-
-    /// `choice(count, size, replace=False)`: `size` different integers of [0, count). `size` must not exceed `count`.
-    pub fn sample(&mut self, count: usize, size: usize) -> Vec<i64> {
-        // The library refuses a size above the count before it writes.
-        let mut chosen = vec![0; if size > count { 0 } else { size }];
-        call!(self.sample(int64(count), int64(size), chosen.as_mut_ptr()));
-        chosen
-    }
-
-    methods! {
-        mut self;
         /// `RandomState.rand()`: a number in [0, 1). Only in reset, of tasks that called
         /// [`Builder::random_state`](super::Builder::random_state), as the methods below.
         state_rand() -> f64 { call!(self.state_rand()) }
@@ -70,6 +58,14 @@ impl Rng<'_> {
         state_choice(count: usize) -> usize { size(call!(self.state_choice(int64(count), std::ptr::null()))) }
         /// `RandomState.choice(len(p), p=p)`: an integer in [0, len(p)). The sum of the probabilities must be 1.
         state_choice_weighted(p: &[f64]) -> usize { size(call!(self.state_choice(int64(p.len()), p.as_ptr()))) }
+    }
+
+    /// `choice(count, size, replace=False)`: `size` different integers of [0, count). `size` must not exceed `count`.
+    pub fn sample(&mut self, count: usize, size: usize) -> Vec<i64> {
+        // The library refuses a size above the count before it writes.
+        let mut chosen = vec![0; if size > count { 0 } else { size }];
+        call!(self.sample(int64(count), int64(size), chosen.as_mut_ptr()));
+        chosen
     }
 
     /// `RandomState.permutation(count)`: the integers of [0, count) in random order.
@@ -194,23 +190,20 @@ impl<'a> Start<'a> {
         }
     }
 
-    /// Calls mj_forward with actuation disabled, on the state that reset has written. Errors: if MuJoCo fails. The
-    /// reset then fails even if it returns `Ok`.
-    pub fn forward(&mut self) -> super::Result {
-        self.simulate(|api, raw| api.forward.map_or(1, |forward| unsafe { forward(raw) }))
-    }
-
-    /// Simulates `count` timesteps, at least 1, and then computes the stages of mj_step1. With the integrator Euler,
-    /// the first timestep uses the arrays that were computed last, even if `qpos` was written since. Errors: as
-    /// [`Start::forward`].
-    pub fn advance(&mut self, count: usize) -> super::Result {
-        self.simulate(|api, raw| api.advance.map_or(1, |advance| unsafe { advance(raw, int64(count)) }))
-    }
-
-    /// Begins again: calls mj_resetData, after which the row's own arrays keep their values, and then
-    /// [`Start::forward`]. Errors: as [`Start::forward`].
-    pub fn restart(&mut self) -> super::Result {
-        self.simulate(|api, raw| api.restart.map_or(1, |restart| unsafe { restart(raw) }))
+    methods! {
+        mut self;
+        /// Calls mj_forward with actuation disabled, on the state that reset has written. Errors: if MuJoCo fails. The
+        /// reset then fails even if it returns `Ok`.
+        forward() -> super::Result { self.simulate(|api, raw| api.forward.map_or(1, |forward| unsafe { forward(raw) })) }
+        /// Simulates `count` timesteps, at least 1, and then computes the stages of mj_step1. With the integrator Euler,
+        /// the first timestep uses the arrays that were computed last, even if `qpos` was written since. Errors: as
+        /// [`Start::forward`].
+        advance(count: usize) -> super::Result {
+            self.simulate(|api, raw| api.advance.map_or(1, |advance| unsafe { advance(raw, int64(count)) }))
+        }
+        /// Begins again: calls mj_resetData, after which the row's own arrays keep their values, and then
+        /// [`Start::forward`]. Errors: as [`Start::forward`].
+        restart() -> super::Result { self.simulate(|api, raw| api.restart.map_or(1, |restart| unsafe { restart(raw) })) }
     }
 
     /// The number of contacts that the last of these calls has found.
@@ -220,11 +213,7 @@ impl<'a> Start<'a> {
             count = api.contact_count.map_or(0, |contact_count| unsafe { contact_count(raw) });
             0
         });
-        if counted.is_ok() {
-            size(count)
-        } else {
-            0
-        }
+        counted.map_or(0, |()| size(count))
     }
 
     /// Sets the time of the simulation, s. Panics if the task is not current.
@@ -251,11 +240,7 @@ impl<'a> Start<'a> {
         unsafe {
             let failed = call(&*(*self.raw).api, self.raw);
             self.borrow();
-            if failed == 0 {
-                Ok(())
-            } else {
-                Err("the simulation failed".into())
-            }
+            (failed == 0).then_some(()).ok_or_else(|| "the simulation failed".into())
         }
     }
 

@@ -116,44 +116,26 @@ impl Action<'_> {
 }
 
 /// One row's simulation. The methods have MuJoCo's names and return its arrays, of which each element belongs to one
-/// body, joint, geom and so on. Arrays marked "on demand" cost time in each step; [`Builder::need`] asks for them.
-///
-/// [`Builder::need`]: super::Builder::need
+/// body, joint, geom and so on. Arrays marked "on demand" cost time in each step; [`Builder::need`](super::Builder::need) asks for them.
 #[derive(Debug)]
 pub struct Sim<'a> {
     raw: *const sys::mjenv_sim,
     shape: &'a Shape,
 }
 
-/// Defines methods that return arrays.
+/// Defines methods that return arrays. Those that build did not ask for are null.
 macro_rules! arrays {
     ($($(#[$doc:meta])* $name:ident: $count:ident, $element:ty;)*) => {$(
         $(#[$doc])*
         #[inline]
         pub fn $name(&self) -> &'a [$element] {
+            let (array, count) = (self.raw().$name as *const $element, self.raw().$count);
+            assert!(
+                !array.is_null() || count == 0,
+                concat!(stringify!($name), " is computed on demand: call b.need(\"", stringify!($name), "\") in build")
+            );
             // SAFETY: the library's array has this length and keeps its values during the call of the task's method.
-            unsafe { read(self.raw().$name as *const $element, self.raw().$count) }
-        }
-    )*};
-}
-
-/// Defines methods that return arrays which are null if build did not ask for them.
-macro_rules! arrays_on_demand {
-    ($($(#[$doc:meta])* $name:ident: $count:ident, $element:ty;)*) => {$(
-        $(#[$doc])*
-        /// Panics if build did not ask for the array.
-        #[inline]
-        pub fn $name(&self) -> &'a [$element] {
-            // SAFETY: the library's array, if it is there, has this length and keeps its values during the call of the
-            // task's method.
-            unsafe {
-                let array = self.raw().$name;
-                assert!(
-                    !array.is_null(),
-                    concat!(stringify!($name), " is computed on demand: call b.need(\"", stringify!($name), "\") in build")
-                );
-                read(array as *const $element, self.raw().$count)
-            }
+            unsafe { read(array, count) }
         }
     )*};
 }
@@ -286,9 +268,7 @@ impl<'a> Sim<'a> {
         qpos0: nq, f64;
         /// The masses of bodies, kg.
         body_mass: nbody, f64;
-    }
-
-    arrays_on_demand! {
+        // These panic if build did not ask for them.
         /// The positions of geoms, m; on demand.
         geom_xpos: ngeom, [f64; 3];
         /// The orientations of geoms as matrices, row by row; on demand.
