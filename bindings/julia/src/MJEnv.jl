@@ -31,13 +31,8 @@ Programs beside the library add to this module, such as `MJEnv.train`, which tra
 Robots and tasks of your own are types derived from [`MJEnv.Task`](@ref). `MJEnv.register` gives them ids, and
 `MJEnv.load_tasks` loads plug-ins.
 
-The module loads a C library at the first call that needs it: `libmjenv.so` for MuJoCo 2.2.2, `libmjenv-mujoco4.so` for
-MuJoCo 4.0. It looks for it at the path that `ENV["MJENV_LIBRARY"]` names and in the same folder; without that variable
-inside the package, then in the folder `build` of this repository (`build/mujoco4` for MuJoCo 4.0), then where the
-system's loader finds it.
-
-`libmjenv-mujoco4.so` opens MuJoCo when it first builds an environment: the `libmujoco.so.4.0.x` that
-`ENV["MJENV_MUJOCO"]` names, else one that the process has already loaded, else the one that the system's loader finds.
+The module loads a C library, for each version of MuJoCo one, at the first call that needs it; docs/start/julia.md says
+where it looks for them.
 """
 module MJEnv
 

@@ -36,21 +36,17 @@ Base.@kwdef mutable struct Batch{T<:Union{Float32,Float64}}
     final_obs::Matrix{T}
     final_info::Vector{Float64}
     arrays::Vector{Float64}
+    outputs::Outputs
     # What MJEnv.info shows of the last call.
     fields::Vector{Field} = Field[]
     values::Vector{Float64} = Float64[]
     action_type::DataType = Float64
-    # What the other functions show.
-    info_fields::Vector{Field}
-    reset_info_fields::Vector{Field}
-    array_fields::Vector{Field}
-    group_fields::Vector{Field}
 end
 
 function Batch(env::Env; dtype::Type{T} = Float64, steps::Integer = 1) where {T<:Union{Float32,Float64}}
     columns = env.rows * steps
     final = steps == 1 && env.same_step ? columns : 0
-    info_count = record_length(env.info_fields)
+    info_count = record_length(env.fields.info)
     return Batch{T}(
         obs = zeros(T, env.obs_count, columns),
         reward = zeros(columns),
@@ -59,14 +55,11 @@ function Batch(env::Env; dtype::Type{T} = Float64, steps::Integer = 1) where {T<
         status = fill(MJENV_OK, columns),
         was_reset = zeros(Bool, columns),
         step_info = zeros(info_count * columns),
-        reset_info = zeros(record_length(env.reset_info_fields) * columns),
+        reset_info = zeros(record_length(env.fields.reset_info) * columns),
         final_obs = zeros(T, env.obs_count, final),
         final_info = zeros(info_count * final),
-        arrays = zeros(record_length(env.array_fields) * columns),
-        info_fields = env.info_fields,
-        reset_info_fields = env.reset_info_fields,
-        array_fields = env.array_fields,
-        group_fields = env.group_fields,
+        arrays = zeros(record_length(env.fields.arrays) * columns),
+        outputs = env.fields,
     )
 end
 
@@ -76,43 +69,36 @@ Base.show(io::IO, batch::Batch) =
 dtype_of(::Type{Float64}) = MJENV_DTYPE_FLOAT64
 dtype_of(::Type{Float32}) = MJENV_DTYPE_FLOAT32
 
+# The arrays of a batch, their members in C's struct, and their sizes.
+const BATCH_ARRAYS = (
+    (:obs, :obs, :((env.obs_count, columns))),
+    ((name, name, :((columns,))) for name in (:reward, :terminated, :truncated, :status, :was_reset))...,
+    (:step_info, :info, :((info_count * columns,))),
+    (:reset_info, :reset_info, :((reset_info_count * columns,))),
+    (:arrays, :arrays, :((arrays_count * columns,))),
+)
+
 # Returns the batch as C's struct. Its pointers are valid while the batch is preserved. Inlining keeps the Ref on the
 # stack.
-@inline function raw(batch::Batch{T}, env::Env, columns::Int = env.rows) where {T}
-    info_count, reset_info_count = record_length(env.info_fields), record_length(env.reset_info_fields)
-    array_count = record_length(env.array_fields)
+@eval @inline function raw(batch::Batch{T}, env::Env, columns::Int = env.rows) where {T}
+    info_count, reset_info_count = record_length(env.fields.info), record_length(env.fields.reset_info)
+    arrays_count = record_length(env.fields.arrays)
     keeps_final = !isempty(batch.final_obs)
-    fits(env, "obs", size(batch.obs), (env.obs_count, columns))
-    fits(env, "reward", size(batch.reward), (columns,))
-    fits(env, "terminated", size(batch.terminated), (columns,))
-    fits(env, "truncated", size(batch.truncated), (columns,))
-    fits(env, "status", size(batch.status), (columns,))
-    fits(env, "was_reset", size(batch.was_reset), (columns,))
-    fits(env, "step_info", size(batch.step_info), (info_count * columns,))
-    fits(env, "reset_info", size(batch.reset_info), (reset_info_count * columns,))
-    fits(env, "arrays", size(batch.arrays), (array_count * columns,))
+    $((:(fits(env, $(String(name)), size(batch.$name), $size)) for (name, _, size) in BATCH_ARRAYS)...)
     if keeps_final
         fits(env, "final_obs", size(batch.final_obs), (env.obs_count, columns))
         fits(env, "final_info", size(batch.final_info), (info_count * columns,))
     end
-    c = mjenv_batch(
+    c = mjenv_batch(;
         obs_dtype = Int32(dtype_of(T)),
         rows = columns,
         obs_count = env.obs_count,
         info_count = info_count,
         reset_info_count = reset_info_count,
-        arrays_count = array_count,
-        obs = pointer(batch.obs),
-        reward = pointer(batch.reward),
-        terminated = pointer(batch.terminated),
-        truncated = pointer(batch.truncated),
-        status = pointer(batch.status),
-        info = pointer(batch.step_info),
-        was_reset = pointer(batch.was_reset),
-        reset_info = pointer(batch.reset_info),
+        arrays_count = arrays_count,
         final_obs = keeps_final ? pointer(batch.final_obs) : Ptr{T}(C_NULL),
         final_info = keeps_final ? pointer(batch.final_info) : Ptr{Float64}(C_NULL),
-        arrays = pointer(batch.arrays),
+        $((Expr(:kw, member, :(pointer(batch.$name))) for (name, member, _) in BATCH_ARRAYS)...),
     )
     return Ref(c)
 end
@@ -120,19 +106,27 @@ end
 @inline fits(env, name, given, needed) = given == needed || refuse_size(env, name, given, needed)
 
 @noinline refuse_size(env, name, given, needed) =
-    throw(DimensionMismatch("$name of the batch has size $given; this $env needs $needed"))
+    throw(DimensionMismatch("$name has size $given; this $env needs $needed"))
 
 # Records what a call has written. If MuJoCo failed in some rows, the others were written.
 @inline function note!(batch, env, status, fields, action_type)
     status == MJENV_OK || status == MJENV_E_PHYSICS || return
     batch.fields = fields
-    batch.values = fields === env.info_fields ? batch.step_info : batch.reset_info
+    batch.values = fields === env.fields.info ? batch.step_info : batch.reset_info
     batch.action_type = action_type
-    batch.info_fields = env.info_fields
-    batch.reset_info_fields = env.reset_info_fields
-    batch.array_fields = env.array_fields
-    batch.group_fields = env.group_fields
+    batch.outputs = env.fields
     return
+end
+
+# Calls f with the handle and the batch, and records what it has written.
+@inline function written!(f::F, batch, env, fields, action_type, columns = env.rows) where {F}
+    GC.@preserve batch begin
+        out = raw(batch, env, columns)
+        status = inside(handle -> f(handle, out), env)
+        note!(batch, env, status, fields, action_type)
+        check(env.handle, status)
+    end
+    return batch
 end
 
 # The types of actions that callers may pass.
@@ -151,14 +145,7 @@ Writes the outputs of the rows into a [`Batch`](@ref), which it returns. The out
 """
 function reset!(batch::Batch, env::Env; rows::Rows = (:))
     chosen = mask_of(env, rows)
-    fields = env.reset_info_fields
-    GC.@preserve batch begin
-        out = raw(batch, env)
-        status = inside(handle -> mjenv_reset(handle, chosen, out), env)
-        note!(batch, env, status, fields, Float64)
-        check(env.handle, status)
-    end
-    return batch
+    return written!((handle, out) -> mjenv_reset(handle, chosen, out), batch, env, env.fields.reset_info, Float64)
 end
 
 function reset!(env::Env; rows::Rows = (:))
@@ -201,15 +188,10 @@ function step!(env::Env, action::Action; rows::Rows = (:))
 end
 
 function step_dense!(batch::Batch, env::Env, action::StridedVecOrMat{T}, chosen) where {T}
-    check_action(env, action)
-    fields = env.info_fields
-    GC.@preserve batch begin
-        out = raw(batch, env)
-        status = inside(handle -> mjenv_step(handle, chosen, action, length(action), dtype_of(T), out), env)
-        note!(batch, env, status, fields, T)
-        check(env.handle, status)
+    check_columns(env, action, env.rows)
+    return written!(batch, env, env.fields.info, T) do handle, out
+        mjenv_step(handle, chosen, action, length(action), dtype_of(T), out)
     end
-    return batch
 end
 
 # The action with a column for each row of the environment.
@@ -235,9 +217,9 @@ dense(action::StridedMatrix{T}) where {T<:Union{Float32,Float64}} =
 
 # The arrays of a batch; for an environment of one row, a vector and numbers.
 function outputs(env::Env, batch::Batch)
-    obs, reward, terminated, truncated = batch.obs, batch.reward, batch.terminated, batch.truncated
-    env.rows == 1 || return (obs = obs, reward = reward, terminated = terminated, truncated = truncated)
-    return (obs = vec(obs), reward = reward[1], terminated = terminated[1], truncated = truncated[1])
+    env.rows == 1 ||
+        return (obs = batch.obs, reward = batch.reward, terminated = batch.terminated, truncated = batch.truncated)
+    return (obs = vec(batch.obs), reward = batch.reward[1], terminated = batch.terminated[1], truncated = batch.truncated[1])
 end
 
 """
@@ -280,7 +262,7 @@ info(env::Env) = env.latest === nothing ? NamedTuple() : info(env.latest)
 Returns the info of the last reset of each row in the form of [`MJEnv.info`](@ref). Both [`reset!`](@ref) and a step
 with automatic resets write it.
 """
-reset_info(batch::Batch) = named(batch, batch.reset_info_fields, batch.reset_info)
+reset_info(batch::Batch) = named(batch, batch.outputs.reset_info, batch.reset_info)
 
 """
     MJEnv.final_info(batch)
@@ -289,7 +271,7 @@ Returns the info of the last step of the episodes that a step ended and reset, i
 is valid for the rows where `was_reset` is true. Without the option `autoreset_mode` at `:same_step` it is empty.
 """
 final_info(batch::Batch) =
-    isempty(batch.final_obs) ? NamedTuple() : named(batch, batch.info_fields, batch.final_info)
+    isempty(batch.final_obs) ? NamedTuple() : named(batch, batch.outputs.info, batch.final_info)
 
 """
     MJEnv.arrays(batch)
@@ -297,7 +279,7 @@ final_info(batch::Batch) =
 Returns the mjData arrays that the option `arrays` names, as the last call left them, in the form of
 [`MJEnv.info`](@ref). Their shapes are those of `read`.
 """
-arrays(batch::Batch) = named(batch, batch.array_fields, batch.arrays)
+arrays(batch::Batch) = named(batch, batch.outputs.arrays, batch.arrays)
 
 """
     MJEnv.groups(batch)
@@ -307,17 +289,14 @@ without a group. The values are views of `obs`, with a column for each row. It i
 Gymnasium Dict (the option `observation`).
 """
 function groups(batch::Batch)
-    names = Tuple(Symbol(field.name) for field in batch.group_fields)
-    return NamedTuple{names}(Tuple(view(batch.obs, field.range, :) for field in batch.group_fields))
+    names = Tuple(Symbol(field.name) for field in batch.outputs.groups)
+    return NamedTuple{names}(Tuple(view(batch.obs, field.range, :) for field in batch.outputs.groups))
 end
 
 # For many rows, the last dimension is the row.
-function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64})
-    columns = length(batch.reward)
-    return named(batch, fields, values, columns == 1 ? () : (columns,))
-end
-
-function named(batch::Batch, fields::Vector{Field}, values::Vector{Float64}, dimensions)
+function named(
+    batch::Batch, fields::Vector{Field}, values::Vector{Float64}, dimensions = length(batch.reward) == 1 ? () : (length(batch.reward),)
+)
     names = Tuple(Symbol(field.name) for field in fields)
     return NamedTuple{names}(Tuple(value_of(batch, field, values, dimensions) for field in fields))
 end

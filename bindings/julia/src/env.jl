@@ -40,21 +40,13 @@ mutable struct Env
     action_count::Int
     qpos_count::Int
     qvel_count::Int
-    info_fields::Vector{Field}
-    reset_info_fields::Vector{Field}
-    array_fields::Vector{Field}
-    group_fields::Vector{Field}
+    fields::Outputs
     same_step::Bool
     arrays::Dict{String,Field}  # the arrays that read knows; filled by its first call
     sent_type::DataType  # of the actions that send! took last
     latest::Any  # the Batch that MJEnv.info(env) reads, or nothing
 
-    function Env(
-        id::AbstractString;
-        rows::Integer = 1,
-        engine::Union{Nothing,AbstractString} = nothing,
-        options...,
-    )
+    function Env(id::AbstractString; rows::Integer = 1, engine::Union{Nothing,AbstractString} = nothing, options...)
         chosen = Engine(engine)
         created = Ref{Ptr{mjenv_env}}(C_NULL)
         with_options(chosen, id) do handle
@@ -70,10 +62,9 @@ mutable struct Env
     end
 end
 
-function Env(f::Function, id::AbstractString; options...)
-    env = Env(id; options...)
+Env(f::Function, id::AbstractString; options...) = let env = Env(id; options...)
     try
-        return f(env)
+        f(env)
     finally
         close(env)
     end
@@ -82,19 +73,12 @@ end
 function describe!(env::Env)
     info = info_of(env.handle)
     env.frame_skip, env.threads = info.frame_skip, info.threads
-    env.obs_count = space_of(env.handle, MJENV_ROLE_OBSERVATION).count
-    env.action_count = space_of(env.handle, MJENV_ROLE_ACTION).count
-    env.info_fields = fields_of(env.handle, MJENV_ROLE_INFO)
-    env.reset_info_fields = fields_of(env.handle, MJENV_ROLE_RESET_INFO)
-    env.array_fields = fields_of(env.handle, MJENV_ROLE_ARRAYS)
-    env.group_fields = fields_of(env.handle, MJENV_ROLE_GROUPS)
+    env.obs_count, env.action_count = (space_of(env.handle, r).count for r in (MJENV_ROLE_OBSERVATION, MJENV_ROLE_ACTION))
+    env.fields = Outputs((fields_of(env.handle, role_of(role)) for role in fieldnames(Outputs))...)
     env.same_step = options(env).autoreset_mode == "same_step"
-    env.arrays = Dict{String,Field}()
-    env.sent_type = Float64
-    env.latest = nothing
+    env.arrays, env.sent_type, env.latest = Dict{String,Field}(), Float64, nothing
     env.dt = read(env, "opt.timestep") * env.frame_skip
-    env.qpos_count = read(env, "nq")
-    env.qvel_count = read(env, "nv")
+    env.qpos_count, env.qvel_count = read(env, "nq"), read(env, "nv")
     return env
 end
 
@@ -104,11 +88,9 @@ end
 Returns `(count, reason)`: how many rows each thread steps together in the lanes of the CPU's vector unit, and why rows are
 stepped one by one. `count` is 0 if all are stepped one by one; `reason` is `""` if none is.
 """
-function lanes(env::Env)
-    return inside(env) do handle
-        info = info_of(handle)
-        return (count = Int(info.lanes), reason = unsafe_string(info.lanes_reason))
-    end
+lanes(env::Env) = inside(env) do handle
+    info = info_of(handle)
+    return (count = Int(info.lanes), reason = unsafe_string(info.lanes_reason))
 end
 
 """
@@ -117,13 +99,10 @@ end
 Returns how lanes compute each stage of a step: pairs of its name and `"lanes"`, `"row by row: WHY"`,
 `"lanes; row by row: WHAT"` or `"absent"`. There are none if the library has no lanes.
 """
-function lane_stages(env::Env)
-    lines = inside(env) do handle
-        found = mjenv_lane_stages_of(handle)
-        found == C_NULL && check(handle, MJENV_E_BUSY)
-        return split(unsafe_string(found), '\n'; keepempty = false)
-    end
-    return [Pair(String.(split(line, ": "; limit = 2))...) for line in lines]
+lane_stages(env::Env) = inside(env) do handle
+    found = mjenv_lane_stages_of(handle)
+    found == C_NULL && check(handle, MJENV_E_BUSY)
+    return [Pair(String.(split(line, ": "; limit = 2))...) for line in eachline(IOBuffer(unsafe_string(found)))]
 end
 
 function info_of(handle::Handle{mjenv_env})
@@ -145,6 +124,21 @@ end
             Threads.atomic_sub!(env.callers, 1)
         end
     end
+end
+
+# Calls a function of the library for the environment, throws if it fails, and returns the environment.
+@inline function call(f::F, env::Env, arguments::Vararg{Any,N}) where {F,N}
+    check(env.handle, inside(handle -> f(handle, arguments...), env))
+    return env
+end
+
+# What a function writes that is asked for the number of elements first.
+function sized(f, handle, T::Type, arguments...)
+    count = Ref{Int64}()
+    check(handle, f(handle, arguments..., C_NULL, 0, count))
+    values = Vector{T}(undef, count[])
+    check(handle, f(handle, arguments..., values, length(values), count))
+    return values
 end
 
 @noinline refuse_closed(env) = throw(ArgumentError("this Env(\"$(env.id)\") is closed"))
@@ -212,13 +206,10 @@ function spec(id::AbstractString; engine::Union{Nothing,AbstractString} = nothin
     found = Ref(mjenv_spec())
     check(chosen, mjenv_spec_of(chosen, text(id), found))
     s = found[]
-    return (
-        id = unsafe_string(s.id),
-        robot = unsafe_string(s.robot),
-        version = Int(s.version),
-        max_episode_steps = s.max_episode_steps > 0 ? s.max_episode_steps : nothing,
-        reward_threshold = isnan(s.reward_threshold) ? nothing : s.reward_threshold,
-    )
+    max_episode_steps = s.max_episode_steps > 0 ? s.max_episode_steps : nothing
+    reward_threshold = isnan(s.reward_threshold) ? nothing : s.reward_threshold
+    names = (id = unsafe_string(s.id), robot = unsafe_string(s.robot), version = Int(s.version))
+    return (; names..., max_episode_steps, reward_threshold)
 end
 
 function spec(env::Env)
@@ -248,11 +239,7 @@ Returns the space of one row's observation, an [`MJEnv.Box`](@ref) of `Float64`,
 """
 observation_space(env::Env) = box_of(env, MJENV_ROLE_OBSERVATION)
 
-"""
-    action_space(env)
-
-Returns the space of one row's action, an [`MJEnv.Box`](@ref) of `Float32`, as Gymnasium's.
-"""
+"`action_space(env)`: returns the space of one row's action, an [`MJEnv.Box`](@ref) of `Float32`, as Gymnasium's."
 action_space(env::Env) = box_of(env, MJENV_ROLE_ACTION)
 
 function check_seed(seed)
@@ -275,18 +262,14 @@ function seed!(env::Env, seeds::AbstractVector{<:Integer}; rows::Rows = (:))
     foreach(check_seed, seeds)
     if rows isa Integer
         seed = digits(UInt64, BigInt(only(seeds)); base = big(2)^64)
-        row = row_index(env, rows)
-        check(env.handle, inside(handle -> mjenv_seed_row(handle, row, seed, length(seed)), env))
-        return env
+        return call(mjenv_seed_row, env, row_index(env, rows), seed, length(seed))
     end
     words = mapreduce(word_count, max, seeds; init = 1)
     table = zeros(UInt64, words, env.rows)
     for (row, seed) in zip(rows isa Union{Colon,AbstractVector{Bool}} ? (1:env.rows) : rows, seeds)
         digits!(view(table, :, row_index(env, row) + 1), BigInt(seed); base = big(2)^64)
     end
-    mask = mask_of(env, rows)
-    check(env.handle, inside(handle -> mjenv_seed(handle, mask, table, length(table)), env))
-    return env
+    return call(mjenv_seed, env, mask_of(env, rows), table, length(table))
 end
 
 # How many 64-bit words a seed has.
@@ -307,8 +290,7 @@ Seeds the random stream of [`sample_actions`](@ref), as Gymnasium's `action_spac
 """
 function seed_actions!(env::Env, seed::Integer)
     0 <= seed <= typemax(UInt64) || throw(ArgumentError("the seed of actions is $seed, outside 0..2^64-1"))
-    check(env.handle, inside(handle -> mjenv_seed_actions(handle, seed), env))
-    return env
+    return call(mjenv_seed_actions, env, seed)
 end
 
 """
@@ -319,28 +301,11 @@ Draws an action for each row, as Gymnasium's `action_space.sample()` does, and w
 no bounds. Returns `action`.
 """
 function sample_actions!(action::Union{Vector{Float32},Matrix{Float32}}, env::Env)
-    check_action(env, action)
-    check(env.handle, inside(handle -> mjenv_sample_actions(handle, action, length(action)), env))
+    check_columns(env, action, env.rows)
+    call(mjenv_sample_actions, env, action, length(action))
     return action
 end
 
-"""
-    sample_actions(env)
-
-Draws an action for each row into a new array: see [`sample_actions!`](@ref).
-"""
-sample_actions(env::Env) = sample_actions!(
-    env.rows == 1 ? zeros(Float32, env.action_count) : zeros(Float32, env.action_count, env.rows),
-    env,
-)
-
-function check_action(env::Env, action)
-    fits = ndims(action) == 1 && env.rows == 1 ? length(action) == env.action_count :
-           size(action) == (env.action_count, env.rows)
-    fits || refuse_action(env, action)
-end
-
-@noinline function refuse_action(env, action)
-    wanted = env.rows == 1 ? "a vector of $(env.action_count)" : "a matrix of $(env.action_count)×$(env.rows)"
-    throw(DimensionMismatch("the action of this $env is $wanted, not of size $(size(action))"))
-end
+"`sample_actions(env)`: draws an action for each row into a new array: see [`sample_actions!`](@ref)."
+sample_actions(env::Env) =
+    sample_actions!(zeros(Float32, env.rows == 1 ? (env.action_count,) : (env.action_count, env.rows)), env)

@@ -32,12 +32,8 @@ ended(episode::Episode) = episode.batch.terminated[1] || episode.batch.truncated
 # The image has the state of the row; the other fields are outputs that the image does not contain.
 function state(episode::Episode)
     batch = episode.batch
-    return (
-        image = snapshot(episode.env),
-        reward = batch.reward[1],
-        terminated = batch.terminated[1],
-        truncated = batch.truncated[1],
-    )
+    outcome = (reward = batch.reward[1], terminated = batch.terminated[1], truncated = batch.truncated[1])
+    return merge((image = snapshot(episode.env),), outcome)
 end
 
 function set_state!(episode::Episode, state::NamedTuple)

@@ -43,6 +43,14 @@ function fields_of(handle::Handle{mjenv_env}, role::mjenv_role)
     end
 end
 
+# The fields of an environment's outputs, which are named like their roles.
+struct Outputs
+    info::Vector{Field}
+    reset_info::Vector{Field}
+    arrays::Vector{Field}
+    groups::Vector{Field}
+end
+
 # How many numbers the fields of one row have together.
 record_length(fields::Vector{Field}) = isempty(fields) ? 0 : last(fields[end].range)
 
@@ -53,9 +61,6 @@ julia_type(dtype::mjenv_dtype, action_type::Type) =
     dtype == MJENV_DTYPE_INT32 ? Int32 :
     dtype == MJENV_DTYPE_UINT8 ? UInt8 : Float64
 
-# The value of a field for one row: a number, or an array of the field's shape.
-shaped(values, field::Field, T::Type) = isempty(field.shape) ? T(values[1]) : reshape(T.(values), field.shape)
-
-# The value of a field for many rows, which are the last dimensions.
-shaped(values, field::Field, T::Type, ::Tuple{}) = shaped(values, field, T)
-shaped(values, field::Field, T::Type, dimensions) = reshape(T.(values), (field.shape..., dimensions...))
+# The value of a field: of one row a number, or an array of the field's shape; of many rows, these are the last dimensions.
+shaped(values, field::Field, T::Type, dimensions = ()) =
+    isempty(field.shape) && isempty(dimensions) ? T(values[1]) : reshape(T.(values), (field.shape..., dimensions...))

@@ -162,13 +162,10 @@ Returns the versions of MuJoCo that [`Env`](@ref) takes as `engine`, those whose
 """
 engines() = [library.engine for library in LIBRARIES if is_loaded(library) || is_there(library)]
 
-function is_there(library::Library)
-    try
-        find(library)
-        return true
-    catch
-        return false
-    end
+is_there(library::Library) = try
+    find(library) !== nothing
+catch
+    false
 end
 
 "The result of a call of the C library, or of one row in it: `MJEnv.MJENV_OK`, `MJEnv.MJENV_E_VALUE` and so on."
@@ -209,11 +206,7 @@ Returns the versions of the library and of MuJoCo as text: `"major.minor.patch (
 """
 version(; engine::Union{Nothing,AbstractString} = nothing) = unsafe_string(mjenv_version(Engine(engine)))
 
-"""
-    MJEnv.ids(; engine = nothing)
-
-Returns the ids of all environments as texts, sorted.
-"""
+"`MJEnv.ids(; engine = nothing)`: returns the ids of all environments as texts, sorted."
 function ids(; engine::Union{Nothing,AbstractString} = nothing)
     chosen = Engine(engine)
     return [unsafe_string(mjenv_id_at(chosen, i)) for i in 0:(mjenv_id_count(chosen) - 1)]

@@ -15,13 +15,9 @@ are those of `actions`: steps × rows, or steps. The rules for actions and the e
 function rollout(env::Env, actions::AbstractArray{<:Real})
     batch = rollout!(Batch(env; steps = size(actions, 2)), env, actions)
     dimensions = size(actions)[2:end]
-    return (
-        obs = reshape(batch.obs, (env.obs_count, dimensions...)),
-        reward = reshape(batch.reward, dimensions),
-        terminated = reshape(batch.terminated, dimensions),
-        truncated = reshape(batch.truncated, dimensions),
-        info = named(batch, batch.fields, batch.values, dimensions),
-    )
+    reward, terminated, truncated = (reshape(x, dimensions) for x in (batch.reward, batch.terminated, batch.truncated))
+    obs = reshape(batch.obs, (env.obs_count, dimensions...))
+    return (; obs, reward, terminated, truncated, info = named(batch, batch.fields, batch.values, dimensions))
 end
 
 """
@@ -37,14 +33,9 @@ function rollout_dense!(batch::Batch, env::Env, actions::StridedArray{T}) where 
     fits = ndims(actions) == 2 && env.rows == 1 ? size(actions, 1) == env.action_count :
            size(actions) == (env.action_count, steps, env.rows)
     fits || refuse_actions(env, actions)
-    fields = env.info_fields
-    GC.@preserve batch begin
-        out = raw(batch, env, env.rows * steps)
-        status = inside(handle -> mjenv_rollout(handle, actions, length(actions), dtype_of(T), steps, out), env)
-        note!(batch, env, status, fields, T)
-        check(env.handle, status)
+    return written!(batch, env, env.fields.info, T, env.rows * steps) do handle, out
+        mjenv_rollout(handle, actions, length(actions), dtype_of(T), steps, out)
     end
-    return batch
 end
 
 @noinline function refuse_actions(env, actions)
@@ -81,7 +72,7 @@ function check_columns(env::Env, action, count)
 end
 
 @noinline function refuse_columns(env, action, count)
-    wanted = "$(env.action_count)×$count"
+    wanted = env.rows == 1 ? "a vector of $(env.action_count)" : "$(env.action_count)×$count"
     throw(DimensionMismatch("the action for $count row(s) of this $env is $wanted, not of size $(size(action))"))
 end
 
@@ -106,7 +97,7 @@ function recv!(rows::Vector{Int64}, batch::Batch, env::Env; least::Integer = 1, 
     count = Int(received[])
     # Rows that failed are reported; a call that was refused reports none.
     if status == MJENV_OK || count > 0
-        note!(batch, env, MJENV_OK, env.info_fields, env.sent_type)
+        note!(batch, env, MJENV_OK, env.fields.info, env.sent_type)
         rows[1:count] .+= 1
         rows[(count + 1):end] .= 0
     end

@@ -73,13 +73,7 @@ function get_integer(handle, name)
     return value[]
 end
 
-function get_reals(handle, name)
-    count = Ref{Int64}()
-    check(handle, mjenv_options_get_reals(handle, name, C_NULL, 0, count))
-    values = Vector{Float64}(undef, count[])
-    check(handle, mjenv_options_get_reals(handle, name, values, length(values), count))
-    return values
-end
+get_reals(handle, name) = sized(mjenv_options_get_reals, handle, Float64, name)
 
 function get_string(handle, name)
     value = Ref(Cstring(C_NULL))
@@ -121,23 +115,12 @@ Returns the default options of an id, or the options with which an environment w
 options(id::AbstractString; engine::Union{Nothing,AbstractString} = nothing) =
     with_options(values_of, Engine(engine), id)
 
-"""
-    MJEnv.schema(id; engine = nothing)
-
-Returns the options that an id takes, as a vector of [`MJEnv.Option`](@ref).
-"""
+"`MJEnv.schema(id; engine = nothing)`: returns the options that an id takes, as a vector of [`MJEnv.Option`](@ref)."
 schema(id::AbstractString; engine::Union{Nothing,AbstractString} = nothing) =
     with_options(Engine(engine), id) do handle
         map(all_options(handle)) do option
-            Option(
-                Symbol(unsafe_string(option.name)),
-                mjenv_kind(option.kind),
-                borrowed(option.doc),
-                option.low,
-                option.high,
-                option.count,
-                split(borrowed(option.choices)),
-                get_value(handle, option),
-            )
+            name, choices = Symbol(unsafe_string(option.name)), split(borrowed(option.choices))
+            kind, doc, default = mjenv_kind(option.kind), borrowed(option.doc), get_value(handle, option)
+            Option(name, kind, doc, option.low, option.high, option.count, choices, default)
         end
     end

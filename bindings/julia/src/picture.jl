@@ -54,8 +54,5 @@ function adler32(data)
     return b << 16 | a
 end
 
-const CRC32_TABLE = map(UInt32(0):UInt32(255)) do byte
-    foldl((crc, _) -> isodd(crc) ? crc >> 1 ⊻ 0xedb88320 : crc >> 1, 1:8; init = byte)
-end
-
-crc32(data) = ~foldl((crc, byte) -> CRC32_TABLE[(crc ⊻ byte) & 0xff + 1] ⊻ crc >> 8, data; init = 0xffffffff)
+crc32_bit(crc, _) = isodd(crc) ? crc >> 1 ⊻ 0xedb88320 : crc >> 1
+crc32(data) = ~foldl((crc, byte) -> foldl(crc32_bit, 1:8; init = crc ⊻ byte), data; init = 0xffffffff)

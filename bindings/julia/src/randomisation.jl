@@ -6,16 +6,8 @@
 Replaces the parts of the JSON document of draws, noise, delays and pushes that this one has, from each row's next reset
 on; null removes a part. docs/randomisation.md describes the document. Later, `write!(env, "draws[0]", [low, high]; rows)`
 changes the parameters of the first draw for some rows, and `read` reads them. Returns `env`.
-
-```julia
-randomize!(env, \"\"\"{"randomize": {"geom_friction": {"kind": "scale", "low": 0.5, "high": 1.5}}}\"\"\")
-```
 """
-function randomize!(env::Env, document::AbstractString)
-    content = text(document)
-    inside(handle -> check(handle, mjenv_randomize(handle, content)), env)
-    return env
-end
+randomize!(env::Env, document::AbstractString) = call(mjenv_randomize, env, text(document))
 
 "The document with all parts that are set, as JSON."
 function randomization(env::Env)

@@ -5,32 +5,38 @@ const GROUPS = (:geomgroup, :sitegroup, :jointgroup, :tendongroup, :actuatorgrou
 
 # The settings that turn something on or off, beside those of the groups.
 const SWITCHES = (:shadows, :reflections, :wireframe, :additive, :skybox, :fog, :haze, :cull_face)
-# MuJoCo's mjtLabel and mjtFrame, from 0.
-const LABELS = (
-    :none, :body, :joint, :geom, :site, :camera, :light, :tendon, :actuator, :constraint, :skin, :selection, :selpnt, :contactforce,
+# The texts that settings take, with the numbers of mjenv_gl, mjtLabel and mjtFrame, from 0.
+const CHOICES = (
+    gl = (:auto, :egl, :osmesa, :glfw),
+    label = (:none, :body, :joint, :geom, :site, :camera, :light, :tendon, :actuator, :constraint, :skin, :selection, :selpnt, :contactforce),
+    frame = (:none, :body, :geom, :site, :camera, :light, :contact, :world),
 )
-const FRAMES = (:none, :body, :geom, :site, :camera, :light, :contact, :world)
+const NUMBERS = (:width, :height, :max_geom, :samples, :distance, :azimuth, :elevation, SWITCHES...)
+
+# The flags, changed by pairs of an index from 0 and a Bool.
+function changed(name, flags, count, pairs)
+    flags = collect(flags)
+    for (index, on) in pairs
+        0 <= index < count || throw(ArgumentError("$name has no number $index"))
+        flags[index + 1] = on
+    end
+    return Tuple(flags)
+end
 
 # Returns the settings changed by the keywords, and the camera's name or nothing.
 function render_settings(env; kwargs...)
     settings = Ref(mjenv_render_settings())
-    check(env.handle, inside(handle -> mjenv_render_defaults(handle, settings), env))
-    names = (:width, :height, :max_geom, :samples, :distance, :azimuth, :elevation, SWITCHES...)
+    call(mjenv_render_defaults, env, settings)
     fields = Dict{Symbol,Any}(name => getfield(settings[], name) for name in fieldnames(mjenv_render_settings))
     camera_name = nothing
     for (name, value) in pairs(kwargs)
-        if name === :camera
-            if value isa Union{AbstractString,Symbol} && value !== :free
-                camera_name = text(value)
-            else
-                fields[:camera] = value === :free ? MJENV_CAMERA_FREE : value >= 1 ? value - 1 : typemin(Int32)
-            end
-        elseif name === :gl
-            value in (:auto, :egl, :osmesa, :glfw) || throw(ArgumentError("gl is :auto, :egl, :osmesa or :glfw"))
-            fields[:gl] = findfirst(==(value), (:auto, :egl, :osmesa, :glfw)) - 1
-        elseif name === :label || name === :frame
-            known = name === :label ? LABELS : FRAMES
-            value in known || throw(ArgumentError("$name is one of $(join(known, ", "))"))
+        if name === :camera && value isa Union{AbstractString,Symbol} && value !== :free
+            camera_name = text(value)
+        elseif name === :camera
+            fields[:camera] = value === :free ? MJENV_CAMERA_FREE : value >= 1 ? value - 1 : typemin(Int32)
+        elseif haskey(CHOICES, name)
+            known = CHOICES[name]
+            value in known || throw(ArgumentError("$name is one of $(join(map(repr, known), ", "))"))
             fields[name] = findfirst(==(value), known) - 1
         elseif name === :fast
             value && (fields[:samples] = fields[:shadows] = 0)
@@ -38,28 +44,17 @@ function render_settings(env; kwargs...)
             length(value) == 3 || throw(ArgumentError("lookat has 3 coordinates"))
             fields[:lookat] = NTuple{3,Float64}(value)
         elseif name === :visual_options
-            visual = collect(fields[:visual])
-            for (flag, on) in value
-                0 <= flag <= Int(MJENV_VISUAL_SKIN) || throw(ArgumentError("there is no visual option $flag"))
-                visual[flag + 1] = on
-            end
-            fields[:visual] = Tuple(visual)
+            fields[:visual] = changed(name, fields[:visual], Int(MJENV_VISUAL_SKIN) + 1, value)
         elseif name in GROUPS
-            groups = collect(fields[name])
-            for (group, on) in value
-                0 <= group < length(groups) || throw(ArgumentError("$name has no group $group"))
-                groups[group + 1] = on
-            end
-            fields[name] = Tuple(groups)
-        elseif name in names
+            fields[name] = changed(name, fields[name], length(fields[name]), value)
+        elseif name in NUMBERS
             fields[name] = value
         else
-            others = (:camera, :gl, :fast, :label, :frame, :lookat, :visual_options, GROUPS..., names...)
+            others = (:camera, :fast, :lookat, :visual_options, keys(CHOICES)..., GROUPS..., NUMBERS...)
             throw(ArgumentError("there is no setting $name; the settings are $(join(others, ", "))"))
         end
     end
-    integers = (:width, :height, :max_geom, :samples, :camera, SWITCHES...)
-    for name in integers
+    for name in (:width, :height, :max_geom, :samples, :camera, SWITCHES...)
         fields[name] = Int32(clamp(fields[name], typemin(Int32), typemax(Int32)))
     end
     return fields, camera_name
@@ -107,16 +102,10 @@ mutable struct Renderer
     function Renderer(env::Env; settings...)
         created = Ref{Ptr{mjenv_renderer}}(C_NULL)
         with_render_settings(env; settings...) do chosen
-            check(env.handle, inside(handle -> mjenv_renderer_create(handle, chosen, created), env))
+            call(mjenv_renderer_create, env, chosen, created)
             return finalizer(close, new(Handle(env.handle.engine, created[]), chosen[].width, chosen[].height))
         end
     end
-end
-
-function Base.close(renderer::Renderer)
-    mjenv_renderer_destroy(renderer.handle)
-    renderer.handle = Handle(renderer.handle.engine, Ptr{mjenv_renderer}(C_NULL))
-    return nothing
 end
 
 Base.isopen(renderer::Renderer) = renderer.handle.pointer != C_NULL
@@ -143,34 +132,21 @@ end
 Draws a row and returns its colours: a new `Array{UInt8,3}` of size (3, height, width), red, green and blue first, the
 top line first. `Images.colorview(RGB, render(r) ./ 255)` takes it.
 """
-function render(renderer::Renderer; row::Integer = 1)
-    rgb = Vector{UInt8}(undef, 3 * renderer.width * renderer.height)
-    draw(renderer, row, rgb, Float32[])
-    return rgb_array(renderer, rgb)
-end
+render(renderer::Renderer; row::Integer = 1) = draw(renderer, row, 3, 0)[1]
 
 """
     render_depth(renderer; row = 1)
 
 Draws a row and returns its depth buffer, from 0 (near) to 1 (far): a new `Matrix{Float32}` of size (height, width).
 """
-function render_depth(renderer::Renderer; row::Integer = 1)
-    depth = Vector{Float32}(undef, renderer.width * renderer.height)
-    draw(renderer, row, UInt8[], depth)
-    return depth_array(renderer, depth)
-end
+render_depth(renderer::Renderer; row::Integer = 1) = draw(renderer, row, 0, 1)[2]
 
 """
     render_both(renderer; row = 1)
 
 Draws a row once, and returns what [`render`](@ref) and [`render_depth`](@ref) return.
 """
-function render_both(renderer::Renderer; row::Integer = 1)
-    pixels = renderer.width * renderer.height
-    rgb, depth = Vector{UInt8}(undef, 3 * pixels), Vector{Float32}(undef, pixels)
-    draw(renderer, row, rgb, depth)
-    return rgb_array(renderer, rgb), depth_array(renderer, depth)
-end
+render_both(renderer::Renderer; row::Integer = 1) = draw(renderer, row, 3, 1)
 
 """
     render_segmentation(renderer; row = 1)
@@ -184,19 +160,23 @@ function render_segmentation(renderer::Renderer; row::Integer = 1)
         handle = renderer.handle
         check(handle, mjenv_render_segmentation(handle, row - 1, pointer(objects), length(objects)))
     end
-    return permutedims(reshape(objects, 2, renderer.width, renderer.height), (1, 3, 2))
+    return picture_array(renderer, objects)
 end
 
 # The library writes lines of pixels; Julia stores columns.
-rgb_array(r, rgb) = permutedims(reshape(rgb, 3, r.width, r.height), (1, 3, 2))
-depth_array(r, depth) = permutedims(reshape(depth, r.width, r.height))
+picture_array(r, numbers) = permutedims(reshape(numbers, :, r.width, r.height), (1, 3, 2))
 
-function draw(renderer, row, rgb, depth)
+# Draws so many numbers of colour and depth for each pixel, 0 for none.
+function draw(renderer, row, colours, depths)
+    pixels = renderer.width * renderer.height
+    rgb, depth = Vector{UInt8}(undef, colours * pixels), Vector{Float32}(undef, depths * pixels)
     GC.@preserve renderer rgb depth begin
         place(array) = isempty(array) ? Ptr{eltype(array)}(C_NULL) : pointer(array)
         handle = renderer.handle
         check(handle, mjenv_render(handle, row - 1, place(rgb), length(rgb), place(depth), length(depth)))
     end
+    lines = isempty(depth) ? nothing : permutedims(reshape(depth, renderer.width, :))
+    return picture_array(renderer, rgb), lines
 end
 
 """
@@ -211,9 +191,7 @@ mutable struct Window
 
     function Window(env::Env; settings...)
         created = Ref{Ptr{mjenv_window}}(C_NULL)
-        with_render_settings(env; settings...) do chosen
-            check(env.handle, inside(handle -> mjenv_window_create(handle, chosen, created), env))
-        end
+        with_render_settings(chosen -> call(mjenv_window_create, env, chosen, created), env; settings...)
         return new(Handle(env.handle.engine, created[]))
     end
 end
@@ -229,8 +207,11 @@ Base.isopen(window::Window) = mjenv_window_is_open(window.handle) != 0
 
 Base.show(io::IO, window::Window) = print(io, "Window(", isopen(window) ? "open" : "closed", ")")
 
-function Base.close(window::Window)
-    mjenv_window_destroy(window.handle)
-    window.handle = Handle(window.handle.engine, Ptr{mjenv_window}(C_NULL))
+destroy(handle::Handle{mjenv_renderer}) = mjenv_renderer_destroy(handle)
+destroy(handle::Handle{mjenv_window}) = mjenv_window_destroy(handle)
+
+function Base.close(drawer::Union{Renderer,Window})
+    destroy(drawer.handle)
+    drawer.handle = typeof(drawer.handle)(drawer.handle.engine, drawer.handle.addresses, C_NULL)
     return nothing
 end

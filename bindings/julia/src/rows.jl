@@ -11,11 +11,6 @@ are all rows of the environment, and those of rows outside the mask are ignored.
 their order. In a [`Batch`](@ref), each row always has its own place.
 
 A row that does not exist throws an `ArgumentError`, and a mask of another length a `DimensionMismatch`.
-
-```julia
-reset!(env; rows = [2, 5])
-step!(env, zeros(8); rows = 3)
-```
 """
 const Rows = Union{Colon,Integer,AbstractVector{<:Integer}}
 

@@ -23,13 +23,7 @@ object in an array, that number counts from 0.
 function Base.read(env::Env, array::Union{Symbol,AbstractString}; row::Integer = 1)
     name = text(array)
     index = row_index(env, row)
-    values = inside(env) do handle
-        count = Ref{Int64}()
-        check(handle, mjenv_read(handle, index, name, C_NULL, 0, count))
-        values = Vector{Float64}(undef, count[])
-        check(handle, mjenv_read(handle, index, name, values, length(values), count))
-        values
-    end
+    values = inside(handle -> sized(mjenv_read, handle, Float64, index, name), env)
     field = get(arrays_of(env), name, nothing)
     field === nothing && return values  # the parameters from which resets draw
     return shaped(values, field, julia_type(field.dtype, Float64))
@@ -42,8 +36,8 @@ Returns how many objects of a type the model has. `type` is its name in MJCF: `:
 on. An unknown type throws an [`MJEnvError`](@ref), which lists all.
 """
 function object_count(env::Env, type::Union{Symbol,AbstractString})
-    kind, count = text(type), Ref{Int64}()
-    check(env.handle, inside(handle -> mjenv_object_count(handle, kind, count), env))
+    count = Ref{Int64}()
+    call(mjenv_object_count, env, text(type), count)
     return Int(count[])
 end
 
@@ -54,8 +48,8 @@ Returns the number of a named object: its column, from 1, in the arrays of [`rea
 the types. An unknown type or name throws an [`MJEnvError`](@ref).
 """
 function object_index(env::Env, type::Union{Symbol,AbstractString}, name::Union{Symbol,AbstractString})
-    kind, wanted, index = text(type), text(name), Ref{Int64}()
-    check(env.handle, inside(handle -> mjenv_object_index(handle, kind, wanted, index), env))
+    index = Ref{Int64}()
+    call(mjenv_object_index, env, text(type), text(name), index)
     return index[] + 1
 end
 
@@ -72,10 +66,6 @@ function object_name(env::Env, type::Union{Symbol,AbstractString}, index::Intege
     end
 end
 
-function check_length(env::Env, name, given, needed)
-    given == needed || throw(DimensionMismatch("$name has $given elements; this $env needs $needed"))
-end
-
 """
     set_state!(env, qpos, qvel; row = 1)
 
@@ -85,11 +75,9 @@ Afterwards the row can be stepped, even if it was never reset or its episode had
 """
 function set_state!(env::Env, qpos::Numbers, qvel::Numbers; row::Integer = 1)
     index = row_index(env, row)
-    check_length(env, "qpos", length(qpos), env.qpos_count)
-    check_length(env, "qvel", length(qvel), env.qvel_count)
-    q, v = collect(Float64, qpos), collect(Float64, qvel)
-    check(env.handle, inside(handle -> mjenv_set_state(handle, index, q, length(q), v, length(v)), env))
-    return env
+    fits(env, "qpos", length(qpos), env.qpos_count)
+    fits(env, "qvel", length(qvel), env.qvel_count)
+    return call(mjenv_set_state, env, index, collect(Float64, qpos), length(qpos), collect(Float64, qvel), length(qvel))
 end
 
 # The values as the library takes them: all elements of the array, once or for each row of the environment.
@@ -115,33 +103,14 @@ Writes an array of the mjModel of the [`MJEnv.Rows`](@ref) `rows`, or an input o
 each of the rows gets these values; or it has one more dimension, the row, and each row gets its own.
 
 The effect is that of the same assignment in Gymnasium (`env.unwrapped.model.body_mass[:] = values`). Resets keep values
-of the mjModel, and clear the inputs. docs/c.md lists what can be written. An array that can't be
-written, or a value that MuJoCo could not compute with, throws an [`MJEnvError`](@ref), and nothing is written. Returns
-`env`.
-
-```julia
-masses = read(env, :body_mass)
-masses[2] *= 1.5
-write!(env, :body_mass, masses; rows = 3)
-write!(env, "opt.timestep", [0.01, 0.02, 0.03])  # three rows
-```
+of the mjModel, and clear the inputs. docs/c.md lists what can be written. An array that can't be written, or a value
+that MuJoCo could not compute with, throws an [`MJEnvError`](@ref), and nothing is written. Returns `env`.
 """
-function write!(
-    env::Env,
-    array::Union{Symbol,AbstractString},
-    values::Union{Real,AbstractArray{<:Real}};
-    rows::Rows = (:),
-)
+function write!(env::Env, array::Union{Symbol,AbstractString}, values::Union{Real,AbstractArray{<:Real}}; rows::Rows = (:))
     name = text(array)
     numbers = written(env, name, values, rows)
-    if rows isa Integer
-        row = row_index(env, rows)
-        check(env.handle, inside(handle -> mjenv_write_row(handle, row, name, numbers, length(numbers)), env))
-    else
-        mask = mask_of(env, rows)
-        check(env.handle, inside(handle -> mjenv_write(handle, mask, name, numbers, length(numbers)), env))
-    end
-    return env
+    rows isa Integer && return call(mjenv_write_row, env, row_index(env, rows), name, numbers, length(numbers))
+    return call(mjenv_write, env, mask_of(env, rows), name, numbers, length(numbers))
 end
 
 """
@@ -151,16 +120,9 @@ Calls mj_setConst for the [`MJEnv.Rows`](@ref) `rows`: MuJoCo computes again wha
 `qpos0` when it compiles a model, for instance `body_subtreemass` and `dof_invweight0`. The rows end in the position
 `qpos_spring`, for which mj_setConst computes last: reset them, or set their state. Returns `env`.
 """
-function set_constants!(env::Env; rows::Rows = (:))
-    if rows isa Integer
-        row = row_index(env, rows)
-        check(env.handle, inside(handle -> mjenv_set_constants_row(handle, row), env))
-    else
-        mask = mask_of(env, rows)
-        check(env.handle, inside(handle -> mjenv_set_constants(handle, mask), env))
-    end
-    return env
-end
+set_constants!(env::Env; rows::Rows = (:)) =
+    rows isa Integer ? call(mjenv_set_constants_row, env, row_index(env, rows)) :
+    call(mjenv_set_constants, env, mask_of(env, rows))
 
 """
     simulate!(env, ctrl, frames; row = 1)
@@ -171,10 +133,8 @@ Returns `env`.
 """
 function simulate!(env::Env, ctrl::Numbers, frames::Integer; row::Integer = 1)
     index = row_index(env, row)
-    check_length(env, "ctrl", length(ctrl), env.action_count)
-    c = collect(Float64, ctrl)
-    check(env.handle, inside(handle -> mjenv_simulate(handle, index, c, length(c), frames), env))
-    return env
+    fits(env, "ctrl", length(ctrl), env.action_count)
+    return call(mjenv_simulate, env, index, collect(Float64, ctrl), length(ctrl), frames)
 end
 
 """
@@ -189,8 +149,7 @@ function compute_reward(env::Env, achieved::AbstractArray{<:Real}, desired::Abst
         throw(DimensionMismatch("the goals have the sizes $(size(achieved)) and $(size(desired))"))
     from, to = (convert(Array{Float64}, goals) for goals in (achieved, desired))
     rewards = zeros(size(achieved)[2:end])
-    count = length(rewards)
-    check(env.handle, inside(handle -> mjenv_compute_reward(handle, from, to, length(from), rewards, count), env))
+    call(mjenv_compute_reward, env, from, to, length(from), rewards, length(rewards))
     return rewards
 end
 
@@ -202,8 +161,8 @@ the low and high half of the increment, and `has_uint32` and `uinteger`, which h
 yet used. Throws an `MJEnvError` if the row was neither seeded nor reset.
 """
 function stream(env::Env; row::Integer = 1)
-    index, words = row_index(env, row), zeros(UInt64, 6)
-    check(env.handle, inside(handle -> mjenv_get_stream(handle, index, words, 6), env))
+    words = zeros(UInt64, 6)
+    call(mjenv_get_stream, env, row_index(env, row), words, 6)
     return Tuple(words)
 end
 
@@ -214,10 +173,8 @@ Replaces a row's random stream by `words`, six `UInt64` in the order of [`MJEnv.
 odd. Returns `env`.
 """
 function set_stream!(env::Env, words::Union{NTuple{6,UInt64},AbstractVector{UInt64}}; row::Integer = 1)
-    index = row_index(env, row)
-    check_length(env, "words", length(words), 6)
-    check(env.handle, inside(handle -> mjenv_set_stream(handle, index, collect(UInt64, words), 6), env))
-    return env
+    fits(env, "words", length(words), 6)
+    return call(mjenv_set_stream, env, row_index(env, row), collect(UInt64, words), 6)
 end
 
 """
@@ -226,11 +183,7 @@ end
 Copies the row `from` into the [`MJEnv.Rows`](@ref) `to`: simulation, random stream, counters and written arrays. Returns
 `env`.
 """
-function copy_row!(env::Env, from::Integer, to::Rows)
-    index, mask = row_index(env, from), mask_of(env, to)
-    check(env.handle, inside(handle -> mjenv_copy_row(handle, mask, index), env))
-    return env
-end
+copy_row!(env::Env, from::Integer, to::Rows) = call(mjenv_copy_row, env, mask_of(env, to), row_index(env, from))
 
 """
     snapshot(env; rows = :)
@@ -240,13 +193,7 @@ written arrays. [`restore!`](@ref) continues from it.
 """
 function snapshot(env::Env; rows::Union{Integer,Colon} = (:))
     index = image_row(env, rows)
-    return inside(env) do handle
-        size = Ref{Int64}()
-        check(handle, mjenv_snapshot(handle, index, C_NULL, 0, size))
-        image = Vector{UInt8}(undef, size[])
-        check(handle, mjenv_snapshot(handle, index, image, length(image), size))
-        image
-    end
+    return inside(handle -> sized(mjenv_snapshot, handle, UInt8, index), env)
 end
 
 """
@@ -258,8 +205,5 @@ and options as the one that was saved, except for options such as `num_threads` 
 Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
 """
 function restore!(env::Env, image::AbstractVector{UInt8}; rows::Union{Integer,Colon} = (:))
-    index = image_row(env, rows)
-    bytes = convert(Vector{UInt8}, image)
-    check(env.handle, inside(handle -> mjenv_restore(handle, index, bytes, length(bytes)), env))
-    return env
+    return call(mjenv_restore, env, image_row(env, rows), convert(Vector{UInt8}, image), length(image))
 end

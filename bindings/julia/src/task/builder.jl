@@ -7,16 +7,10 @@ The argument with which `MJEnv.build` prepares an environment. `b.sim` is the mo
 [`MJEnv.Sim`](@ref) that is valid until build returns. If a lookup fails, the build fails with the reason, even if it
 returns a task. Indices count from 1.
 
-- [`object_index`](@ref)`(b, :body, "torso")`: the index of an object of the model
-- [`MJEnv.joint`](@ref), [`MJEnv.sensor`](@ref): where a joint and a sensor keep their numbers
-- [`MJEnv.array`](@ref), [`MJEnv.need!`](@ref): other arrays of mjData and mjModel
-- [`MJEnv.terrain`](@ref): a height field, whose heights the methods read
-- [`MJEnv.keep!`](@ref): numbers that a row remembers
-- [`MJEnv.current!`](@ref): lets the methods see the new state
-- [`MJEnv.own!`](@ref), [`MJEnv.random_state!`](@ref): give each row its own arrays and `RandomState`
-- [`MJEnv.action!`](@ref): the task's own action space
-- [`MJEnv.is_integer`](@ref), [`MJEnv.norm`](@ref): how options were set
-- [`MJEnv.structure!`](@ref): Gymnasium's `observation_structure`
+[`object_index`](@ref)`(b, :body, "torso")`, [`MJEnv.joint`](@ref), [`MJEnv.sensor`](@ref), [`MJEnv.array`](@ref) and
+[`MJEnv.terrain`](@ref) look up; [`MJEnv.need!`](@ref), [`MJEnv.keep!`](@ref), [`MJEnv.current!`](@ref),
+[`MJEnv.own!`](@ref), [`MJEnv.random_state!`](@ref), [`MJEnv.action!`](@ref) and [`MJEnv.structure!`](@ref) declare what
+the task needs; [`MJEnv.is_integer`](@ref) and [`MJEnv.norm`](@ref) say how options were set.
 """
 mutable struct Builder
     raw::Ptr{mjenv_builder}
@@ -30,8 +24,6 @@ end
 
 Builder(raw::Ptr{mjenv_builder}) =
     Builder(raw, member(raw, Val(:api)), Sim(member(raw, Val(:sim)), 0), 0, nothing, false, Own[])
-
-Base.show(io::IO, b::Builder) = print(io, "MJEnv.Builder")
 
 object_index(b::Builder, type::Union{AbstractString,Symbol}, name::Union{AbstractString,Symbol}) =
     Int(task_index(b.api, b.raw, text(type), text(name))) + 1
@@ -47,11 +39,7 @@ function joint(b::Builder, name::Union{AbstractString,Symbol})
     return (index = index, qpos = element_of(b, :jnt_qposadr, index) + 1, qvel = element_of(b, :jnt_dofadr, index) + 1)
 end
 
-"""
-    MJEnv.sensor(b, name)
-
-Returns the range of a sensor's values in `sim.sensordata`.
-"""
+"`MJEnv.sensor(b, name)`: returns the range of a sensor's values in `sim.sensordata`."
 function sensor(b::Builder, name::Union{AbstractString,Symbol})
     index = object_index(b, :sensor, name)
     first = element_of(b, :sensor_adr, index) + 1
@@ -166,11 +154,7 @@ an int.
 """
 is_integer(b::Builder, option::Union{AbstractString,Symbol}) = task_is_integer(b.api, b.raw, text(option)) != 0
 
-"""
-    MJEnv.norm(b)
-
-Returns the [`MJEnv.Norm`](@ref) that the option `norm` chooses.
-"""
+"`MJEnv.norm(b)`: returns the [`MJEnv.Norm`](@ref) that the option `norm` chooses."
 norm(b::Builder) = Norm(task_norm_is_fused(b.api, b.raw) != 0)
 
 """

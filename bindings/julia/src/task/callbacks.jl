@@ -25,17 +25,12 @@ mutable struct Built{T<:Task}
 end
 
 function hold!(built::Built)
-    lock(SLOTS_LOCK)
-    try
+    lock(SLOTS_LOCK) do
         found = findfirst(slot -> slot.held === nothing, SLOTS)
         found === nothing && push!(SLOTS, Slot(built))
-        slot = SLOTS[something(found, length(SLOTS))]
-        slot.held = built
-        built.slot = slot
-    finally
-        unlock(SLOTS_LOCK)
+        built.slot = SLOTS[something(found, length(SLOTS))]
+        built.slot.held = built
     end
-    return built
 end
 
 # ---- What the methods return ----
@@ -173,9 +168,9 @@ function build_environment(registration::Registration{T}, b::Builder) where {T}
     arrays = [pointer(array) for array in values]
     velocities = collect(Float64, sim.qvel)
     GC.@preserve numbers values arrays velocities begin
-        carried = Writable{Float64,1}(pointer(numbers), (length(numbers),))
+        carried = numbers_at(pointer(numbers), length(numbers))
         :carry in called && first_call(() -> carry!(task, sim, carried), "carry!")
-        qvel = Writable{Float64,1}(pointer(velocities), (length(velocities),))
+        qvel = numbers_at(pointer(velocities), length(velocities))
         row = Row(Rng(member(b.raw, Val(:random))), carried, pointer(arrays), qvel)
         reward, _, info = first_call(() -> parts_of(step!(task, sim, row)), "step!")
     end
@@ -199,20 +194,27 @@ function text_of(reason)
     end
 end
 
-# Tells the library, to which the struct `raw` belongs, why a callback fails. Returns the callback's result.
-@noinline failed(raw::Ptr, reason) = fail_with(member(raw, Val(:api)), reason)
-fail_with(api::Ptr{mjenv_task_api}, reason) = task_fail_with(api, replace(text_of(reason), '\0' => "\\0"))
+# Tells the library why a callback fails. Returns the callback's result.
+@noinline fail_with(api::Ptr{mjenv_task_api}, reason) =
+    task_fail_with(api, replace(text_of(reason), '\0' => "\\0"))
+
+# Calls the body, and returns what a callback returns.
+@inline function guarded(body::F, api::Ptr{mjenv_task_api}) where {F}
+    try
+        body()
+    catch reason
+        return fail_with(api, reason)
+    end
+    return Int32(0)
+end
+@inline guarded(body::F, raw::Ptr) where {F} = guarded(body, member(raw, Val(:api)))
 
 @inline object(pointer::Ptr{T}) where {T} = unsafe_pointer_to_objref(Ptr{Cvoid}(pointer))::T
+@inline numbers_at(pointer::Ptr{Float64}, count) = Writable{Float64,1}(pointer, (Int(count),))
 
-function on_build(raw::Ptr{mjenv_builder}, user::Ptr{Registration{T}}, self::Ptr{Ptr{Cvoid}})::Int32 where {T}
-    try
-        built = hold!(build_environment(object(user), Builder(raw)))
-        unsafe_store!(self, pointer_from_objref(built))
-    catch reason
-        return failed(raw, reason)
-    end
-    return 0
+on_build(raw::Ptr{mjenv_builder}, user::Ptr{Registration{T}}, self::Ptr{Ptr{Cvoid}}) where {T} = guarded(raw) do
+    built = hold!(build_environment(object(user), Builder(raw)))
+    unsafe_store!(self, pointer_from_objref(built))
 end
 
 # Runs in finalizers, too, so it takes no lock.
@@ -221,110 +223,67 @@ function on_destroy(self::Ptr{Built{T}})::Cvoid where {T}
     return
 end
 
-function on_reset(self::Ptr{Built{T}}, start::Ptr{mjenv_start})::Int32 where {T}
-    built = object(self)
-    try
-        reset!(built.task, Start(start), Rng(member(start, Val(:random))))
-    catch reason
-        return failed(start, reason)
-    end
-    return 0
+on_reset(self, start) = guarded(start) do
+    reset!(object(self).task, Start(start), Rng(member(start, Val(:random))))
 end
 
-function on_reset_info(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::Int32 where {T}
+on_reset_info(self, sim, to) = guarded(sim) do
     built = object(self)
-    try
-        write_fields!(to, built.reset_info, reset_info(built.task, Sim(sim, built.carry_count)))
-    catch reason
-        return failed(sim, reason)
-    end
-    return 0
+    write_fields!(to, built.reset_info, reset_info(built.task, Sim(sim, built.carry_count)))
 end
 
-function on_carry(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::Int32 where {T}
+on_carry(self, sim, to) = guarded(sim) do
     built = object(self)
-    try
-        carry!(built.task, Sim(sim, built.carry_count), Writable{Float64,1}(to, (built.carry_count,)))
-    catch reason
-        return failed(sim, reason)
-    end
-    return 0
+    carry!(built.task, Sim(sim, built.carry_count), numbers_at(to, built.carry_count))
 end
 
-function on_observe(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{Float64})::Int32 where {T}
+on_observe(self, sim, to) = guarded(sim) do
     built = object(self)
-    try
-        write_fields!(to, built.observation, observe(built.task, Sim(sim, built.carry_count)))
-    catch reason
-        return failed(sim, reason)
-    end
-    return 0
+    write_fields!(to, built.observation, observe(built.task, Sim(sim, built.carry_count)))
 end
 
-function on_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, outcome::Ptr{mjenv_outcome})::Int32 where {T}
+on_step(self, sim, outcome) = guarded(sim) do
     built = object(self)
-    try
-        carried = Writable{Float64,1}(member(outcome, Val(:carried)), (built.carry_count,))
-        qvel = Writable{Float64,1}(member(outcome, Val(:qvel)), (Int(member(sim, Val(:nv))),))
-        row = Row(Rng(member(outcome, Val(:random))), carried, member(outcome, Val(:own)), qvel)
-        reward, terminated, info = parts_of(step!(built.task, Sim(sim, built.carry_count), row))
-        write_fields!(member(outcome, Val(:info)), built.info, info)
-        member!(outcome, Val(:reward), number(reward))
-        member!(outcome, Val(:terminated), Int32(terminated))
-    catch reason
-        return failed(sim, reason)
-    end
-    return 0
+    carried = numbers_at(member(outcome, Val(:carried)), built.carry_count)
+    qvel = numbers_at(member(outcome, Val(:qvel)), member(sim, Val(:nv)))
+    row = Row(Rng(member(outcome, Val(:random))), carried, member(outcome, Val(:own)), qvel)
+    reward, terminated, info = parts_of(step!(built.task, Sim(sim, built.carry_count), row))
+    write_fields!(member(outcome, Val(:info)), built.info, info)
+    member!(outcome, Val(:reward), number(reward))
+    member!(outcome, Val(:terminated), Int32(terminated))
 end
 
-function on_control(map!, self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control})::Int32 where {T}
+on_control(map!, self, sim, to) = guarded(sim) do
     built = object(self)
-    try
-        carried = Writable{Float64,1}(member(to, Val(:carried)), (built.carry_count,))
-        nothing_written = Writable{Float64,1}(Ptr{Float64}(C_NULL), (0,))
-        row = Row(Rng(member(to, Val(:random))), carried, Ptr{Ptr{Float64}}(C_NULL), nothing_written)
-        map!(built.task, Sim(sim, built.carry_count), row, Control(to, Int(member(sim, Val(:nu)))))
-    catch reason
-        return failed(sim, reason)
-    end
-    return 0
+    carried = numbers_at(member(to, Val(:carried)), built.carry_count)
+    row = Row(Rng(member(to, Val(:random))), carried, Ptr{Ptr{Float64}}(C_NULL), numbers_at(Ptr{Float64}(C_NULL), 0))
+    map!(built.task, Sim(sim, built.carry_count), row, Control(to, Int(member(sim, Val(:nu)))))
 end
-on_before_step(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control}) where {T} =
-    on_control(before_step!, self, sim, to)
-on_before_substep(self::Ptr{Built{T}}, sim::Ptr{mjenv_sim}, to::Ptr{mjenv_control}) where {T} =
-    on_control(before_substep!, self, sim, to)
+on_before_step(self, sim, to) = on_control(before_step!, self, sim, to)
+on_before_substep(self, sim, to) = on_control(before_substep!, self, sim, to)
 
 const Goal = ReadOnly{Float64,1}
 
-function on_compute_reward(
-    self::Ptr{Built{T}}, api::Ptr{mjenv_task_api}, achieved::Ptr{Float64}, desired::Ptr{Float64}, size::Int64, to::Ptr{Float64}
-)::Int32 where {T}
-    built = object(self)
-    try
-        reward = compute_reward(built.task, Goal(achieved, (Int(size),)), Goal(desired, (Int(size),)))
-        unsafe_store!(to, number(reward))
-    catch reason
-        return fail_with(api, reason)
-    end
-    return 0
+on_compute_reward(self, api, achieved, desired, size, to) = guarded(api) do
+    reward = compute_reward(object(self).task, Goal(achieved, (Int(size),)), Goal(desired, (Int(size),)))
+    unsafe_store!(to, number(reward))
 end
 
+# What the callbacks take after `self`.
+const CALLBACKS = (
+    reset = (Ptr{mjenv_start},),
+    reset_info = (Ptr{mjenv_sim}, Ptr{Float64}),
+    carry = (Ptr{mjenv_sim}, Ptr{Float64}),
+    observe = (Ptr{mjenv_sim}, Ptr{Float64}),
+    step = (Ptr{mjenv_sim}, Ptr{mjenv_outcome}),
+    before_step = (Ptr{mjenv_sim}, Ptr{mjenv_control}),
+    before_substep = (Ptr{mjenv_sim}, Ptr{mjenv_control}),
+    compute_reward = (Ptr{mjenv_task_api}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}),
+)
+
 # The addresses of the callbacks, compiled for one type of task.
-function callbacks(::Type{T}) where {T<:Task}
-    return (
-        build = @cfunction(on_build, Int32, (Ptr{mjenv_builder}, Ptr{Registration{T}}, Ptr{Ptr{Cvoid}})),
-        destroy = @cfunction(on_destroy, Cvoid, (Ptr{Built{T}},)),
-        reset = @cfunction(on_reset, Int32, (Ptr{Built{T}}, Ptr{mjenv_start})),
-        reset_info = @cfunction(on_reset_info, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
-        carry = @cfunction(on_carry, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
-        observe = @cfunction(on_observe, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{Float64})),
-        step = @cfunction(on_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_outcome})),
-        before_step = @cfunction(on_before_step, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_control})),
-        before_substep = @cfunction(on_before_substep, Int32, (Ptr{Built{T}}, Ptr{mjenv_sim}, Ptr{mjenv_control})),
-        compute_reward = @cfunction(
-            on_compute_reward,
-            Int32,
-            (Ptr{Built{T}}, Ptr{mjenv_task_api}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64})
-        ),
-    )
-end
+@eval callbacks(::Type{T}) where {T<:Task} = (
+    build = @cfunction(on_build, Int32, (Ptr{mjenv_builder}, Ptr{Registration{T}}, Ptr{Ptr{Cvoid}})),
+    destroy = @cfunction(on_destroy, Cvoid, (Ptr{Built{T}},)),
+    $((:($name = @cfunction($(Symbol(:on_, name)), Int32, (Ptr{Built{T}}, $(types...)))) for (name, types) in pairs(CALLBACKS))...),
+)

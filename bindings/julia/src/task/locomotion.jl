@@ -8,13 +8,8 @@ at most 0. The task needs the contacts: `MJEnv.need!(b, :contacts)`.
 """
 touching(sim::Sim, geoms::Tuple{Vararg{Integer}}, other::Integer) = map(geom -> touches(sim, geom, other), geoms)
 
-function touches(sim::Sim, geom::Integer, other::Integer)
-    for contact in sim.contacts
-        pair = (contact.geom1, contact.geom2)
-        contact.distance <= 0 && (pair == (geom, other) || pair == (other, geom)) && return true
-    end
-    return false
-end
+touches(sim::Sim, a::Integer, b::Integer) =
+    any(c -> c.distance <= 0 && ((c.geom1, c.geom2) == (a, b) || (c.geom1, c.geom2) == (b, a)), sim.contacts)
 
 """
     MJEnv.air_time!(time, touching, dt)

@@ -18,11 +18,7 @@ Base.:*(scalar::Scalar, factor::Real) = factor * scalar
 Base.:-(scalar::Scalar) = Scalar(-scalar.value, scalar.narrow)
 Base.Float64(scalar::Scalar) = scalar.value
 
-"""
-    MJEnv.numpy_sum(values)
-
-Returns `numpy.sum(values)` with NumPy's rounding. Julia's `sum` adds in another order.
-"""
+"`MJEnv.numpy_sum(values)`: returns `numpy.sum(values)` with NumPy's rounding. Julia's `sum` adds in another order."
 numpy_sum(values::AbstractVector{Float64}) = sum_of(identity, 0.0, values, firstindex(values), lastindex(values))
 
 """
@@ -96,23 +92,23 @@ end
 
 # Two blocks at once in vectors of AVX-512, whose halves are added; then a block that is left over.
 function fused_blocks(numbers, count)
-    wide, at = ntuple(_ -> 0.0, Val(2 * NORM_BLOCK)), 0
-    while at + 2 * NORM_BLOCK <= count
-        wide = add_squares(wide, numbers, at)
-        at += 2 * NORM_BLOCK
-    end
-    sums = add_halves(wide)
-    at < count && (sums = add_squares(sums, numbers, at))
+    wide, at = add_turns(ntuple(_ -> 0.0, Val(2 * NORM_BLOCK)), numbers, 0, count)
+    sums, _ = add_turns(add_halves(wide), numbers, at, count)
     return (add_every_fourth(sums, 1) + add_every_fourth(sums, 3)) + (add_every_fourth(sums, 2) + add_every_fourth(sums, 4))
 end
 
 function plain_blocks(numbers, count)
-    sums, at = ntuple(_ -> 0.0, Val(NORM_BLOCK)), 0
-    while at < count
-        sums = add_squares(sums, numbers, at)
-        at += NORM_BLOCK
-    end
+    sums, _ = add_turns(ntuple(_ -> 0.0, Val(NORM_BLOCK)), numbers, 0, count)
     return add_pairs(sums, 1) + add_pairs(sums, 2)
+end
+
+# Adds the squares of the numbers to the sums, which take turns.
+function add_turns(sums::NTuple{N,Float64}, numbers, at, count) where {N}
+    while at + N <= count
+        sums = add_squares(sums, numbers, at)
+        at += N
+    end
+    return sums, at
 end
 
 # Functions of their own, because a closure allocates if it captures variables that change.

@@ -1,10 +1,6 @@
 # The objects that the methods of a task read and change.
 
-"""
-    MJEnv.RowAction
-
-The action of a row: a vector of `Float64`. `narrow` is true if the caller passed `Float32`.
-"""
+"`MJEnv.RowAction`: the action of a row: a vector of `Float64`. `narrow` is true if the caller passed `Float32`."
 struct RowAction <: AbstractVector{Float64}
     values::ReadOnly{Float64,1}
     narrow::Bool
@@ -112,11 +108,8 @@ const SIM_ARRAYS = (
 )
 const SIM_SIZES = (:nq, :nv, :na, :nu, :nbody, :njnt, :ngeom, :nsite, :ntendon, :nsensordata)
 
-@inline Base.getproperty(sim::Sim, name::Symbol) = property(sim, Val(name))
 Base.propertynames(::Sim, ::Bool = false) =
     (SIM_SIZES..., :time, :timestep, :dt, :action, :carried, :contacts, keys(SIM_ARRAYS)...)
-
-@inline raw(sim::Sim) = getfield(sim, :raw)
 
 for name in SIM_SIZES
     @eval @inline property(sim::Sim, name::Val{$(QuoteNode(name))}) = Int(member(raw(sim), name))
@@ -143,9 +136,6 @@ end
     pointer == C_NULL && refuse_unneeded(name)
     return Contacts(ReadOnly{mjenv_contact,1}(pointer, (Int(member(raw(sim), Val(:contact_count))),)))
 end
-property(sim::Sim, ::Val{name}) where {name} =
-    throw(ArgumentError("sim has no $name; it has $(join(propertynames(sim), ", ")); MJEnv.array looks up others"))
-
 @noinline refuse_unneeded(::Val{name}) where {name} =
     throw(ArgumentError("$name is computed on demand: call MJEnv.need!(b, :$name) in build"))
 
@@ -208,7 +198,6 @@ function set_time!(start::Start, time::Real)
     return start
 end
 
-@inline Base.getproperty(start::Start, name::Symbol) = property(start, Val(name))
 Base.propertynames(::Start, ::Bool = false) = (:qpos0, :qpos, :qvel, :act, :carried, :sim)
 Base.show(io::IO, ::Start) = print(io, "MJEnv.Start")
 
@@ -223,10 +212,6 @@ end
     pointer == C_NULL && throw(ArgumentError("call MJEnv.current!(b) in build to see the simulation in reset"))
     return Sim(pointer, Int(member(raw(start), Val(:carry_count))))
 end
-property(start::Start, ::Val{name}) where {name} =
-    throw(ArgumentError("start has no $name; it has $(join(propertynames(start), ", "))"))
-
-@inline raw(start::Start) = getfield(start, :raw)
 @inline Base.getindex(start::Start, array::NamedArray) = element(member(raw(start), Val(:arrays)), array)
 @inline Base.getindex(start::Start, own::Own) = own_array(member(raw(start), Val(:own)), own)
 @inline Base.getindex(start::Start, live::Live) = numbers(member(raw(start), Val(:parameters)), live)
@@ -256,11 +241,7 @@ function Base.rand(rng::Rng, range::AbstractUnitRange{<:Integer})
     return task_integers(api(rng), rng.raw, first(range), Base.checked_add(Int64(last(range)), Int64(1)))
 end
 
-"""
-    MJEnv.uniform(rng, low, high)
-
-Draws a number in [low, high).
-"""
+"`MJEnv.uniform(rng, low, high)`: draws a number in [low, high)."
 uniform(rng::Rng, low::Real, high::Real) = task_uniform(api(rng), rng.raw, low, high)
 
 """
@@ -270,9 +251,7 @@ uniform(rng::Rng, low::Real, high::Real) = task_uniform(api(rng), rng.raw, low, 
 Draws an index in `1:count`, or in `1:length(p)` with the probabilities `p`, whose sum is 1. It is NumPy's `choice`,
 plus 1.
 """
-choice(rng::Rng, count::Integer) = Int(task_choice(api(rng), rng.raw, count, C_NULL)) + 1
-choice(rng::Rng, p::AbstractVector{<:Real}) =
-    Int(task_choice(api(rng), rng.raw, length(p), convert(Vector{Float64}, p))) + 1
+function choice end
 
 """
     MJEnv.sample(rng, count, size)
@@ -285,31 +264,26 @@ function sample(rng::Rng, count::Integer, size::Integer)
     return chosen .+= 1
 end
 
-"""
-    MJEnv.permutation(rng, count)
+"`MJEnv.permutation(rng, count)`: returns the indices `1:count` in random order: NumPy's `permutation(count)`, plus 1."
+function permutation end
 
-Returns the indices `1:count` in random order: NumPy's `permutation(count)`, plus 1.
-"""
-function permutation(rng::Rng, count::Integer)
-    count >= 0 || throw(ArgumentError("the count $count is negative"))
-    order = Vector{Int64}(undef, count)
-    task_permutation(api(rng), rng.raw, count, order)
-    return order .+= 1
+# NumPy's Generator and RandomState draw these alike.
+for (choice, permutation, prefix) in ((:choice, :permutation, :task_), (:state_choice, :state_permutation, :task_state_))
+    @eval $choice(rng::Rng, count::Integer) = Int($(Symbol(prefix, :choice))(api(rng), rng.raw, count, C_NULL)) + 1
+    @eval $choice(rng::Rng, p::AbstractVector{<:Real}) =
+        Int($(Symbol(prefix, :choice))(api(rng), rng.raw, length(p), convert(Vector{Float64}, p))) + 1
+    @eval function $permutation(rng::Rng, count::Integer)
+        count >= 0 || throw(ArgumentError("the count $count is negative"))
+        order = Vector{Int64}(undef, count)
+        $(Symbol(prefix, :permutation))(api(rng), rng.raw, count, order)
+        return order .+= 1
+    end
 end
 
 state_rand(rng::Rng) = task_state_rand(api(rng), rng.raw)
 state_uniform(rng::Rng, low::Real, high::Real) = task_state_uniform(api(rng), rng.raw, low, high)
 state_randn(rng::Rng) = task_state_randn(api(rng), rng.raw)
 state_randint(rng::Rng, low::Integer, high::Integer) = Int(task_state_randint(api(rng), rng.raw, low, high))
-state_choice(rng::Rng, count::Integer) = Int(task_state_choice(api(rng), rng.raw, count, C_NULL)) + 1
-state_choice(rng::Rng, p::AbstractVector{<:Real}) =
-    Int(task_state_choice(api(rng), rng.raw, length(p), convert(Vector{Float64}, p))) + 1
-function state_permutation(rng::Rng, count::Integer)
-    count >= 0 || throw(ArgumentError("the count $count is negative"))
-    order = Vector{Int64}(undef, count)
-    task_state_permutation(api(rng), rng.raw, count, order)
-    return order .+= 1
-end
 function state_shuffle!(rng::Rng, values::AbstractVector)
     values .= values[state_permutation(rng, length(values))]
     return values
@@ -350,11 +324,18 @@ struct Control
     nu::Int
 end
 
-@inline Base.getproperty(control::Control, name::Symbol) = property(control, Val(name))
+# Their properties are members of C's structs.
+@inline Base.getproperty(object::Union{Sim,Start,Control}, name::Symbol) = property(object, Val(name))
+@inline raw(object::Union{Sim,Start,Control}) = getfield(object, :raw)
+property(object::Union{Sim,Start,Control}, ::Val{name}) where {name} = throw(
+    ArgumentError(
+        "$(lowercase(string(nameof(typeof(object))))) has no $name; it has $(join(propertynames(object), ", "))" *
+        (object isa Sim ? "; MJEnv.array looks up others" : ""),
+    ),
+)
 Base.propertynames(::Control, ::Bool = false) = (:ctrl, :substep)
 @inline property(control::Control, name::Val{:ctrl}) =
-    Writable{Float64,1}(member(getfield(control, :raw), name), (getfield(control, :nu),))
-@inline property(control::Control, name::Val{:substep}) = Int(member(getfield(control, :raw), name)) + 1
-property(::Control, ::Val{name}) where {name} = throw(ArgumentError("control has no $name; it has ctrl and substep"))
+    Writable{Float64,1}(member(raw(control), name), (getfield(control, :nu),))
+@inline property(control::Control, name::Val{:substep}) = Int(member(raw(control), name)) + 1
 @inline Base.getindex(control::Control, own::Own) =
-    own_array(member(getfield(control, :raw), Val(:own)), own)
+    own_array(member(raw(control), Val(:own)), own)

@@ -35,13 +35,8 @@ Where an option turns one of them off, it does what the library does without it:
 One value of `T` serves all rows of an environment. So it must not change from step to step. Declare the numbers that a row
 remembers by [`MJEnv.keep!`](@ref); snapshots and `copy_row!` contain them.
 
-An exception makes the call of the row fail: an [`MJEnvError`](@ref) of status `MJENV_E_TASK` quotes its text. The row
-keeps its state, and the other rows are stepped. A method cannot step or change the environment that it runs for: such
-calls throw an `MJEnvError` of status `MJENV_E_BUSY`. It must not wait for another Julia task.
-
-The methods run on the thread that calls `reset!`, `step!` and so on, because Julia code cannot run on the library's
-threads. So `num_threads` must be 1, which is the default, and `recv!` steps the rows that `send!` has queued. To use
-several cores, step one environment on each of Julia's threads.
+docs/tasks/julia.md says what an exception in a method does, and on which thread the methods run: that of the caller. A
+method cannot step or change the environment that it runs for, and must not wait for another Julia task.
 """
 abstract type Task end
 
@@ -70,16 +65,10 @@ struct Setting
     live::Bool
 end
 
-function Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false)
-    of = object === nothing ? nothing : String(object)
-    return Setting(default, doc, low, high, [String(choice) for choice in choices], of, live)
-end
+Setting(default, doc = ""; low = -Inf, high = Inf, choices = (), object = nothing, live = false) =
+    Setting(default, doc, low, high, collect(String, choices), object === nothing ? nothing : String(object), live)
 
-"""
-    MJEnv.Typed
-
-A number with the type that it has in Python: see [`MJEnv.typed`](@ref).
-"""
+"`MJEnv.Typed`: a number with the type that it has in Python: see [`MJEnv.typed`](@ref)."
 struct Typed
     value::Float64
     dtype::mjenv_dtype
@@ -129,17 +118,10 @@ The id stays for the rest of the process. A package registers its tasks in its `
 malformed one and bad descriptions throw an [`MJEnvError`](@ref).
 """
 function register(
-    id::AbstractString,
-    ::Type{T};
-    model::AbstractString,
-    frame_skip::Integer = 1,
-    time_limit::Union{Nothing,Integer} = nothing,
-    reward_threshold::Union{Nothing,Real} = nothing,
-    camera::Union{Nothing,NamedTuple} = nothing,
-    options::NamedTuple = NamedTuple(),
-    docs::NamedTuple = NamedTuple(),
-    groups::NamedTuple = NamedTuple(),
-    revision::Integer = 0,
+    id::AbstractString, ::Type{T}; model::AbstractString, frame_skip::Integer = 1,
+    time_limit::Union{Nothing,Integer} = nothing, reward_threshold::Union{Nothing,Real} = nothing,
+    camera::Union{Nothing,NamedTuple} = nothing, options::NamedTuple = NamedTuple(), docs::NamedTuple = NamedTuple(),
+    groups::NamedTuple = NamedTuple(), revision::Integer = 0,
 ) where {T<:Task}
     isconcretetype(T) || throw(ArgumentError("$T is not a concrete type"))
     if ccall(:jl_generating_output, Cint, ()) != 0
@@ -152,9 +134,7 @@ function register(
     )
         hasmethod(method, arguments) || throw(ArgumentError("$id: the method MJEnv.$text is missing"))
     end
-    settings = Pair{Symbol,Setting}[
-        name => given isa Setting ? given : Setting(given) for (name, given) in pairs(options)
-    ]
+    settings = Pair{Symbol,Setting}[name => given isa Setting ? given : Setting(given) for (name, given) in pairs(options)]
     kept = Any[]
     described = Dict(name => String(doc) for (name, doc) in pairs(docs))
     grouped = Dict(term => group for (group, terms) in pairs(groups) for term in terms)
@@ -164,8 +144,7 @@ function register(
     listed = keep([raw_option(name, setting, keep, c_text) for (name, setting) in settings])
     is_text = '<' in model
     given_camera = camera === nothing ? mjenv_task_camera[] : keep([raw_camera(; camera...)])
-    called = callbacks(T)
-    registration.raw[] = mjenv_task(
+    registration.raw[] = mjenv_task(;
         revision = revision,
         id = c_text(id),
         model = is_text ? Cstring(C_NULL) : c_text(startswith(model, "./") ? abspath(model) : model),
@@ -178,21 +157,10 @@ function register(
         options = pointer(listed),
         option_count = length(listed),
         user = pointer_from_objref(registration),
-        build = called.build,
-        destroy = called.destroy,
-        reset = called.reset,
-        reset_info = called.reset_info,
-        carry = called.carry,
-        observe = called.observe,
-        step = called.step,
         caller_thread = 1,
-        before_step = called.before_step,
-        before_substep = called.before_substep,
-        compute_reward = called.compute_reward,
+        callbacks(T)...,
     )
-    in_libraries(REGISTRATIONS, registration) do library
-        register(library, registration)
-    end
+    in_libraries(library -> register(library, registration), REGISTRATIONS, registration)
     return nothing
 end
 
@@ -224,44 +192,27 @@ raw_camera(; trackbodyid = MJENV_BODY_UNSET, distance = NaN, lookat = (NaN, NaN,
 function raw_option(name, setting::Setting, keep, c_text)
     default = setting.default
     bounded = !(default isa Bool) && (setting.low, setting.high) != (-Inf, Inf)
-    description = (
+    numbers = default isa Tuple{Real,Vararg{Real}} ? keep(collect(Float64, default)) : nothing
+    is_text = default isa (setting.object === nothing ? Union{AbstractString,Symbol} : AbstractString)
+    kind = is_text && setting.object === nothing ? MJENV_KIND_STRING :
+           default isa Union{Integer,AbstractString} && setting.object !== nothing ? MJENV_KIND_STRING_OR_INT :
+           default isa Bool ? MJENV_KIND_FLAG : default isa Integer ? MJENV_KIND_INTEGER :
+           default isa Real || numbers !== nothing ? MJENV_KIND_REALS : nothing
+    kind === nothing && throw(
+        ArgumentError("option \"$name\": the default is a $(typeof(default)), not a Bool, a number, a tuple of numbers or a text"),
+    )
+    return mjenv_task_option(
+        kind = Int32(kind),
         name = c_text(name),
         doc = c_text(setting.doc),
+        value = default isa Real ? default : 0.0,
         low = bounded ? setting.low : 0.0,
         high = bounded ? setting.high : 0.0,
+        values = numbers === nothing ? C_NULL : pointer(numbers),
+        count = numbers === nothing ? 0 : length(numbers),
+        text = is_text ? c_text(default) : Cstring(C_NULL),
+        choices = kind == MJENV_KIND_STRING && !isempty(setting.choices) ? c_text(join(setting.choices, " ")) : Cstring(C_NULL),
         live = Int32(setting.live),
-    )
-    if setting.object !== nothing && default isa Integer
-        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_STRING_OR_INT), value = default)
-    elseif setting.object !== nothing && default isa AbstractString
-        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_STRING_OR_INT), text = c_text(default))
-    elseif default isa Bool
-        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_FLAG), value = default)
-    elseif default isa Integer
-        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_INTEGER), value = default)
-    elseif default isa Real
-        return mjenv_task_option(; description..., kind = Int32(MJENV_KIND_REALS), value = default)
-    elseif default isa Tuple{Real,Vararg{Real}}
-        values = keep(collect(Float64, default))
-        return mjenv_task_option(;
-            description...,
-            kind = Int32(MJENV_KIND_REALS),
-            values = pointer(values),
-            count = length(values),
-        )
-    elseif default isa Union{AbstractString,Symbol}
-        choices = isempty(setting.choices) ? Cstring(C_NULL) : c_text(join(setting.choices, " "))
-        return mjenv_task_option(;
-            description...,
-            kind = Int32(MJENV_KIND_STRING),
-            text = c_text(default),
-            choices = choices,
-        )
-    end
-    throw(
-        ArgumentError(
-            "option \"$name\": the default is a $(typeof(default)), not a Bool, a number, a tuple of numbers or a text",
-        ),
     )
 end
 
