@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -89,6 +90,14 @@ class Learner:
             rows.call(self._create, settings.encode(), handle)
         else:
             spaces = (space_of(rows, Role.OBSERVATION), space_of(rows, Role.ACTION))
+            # The library, which has no environment here, could not name the actuator.
+            for i, field in enumerate(rows.fields(Role.ACTION)):
+                low, high = spaces[1].low[i], spaces[1].high[i]
+                if not (math.isfinite(low) and math.isfinite(high)):
+                    raise errors.InvalidValueError(
+                        f"the bounds of action {i} ({field.name}) are {low:g} and {high:g}; a policy needs finite ones "
+                        "(ctrlrange in the model)"
+                    )
             self._library.check(
                 self._library.mjenv_learner_create_apart(
                     byref(spaces[0]),

@@ -134,3 +134,14 @@ def test_not_finite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         mjenv.train("Slide-v0", steps=400, settings=settings, out=tmp_path, callback=spoil)
     monkeypatch.setattr(Slide, "fault", "")
     assert mjenv.train("Slide-v0", steps=400, out=tmp_path, resume=True).steps == 400
+
+
+def test_a_motor_without_ctrlrange() -> None:
+    class Endless(Slide):
+        model = Slide.model.replace(
+            "motor joint='x' ctrlrange='-1 1' ctrllimited='true'", "motor name='pull' joint='x'"
+        )
+
+    mjenv.register("Endless-v0", Endless)
+    with pytest.raises(mjenv.InvalidValueError, match=r"the bounds of action 0 \(pull\) are -inf and inf"):
+        mjenv.train("Endless-v0", steps=1)
