@@ -44,7 +44,7 @@ extern "C" void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum
   X(mj_makeConstraint) X(mj_island) X(mj_projectConstraint) X(mj_transmission) X(mj_energyPos) X(mj_energyVel) \
   X(mju_mulMatVecSparse) X(mj_passive) X(mj_referenceConstraint) X(mj_fwdActuation) X(mj_fwdAcceleration) \
   X(mj_fwdConstraint) X(mj_Euler) X(mj_RungeKutta) X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) \
-  X(mjcb_passive) X(mjcb_control) X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) \
+  X(mj_addContact) X(mjcb_passive) X(mjcb_control) X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) \
   X(mjcb_act_bias)
 // clang-format on
 

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <csetjmp>
 #include <cstdarg>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -23,6 +25,7 @@ extern "C" {
 #include "engine/lanes/frame/lane_arrays.hpp"
 #include "engine/lanes/frame/stages.hpp"
 #include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco4/collider.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
 #include "engine/model.hpp"
 #include "engine/work.hpp"
@@ -127,6 +130,37 @@ class Twins : public lanes::LaneArrays {
     code.adopt(lanes_);
   }
 
+  // Says whether lanes find other contacts than MuJoCo where geoms lie at random, some of them parallel.
+  bool finds_other_contacts(Noise& noise) {
+    for (const auto& work : works_) {
+      set_random(m_, *work, noise);
+      mjData& d = *work->data();
+      for (int i = 0; i < m_.ngeom; ++i) {
+        const double a = noise.below(3) ? 3 * noise() : 1, b = noise.below(3) ? 3 * noise() : 1;
+        const double axis[] = {std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)};
+        for (int k = 0; k < 3; ++k) {
+          d.geom_xpos[3 * i + k] = noise.below(20) ? 0.5 * noise() : 0;
+          d.geom_xmat[9 * i + 3 * k + 2] = axis[k];
+        }
+      }
+      mj_collision(&m_, &d);
+    }
+    gather(lanes::kPlaces);
+    lanes::Collider collider(m_, code_);
+    if (!collider.find(lanes_, (1U << works_.size()) - 1)) return true;
+    for (std::size_t row = 0; row < works_.size(); ++row) {
+      mjData& d = *works_[row]->data();
+      const std::vector<mjContact> wanted(d.contact, d.contact + d.ncon);
+      contacts_ += d.ncon;
+      collider.write(static_cast<int>(row), m_, d);
+      if (static_cast<std::size_t>(d.ncon) != wanted.size()) return true;
+      for (std::size_t i = 0; i < wanted.size(); ++i)  // padding follows the last member
+        if (std::memcmp(&d.contact[i], &wanted[i], offsetof(mjContact, efc_address) + sizeof(int)) != 0) return true;
+    }
+    return false;
+  }
+  int contacts() const { return contacts_; }
+
   // Says which array a stage computes in another way than MuJoCo, "" if none.
   std::string compare(Noise& noise) {
     for (const auto& work : works_) set_random(m_, *work, noise);
@@ -154,6 +188,7 @@ class Twins : public lanes::LaneArrays {
   lanes::Memory<lanes::Lanes> memory_;
   std::vector<std::unique_ptr<Work>> works_;
   std::unique_ptr<lanes::Solver> solver_;
+  int contacts_ = 0;
   std::uint32_t solved_ = 0, unsolved_ = 0;  // the rows whose constraints lanes have solved, and those that they leave
   std::vector<double> forces_;               // what lanes have written to the rows that they have solved
 
@@ -250,6 +285,19 @@ void test_stages(void** /*state*/) {
   assert_true(solved > 9 * unsolved);
 }
 
+void test_contacts(void** /*state*/) {
+  for (const char* name : {"ant.xml", "hopper.xml", "humanoid.xml"})
+    for (const int width : lanes::widths()) {
+      const auto model = Model::open(name);
+      assert_string_equal(lanes::Collider::obstacle(*model).c_str(), "");
+      Noise noise;
+      Twins twins(model, *lanes::code_of(width));
+      for (int round = 0; round < 100; ++round)
+        if (twins.finds_other_contacts(noise)) fail_msg("%s, %d lanes", name, width);
+      assert_true(twins.contacts() > 100);
+    }
+}
+
 // The name of an array in which two work spaces differ, "" if there is none
 std::string difference(Work& found, Work& wanted) {
   for (Work* work : {&found, &wanted}) work->complete();
@@ -311,6 +359,7 @@ void test_steps(void** /*state*/) {
 
 int run_twins() {
   using namespace mjenv::core;
-  const CMUnitTest tests[] = {cmocka_unit_test(test_stages), cmocka_unit_test(test_steps)};
+  const CMUnitTest tests[] = {cmocka_unit_test(test_stages), cmocka_unit_test(test_contacts),
+                              cmocka_unit_test(test_steps)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -8,22 +8,6 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mju_makeFrame. Returns the lanes in which MuJoCo's function would fail.
-inline Mask makeFrame(V* frame) {
-  V* const y = frame + 3;
-  const Mask fails = normalize3(frame) < splat(0.5);
-  const Mask is_undefined = sqrt(dot3(y, y)) < splat(0.5);
-  const Mask is_free = (frame[1] < splat(0.5)) & (frame[1] > splat(-0.5));
-  y[0] = is_undefined ? V{} : y[0];
-  y[1] = is_undefined ? (is_free ? splat(1) : V{}) : y[1];
-  y[2] = is_undefined ? (is_free ? V{} : splat(1)) : y[2];
-  const V scale = dot3(frame, y);
-  for (int k = 0; k < 3; ++k) y[k] -= frame[k] * scale;
-  normalize3(y);
-  cross(frame + 6, frame, y);
-  return fails;
-}
-
 // ---- engine_collision_driver.c ----
 
 // The lanes, as bits, in which MuJoCo's search may miss a contact of the pair.
@@ -76,7 +60,7 @@ bool collision(const Lanes& d, Contacts& c) {
         PlaneBox(found, margin, g1, g2);
         count = 4;
         break;
-      case Shapes::sphere_sphere: SphereSphere(found[0], margin, g1, g1.pos, g2, g2.pos); break;
+      case Shapes::sphere_sphere: SphereSphere<false>(found[0], margin, g1, g1.pos, g2, g2.pos); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
       case Shapes::sphere_box: SphereBox(found[0], margin, g1, g2); break;
       case Shapes::capsule_capsule: count = CapsuleCapsule(found, margin, g1, g2); break;

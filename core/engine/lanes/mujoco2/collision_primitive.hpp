@@ -2,6 +2,7 @@
 // have MuJoCo's bits for the reasons that smooth.hpp gives.
 #pragma once
 
+#include "engine/lanes/frame/collision_primitive.hpp"
 #include "engine/lanes/mujoco2/smooth.hpp"
 
 namespace mjenv::core::lanes {
@@ -10,71 +11,6 @@ namespace {
 // ---- engine_collision_primitive.c ----
 
 constexpr int kMostFound = 4;  // the most contacts of a pair
-
-// A contact in the lanes of a mask.
-struct Contact {
-  V dist, pos[3], frame[9];
-  Mask is_there;
-};
-
-struct Geom {
-  const V *pos, *mat, *size;
-
-  // The z-axis
-  template <typename Scale>
-  void axis(V* res, Scale scale) const {
-    for (int k = 0; k < 3; ++k) res[k] = mat[3 * k + 2] * scale;
-  }
-};
-
-// _PlaneSphere. pos, radius: the sphere's.
-inline void PlaneSphere(Contact& con, V margin, const Geom& plane, const V* pos, V radius) {
-  V tmp[3];
-  plane.axis(con.frame, 1);
-  for (int k = 0; k < 3; ++k) tmp[k] = pos[k] - plane.pos[k];
-  const V cdist = dot3(tmp, con.frame);
-  con.is_there = ~(cdist > margin + radius);
-  con.dist = cdist - radius;
-  const V scale = -con.dist * 0.5 - radius;
-  for (int k = 0; k < 3; ++k) con.pos[k] = pos[k] + con.frame[k] * scale;
-  zero(con.frame + 3, 3);
-}
-
-// mjc_PlaneCapsule
-inline void PlaneCapsule(Contact* con, V margin, const Geom& plane, const Geom& capsule) {
-  V pos[3], axis[3];
-  capsule.axis(axis, 1);
-  for (int end = 0; end < 2; ++end) {
-    for (int k = 0; k < 3; ++k) {
-      const V segment = axis[k] * capsule.size[1];
-      pos[k] = end == 0 ? capsule.pos[k] + segment : capsule.pos[k] - segment;
-    }
-    PlaneSphere(con[end], margin, plane, pos, capsule.size[0]);
-    copy(con[end].frame + 3, axis, 3);
-  }
-}
-
-// _SphereSphere. pos1, pos2: the spheres' positions.
-inline void SphereSphere(Contact& con, V margin, const Geom& g1, const V* pos1, const Geom& g2, const V* pos2) {
-  V dif[3];
-  for (int k = 0; k < 3; ++k) dif[k] = pos1[k] - pos2[k];
-  const V cdist = sqrt(dot3(dif, dif));
-  con.is_there = ~(cdist > margin + g1.size[0] + g2.size[0]);
-  con.dist = cdist - g1.size[0] - g2.size[0];
-  for (int k = 0; k < 3; ++k) con.frame[k] = pos2[k] - pos1[k];
-  const Mask is_same = normalize3(con.frame) < splat(mjMINVAL);
-  if (__builtin_expect(any(is_same), 0)) {
-    V axis1[3], axis2[3], normal[3];
-    g1.axis(axis1, 1);
-    g2.axis(axis2, 1);
-    cross(normal, axis1, axis2);
-    normalize3(normal);
-    for (int k = 0; k < 3; ++k) con.frame[k] = is_same ? normal[k] : con.frame[k];
-  }
-  const V scale = g1.size[0] + con.dist * 0.5;
-  for (int k = 0; k < 3; ++k) con.pos[k] = con.frame[k] * scale + pos1[k];
-  zero(con.frame + 3, 3);
-}
 
 inline V clip_to_segment(V x) { return x > splat(1) ? splat(1) : (x < splat(-1) ? splat(-1) : x); }
 
@@ -85,7 +21,7 @@ inline void SphereCapsule(Contact& con, V margin, const Geom& sphere, const Geom
   for (int k = 0; k < 3; ++k) vec[k] = sphere.pos[k] - capsule.pos[k];
   const V x = clip_to_segment(dot3(axis, vec) / dot3(axis, axis));
   for (int k = 0; k < 3; ++k) vec[k] = axis[k] * x + capsule.pos[k];
-  SphereSphere(con, margin, sphere, sphere.pos, capsule, vec);
+  SphereSphere<false>(con, margin, sphere, sphere.pos, capsule, vec);
 }
 
 // mjc_CapsuleCapsule. Returns how many contacts of `con` it has set: one if the axes are parallel in no lane. For
@@ -112,7 +48,7 @@ inline int CapsuleCapsule(Contact* con, V margin, const Geom& g1, const Geom& g2
       vec1[k] = axis1[k] * along1 + g1.pos[k];
       vec2[k] = axis2[k] * along2 + g2.pos[k];
     }
-    SphereSphere(contact, margin, g1, vec1, g2, vec2);
+    SphereSphere<false>(contact, margin, g1, vec1, g2, vec2);
   };
   touch(con[0], x1, x2);
   const Mask is_parallel = ~(abs(det) >= splat(mjMINVAL));

@@ -15,7 +15,7 @@ enum Party : unsigned {
   kPlaces = 1 << 6,         // mj_kinematics and mj_comPos
   kInertia = 1 << 7,        // mj_makeM and mj_factorM
   kVelocities = 1 << 8,     // mj_comVel and mj_rne
-  kMiddle = 1 << 9,         // from mj_camlight to mj_energyVel, without the next two
+  kMiddle = 1 << 9,         // mj_camlight and mj_tendon
   kAcceleration = 1 << 10,  // mj_fwdAcceleration
   kConstraints = 1 << 11,   // mj_fwdConstraint
   kIntegration = 1 << 12,   // the integrator
@@ -23,8 +23,9 @@ enum Party : unsigned {
   kSolved = 1 << 14,        // whoever reads mjData after an evaluation, such as sensors
   kActuation = 1 << 15,     // mj_transmission and mj_fwdActuation, which come after kMiddle and read what it reads, too
   kPassive = 1 << 16,       // mj_passive, which does the same
+  kContacts = 1 << 17,      // mj_collision and mj_makeConstraint, which do the same
 };
-constexpr int kParties = 17;
+constexpr int kParties = 18;
 
 // ARRAY(name in mjData, its count in a model m, who writes it there beside lanes, who reads it there)
 #define MJENV_LANES_DATA(ARRAY)                                                     \

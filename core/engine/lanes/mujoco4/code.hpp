@@ -1,6 +1,7 @@
 // All functions of lanes for MuJoCo 4.0.
 #pragma once
 
+#include "engine/lanes/mujoco4/collision.hpp"
 #include "engine/lanes/mujoco4/forces.hpp"
 #include "engine/lanes/mujoco4/smooth.hpp"
 #include "engine/lanes/mujoco4/solver_newton.hpp"

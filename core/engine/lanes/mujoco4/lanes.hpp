@@ -44,6 +44,19 @@ struct DualRow {
   double previous[kMost], momentum[kMost];       // the forces before and after an extrapolation
 };
 
+// The contacts of several rows, in the order in which MuJoCo finds them.
+struct Contacts {
+  static constexpr int kCapacity = 64;
+  unsigned rows;  // the lanes, as bits, that take part
+  int count;
+  struct {
+    int pair;       // in mjModel's list
+    unsigned rows;  // the lanes, as bits, that have the contact
+  } list[kCapacity];
+  // For each contact, in the layout of Lanes: dist, pos [3] and frame [9].
+  alignas(64) double dist[kCapacity * kMaxWidth], pos[3 * kCapacity * kMaxWidth], frame[9 * kCapacity * kMaxWidth];
+};
+
 // Lists the functions of an instruction set: result, name and parameters. Those that repeat a function of MuJoCo 4.0
 // are named after it.
 #define MJENV_LANES_FUNCTIONS(FUNCTION)                                                                     \
@@ -55,6 +68,8 @@ struct DualRow {
   FUNCTION(void, factorM, (Lanes&))                                                                         \
   FUNCTION(void, comVel, (Lanes&))                                                                          \
   FUNCTION(void, rne, (Lanes&))                                                                             \
+  /* Returns false if a row meets a case that is left to MuJoCo's function. */                              \
+  FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                      \
   FUNCTION(void, fwdActuation, (Lanes&))                                                                    \
   FUNCTION(void, passive, (Lanes&))                                                                         \
   FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \

@@ -6,6 +6,7 @@
 
 #include "engine/lanes/frame/lane_arrays.hpp"
 #include "engine/lanes/frame/stepper.hpp"
+#include "engine/lanes/mujoco4/collider.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
 
 namespace mjenv::core::lanes {
@@ -81,16 +82,20 @@ void compute_velocities(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_rne(&work.stepped(), &d, 0, d.qfrc_bias);
 }
 
-// What mj_forward computes between the velocities and the accelerations, in its order.
-void compute_middle(Work& work, const mjModel& /*m*/, mjData& d) {
+void compute_tendons(Work& work, const mjModel& /*m*/, mjData& d) {
   const mjModel& m = work.stepped();
   d.flg_subtreevel = false;
   mj_camlight(&m, &d);
   mj_tendon(&m, &d);
-  mj_collision(&m, &d);
-  mj_makeConstraint(&m, &d);
   mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.ten_J_rownnz, m.ten_J_rowadr, m.ten_J_colind,
                       nullptr);
+}
+
+std::string other_solvers(const Model& model) { return Solver::unsupported_feature(*model.get()); }
+
+void compute_contacts(Work& work, const mjModel& /*m*/, mjData& d) {
+  mj_collision(&work.stepped(), &d);
+  mj_makeConstraint(&work.stepped(), &d);
 }
 
 bool has_actuators(const Model& model) { return model.get()->nactuator > 0; }
@@ -142,6 +147,13 @@ std::string passive(const Model& model) {
 
 void compute_passive(Work& work, const mjModel& /*m*/, mjData& d) { mj_passive(&work.stepped(), &d); }
 
+std::string contacts(const Model& model) {
+  if (!actuation(model).empty() || !passive(model).empty())
+    return "actuators or passive forces are computed row by row";
+  if (!other_solvers(model).empty()) return "the solver is computed row by row";
+  return Collider::obstacle(model);
+}
+
 void compute_acceleration(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdAcceleration(&work.stepped(), &d); }
 
 void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) {
@@ -150,8 +162,6 @@ void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_referenceConstraint(&work.stepped(), &d);
   mj_fwdConstraint(&work.stepped(), &d);
 }
-
-std::string other_solvers(const Model& model) { return Solver::unsupported_feature(*model.get()); }
 
 std::string activations(const Model& model) { return text_if(model.get()->na > 0, "states of actuators"); }
 
@@ -219,7 +229,18 @@ const std::vector<Stage>& stages() {
        never,
        compute_velocities,
        kVelocities},
-      {"tendons, contacts, constraints", "", "all", {}, always, unwritten, never, compute_middle, kMiddle},
+      {"tendons", "", "all", {}, always, unwritten, never, compute_tendons, kMiddle},
+      {"contacts, constraints",
+       "contacts of planes, spheres and capsules, except in the last evaluation of a step",
+       "constraints; all contacts in models with other shapes, if lanes cannot list the pairs of geoms, or if "
+       "actuators, "
+       "passive forces or the solver are computed row by row",
+       {MJENV_FUNCTION(collision)},
+       always,
+       contacts,
+       never,
+       compute_contacts,
+       kContacts},
       {"actuators",
        "on slides and hinges, with constant or affine gains and biases",
        "all, if an actuator is another one or has states",

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "engine/lanes/frame/lane_stepper.hpp"
+#include "engine/lanes/mujoco4/collider.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
 #include "engine/mujoco.hpp"
 
@@ -13,23 +14,32 @@ bool has_negative_zero(const double* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
 }
 
+const Stage& stage_of(Party party) {
+  return *std::find_if(stages().begin(), stages().end(), [&](const Stage& stage) { return stage.party == party; });
+}
+
 class MujocoStepper final : public LaneStepper {
  public:
   MujocoStepper(const Model& model, const Code& code)
       : LaneStepper(model, code),
         is_by_rows_(m_.na > 0),
         is_RungeKutta_(m_.opt.integrator == mjINT_RK4),
-        solver_(Solver::make(code, m_)) {}
+        solver_(Solver::make(code, m_)),
+        contacts_(stage_of(kContacts)),
+        collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(m_, code) : nullptr) {}
 
  private:
   const bool is_by_rows_, is_RungeKutta_;  // how a step is integrated
   const std::unique_ptr<Solver> solver_;   // null: the stages' table has its twin
+  const Stage& contacts_;
+  const std::unique_ptr<Collider> collider_;  // null: the stages' table has its twin
 
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
   void advance(bool is_last) override;
   Left finish() override;
   void evaluate(bool is_read);
+  void collide(bool is_read);
   void solve(bool is_read);
   void show();
   void sense(bool is_last);
@@ -85,9 +95,22 @@ void MujocoStepper::evaluate(bool is_read) {
   compute();
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
+  if (collider_) collide(is_read);
   if (solver_) solve(is_read);
   if (is_read) show();
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
+}
+
+// Lanes find the contacts, if they can and nobody reads them: MuJoCo's own search also marks the boxes that it tests.
+void MujocoStepper::collide(bool is_read) {
+  bool finds = !is_read;
+  for (int row = 0; row < count_ && finds; ++row) finds = collider_->follows(works_[row]->stepped());
+  finds = finds && collider_->find(lanes_, live());
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    if (!finds) return contacts_.compute(*works_[row], m, d);
+    collider_->write(row, works_[row]->stepped(), d);
+    mj_makeConstraint(&works_[row]->stepped(), &d);
+  });
 }
 
 // Lanes solve the constraints that MuJoCo has made, if they can. MuJoCo solves the others.
@@ -106,10 +129,9 @@ void MujocoStepper::solve(bool is_read) {
   if (is_by_rows_ || others != 0) scatter(kSolved, ~others);
   if (others == 0) return;
   scatter(kConstraints, others);
-  const auto stage = std::find_if(stages().begin(), stages().end(),
-                                  [](const Stage& candidate) { return candidate.party == kConstraints; });
+  const Stage& stage = stage_of(kConstraints);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    if (others >> row & 1) stage->compute(*works_[row], m, d);
+    if (others >> row & 1) stage.compute(*works_[row], m, d);
   });
   gather(kConstraints);
 }

@@ -1,0 +1,62 @@
+#include "engine/lanes/mujoco4/collider.hpp"
+
+#include <algorithm>
+
+#include "engine/mujoco.hpp"
+
+namespace mjenv::core::lanes {
+
+std::string Collider::obstacle(const Model& model) {
+  if (!model.pairs()) return "the search for pairs of geoms";
+  const mjModel& m = *model.stepped();
+  if (m.opt.disableflags & (mjDSBL_CONTACT | mjDSBL_CONSTRAINT)) return "disabled contacts";
+  for (int i = 0; i < m.npair; ++i) {
+    const int type1 = m.geom_type[m.pair_geom1[i]], type2 = m.geom_type[m.pair_geom2[i]];
+    const bool is_round = type2 == mjGEOM_SPHERE || type2 == mjGEOM_CAPSULE;
+    if (!is_round || (type1 != mjGEOM_PLANE && type1 != mjGEOM_SPHERE && type1 != mjGEOM_CAPSULE))
+      return "shapes other than planes, spheres and capsules";
+  }
+  return "";
+}
+
+Collider::Collider(const mjModel& model, const Code& code) : m_(model), code_(code), without_contacts_(model) {
+  without_contacts_.opt.disableflags |= mjDSBL_CONTACT;
+}
+
+bool Collider::follows(const mjModel& row) const {
+  return row.npair == m_.npair && row.geom_size == m_.geom_size && row.geom_rbound == m_.geom_rbound &&
+         row.geom_margin == m_.geom_margin && row.geom_gap == m_.geom_gap;
+}
+
+bool Collider::find(const Lanes& lanes, std::uint32_t rows) {
+  contacts_.rows = rows;
+  return code_.collision(lanes, contacts_);
+}
+
+void Collider::write(int row, const mjModel& m, mjData& d) const {
+  mj_collision(&without_contacts_, &d);  // clears the contacts and constraints
+  for (int n = 0; n < contacts_.count; ++n) {
+    if (!(contacts_.list[n].rows >> row & 1)) continue;
+    const int pair = contacts_.list[n].pair;
+    const auto copy = [&](mjtNum* to, const double* from, int count) {
+      for (int i = 0; i < count; ++i) to[i] = from[(n * count + i) * code_.width + row];
+    };
+    mjContact con{};
+    copy(&con.dist, contacts_.dist, 1);
+    copy(con.pos, contacts_.pos, 3);
+    copy(con.frame, contacts_.frame, 9);
+    con.dim = m.pair_dim[pair];
+    con.includemargin = m.pair_margin[pair];
+    con.exclude = con.dist >= con.includemargin;
+    std::copy_n(m.pair_solref + mjNREF * pair, mjNREF, con.solref);
+    std::copy_n(m.pair_solimp + mjNIMP * pair, mjNIMP, con.solimp);
+    for (int i = 0; i < 5; ++i) con.friction[i] = std::max<mjtNum>(mjMINMU, m.pair_friction[5 * pair + i]);
+    con.geom1 = con.geom[0] = m.pair_geom1[pair];
+    con.geom2 = con.geom[1] = m.pair_geom2[pair];
+    for (int i = 0; i < 2; ++i) con.flex[i] = con.elem[i] = con.vert[i] = -1;
+    con.efc_address = -1;
+    if (mj_addContact(&m, &d, &con)) return;
+  }
+}
+
+}  // namespace mjenv::core::lanes
