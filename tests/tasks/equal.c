@@ -2,7 +2,7 @@
 #include "mjenv/task.h"
 #include "support.h"
 
-enum { ROWS = 64, STEPS = 1000, SOIL = 0x5a };
+enum { ROWS = 16, STEPS = 1000, SOIL = 0x5a };
 
 struct repeated {
   const char *plugin, *own, *built_in;
