@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/own_arrays.hpp"
@@ -38,17 +39,18 @@ struct Scratch {
     const std::vector<std::string>& names = holder.task().needs.own;
     drawn.reserve(arrays.block_bytes());
     block.resize(arrays.block_bytes());
-    task_arrays.clear();
-    task_arrays.reserve(names.size());
+    std::vector<TaskArray> found;  // so that the arrays of the last call stay if memory runs out
+    found.reserve(names.size());
     for (std::vector<double*>* each : {&of_step, &of_control, &of_reset}) each->assign(names.size(), nullptr);
     for (std::size_t i = 0; i < names.size(); ++i) {
       const OwnArray* array = arrays.find(names[i]);
       if (!array) continue;  // not yet added to the rows' arrays
       const std::vector<double> zeros(array->original.count());
-      task_arrays.push_back({array, is_applied_force(names[i]), zeros, zeros});
-      of_step[i] = task_arrays.back().values.data();
-      (task_arrays.back().is_force ? of_control : of_reset)[i] = of_step[i];
+      found.push_back({array, is_applied_force(names[i]), zeros, zeros});
+      of_step[i] = found.back().values.data();
+      (found.back().is_force ? of_control : of_reset)[i] = of_step[i];
     }
+    task_arrays = std::move(found);
     arrays.fill(0, block.data());
     holder.use(block.data());
     is_prepared_ = true;
