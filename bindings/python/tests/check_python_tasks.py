@@ -715,8 +715,8 @@ SIZES = r"""
 #define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
 int main(void) {
   SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, group); SHOW(mjenv_task_camera, elevation);
-  SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, qvel); SHOW(mjenv_control, own);
-  SHOW(mjenv_task_api, state_permutation); SHOW(mjenv_builder, task); SHOW(mjenv_task, compute_reward);
+  SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, qvel); SHOW(mjenv_control, qvel);
+  SHOW(mjenv_task_api, control_forward); SHOW(mjenv_builder, task); SHOW(mjenv_task, compute_reward);
 }
 """
 

@@ -175,10 +175,6 @@ std::string absence() {
              : "lanes follow MuJoCo 4.0.0 and 4.0.1, and its library is " + version;
 }
 
-std::string why_not_by_default() {
-  return "on MuJoCo 4.0, \"auto\" means no lanes: they do not compute most of a step yet";
-}
-
 const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{
       {"no joints", "nothing moves", no_joints},

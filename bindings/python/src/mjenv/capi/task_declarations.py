@@ -110,7 +110,7 @@ class mjenv_control(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
         ("substep", c_int32),
-        *((name, c_void_p) for name in ("ctrl", "carried", "random", "own")),
+        *((name, c_void_p) for name in ("ctrl", "carried", "random", "own", "qvel")),
     )
 
 
@@ -155,6 +155,7 @@ class mjenv_task_api(Structure):
         ("state_is_new", CFUNCTYPE(c_int32, c_void_p)),
         ("action", CFUNCTYPE(None, c_void_p, c_int64, POINTER(c_double), POINTER(c_double))),
         ("state_permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
+        ("control_forward", CFUNCTYPE(c_int32, c_void_p)),
     )
 
 
