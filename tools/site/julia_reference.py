@@ -20,7 +20,10 @@ def page() -> str:
 
 
 def _texts(source: str) -> list[str]:
-    return re.findall(r'^"""\n(.*?)^"""$', source, re.MULTILINE | re.DOTALL)
+    """The texts, of which those of one line begin with their signature: "`ids()`: returns ..."."""
+    short = re.sub(r'^"(`[^"\n]*)"$', lambda line: '"""\n' + line[1] + '\n"""', source, flags=re.MULTILINE)
+    texts = re.findall(r'^"""\n(.*?)^"""$', short, re.MULTILINE | re.DOTALL)
+    return [re.sub(r"\A`(.*?)`: (.)", lambda found: f"    {found[1]}\n\n{found[2].upper()}", text) for text in texts]
 
 
 def _name(text: str) -> str:
