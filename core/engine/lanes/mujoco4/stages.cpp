@@ -35,6 +35,7 @@ std::string integrators(const Model& model) {
 
 std::string flexes(const Model& model) { return text_if(model.get()->nflex > 0, "flexes"); }
 std::string mocap(const Model& model) { return text_if(model.get()->nmocap > 0, "mocap bodies"); }
+std::string plastic(const Model& model) { return text_if(model.get()->nplastic > 0, "plastic joints or tendons"); }
 std::string histories(const Model& model) { return text_if(model.get()->nhistory > 0, "delays or histories"); }
 
 std::string inertia(const Model& model) {
@@ -175,6 +176,10 @@ std::string absence() {
              : "lanes follow MuJoCo 4.0.0 and 4.0.1, and its library is " + version;
 }
 
+std::string why_not_by_default() {
+  return "on MuJoCo 4.0, \"auto\" means no lanes: they do not compute all features of models yet";
+}
+
 const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{
       {"no joints", "nothing moves", no_joints},
@@ -182,6 +187,7 @@ const std::vector<Obstacle>& obstacles() {
       {"integrators other than Euler and RK4", "not written yet", integrators},
       {"flexes", "not written yet", flexes},
       {"mocap bodies", "not written yet", mocap},
+      {"plastic joints and tendons", "not written yet", plastic},
       {"delays and histories of actuators and sensors", "their samples lie in mjData", histories},
       {"actuators or tendons with inertia or damping", "not written yet", inertia},
       {"damping that is not linear", "not written yet", damping},
