@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Plays every model of models.py in its own process and folder and reports those that go wrong.
 
-Usage: tests/hostile/run PLAYER [--mujoco 2|2-few|4|4-few] [--own] [--seconds S] [--unbounded] [WORD...]
+Usage: tests/hostile/run PLAYER [--mujoco 2|4|4-few] [--own] [--seconds S] [--unbounded] [WORD...]
   PLAYER       the program built from play.c
   --mujoco     the version of the player's MuJoCo: which cases are played (default 2)
   --own        as files of the user's own, which may take all time and memory, but may not crash
@@ -145,7 +145,7 @@ def complaint(case: models.Case, code: int, said: str, printed: str, wrote: bool
 def main() -> int:
     parser = argparse.ArgumentParser(usage=__doc__)
     parser.add_argument("player", type=os.path.abspath)
-    parser.add_argument("--mujoco", choices=("2", "2-few", "4", "4-few"), default="2")
+    parser.add_argument("--mujoco", choices=("2", "4", "4-few"), default="2")
     parser.add_argument("--own", action="store_true")
     parser.add_argument("--seconds", type=int, default=10)
     parser.add_argument("--unbounded", action="store_true")
