@@ -20,6 +20,16 @@ file(GLOB MJENV_EXTRAS_PYTHON CONFIGURE_DEPENDS extras/*/python)
 list(FILTER MJENV_EXTRAS_PYTHON INCLUDE REGEX "${MJENV_EXTRAS_CHOSEN}")
 set_property(GLOBAL PROPERTY MJENV_BESIDE_PYTHON ${MJENV_EXTRAS_PYTHON})
 
+# mjenv_add_plugin(NAME FOLDER SOURCE...): the plug-in libmjenv-NAME.so beside the library, of tasks with headers in FOLDER
+function(mjenv_add_plugin name folder)
+  mjenv_add_tasks(mjenv_${name} ${ARGN})
+  set_target_properties(mjenv_${name} PROPERTIES OUTPUT_NAME mjenv-${name})
+  mjenv_use_math(mjenv_${name})
+  target_include_directories(mjenv_${name} PRIVATE ${folder})
+  target_compile_options(mjenv_${name} PRIVATE -Wall -Wextra -Wpedantic -Wshadow $<$<BOOL:${MJENV_WERROR}>:-Werror>)
+  mjenv_install_beside(mjenv_${name})
+endfunction()
+
 # mjenv_install_beside(TARGET [HEADERS FOLDER]): packages have this library in the folder of libmjenv, and these headers beside
 # mjenv's. A library that programs link is the component of the CMake package with the target's name without mjenv_.
 function(mjenv_install_beside target)
