@@ -235,8 +235,7 @@ const std::vector<Stage>& stages() {
       {"contacts, constraints",
        "contacts of planes, spheres and capsules, except in the last evaluation of a step",
        "constraints; all contacts in models with other shapes, if lanes cannot list the pairs of geoms, or if "
-       "actuators, "
-       "passive forces or the solver are computed row by row",
+       "actuators, passive forces or the solver are computed row by row",
        {MJENV_FUNCTION(collision)},
        always,
        contacts,
@@ -255,8 +254,7 @@ const std::vector<Stage>& stages() {
       {"passive forces",
        "linear springs of slides and hinges, dampers; the fluid model of boxes",
        "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, "
-       "compensation of "
-       "gravity or adhesion",
+       "compensation of gravity or adhesion",
        {MJENV_COMPUTE(passive)},
        always,
        passive,
@@ -275,9 +273,7 @@ const std::vector<Stage>& stages() {
       {"solver",
        "Newton and PGS, for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
        "CG and noslip, elliptic cones, sparse Jacobians, islands that are disabled; rows with equalities or friction, "
-       "or with islands whose dofs "
-       "do "
-       "not follow each other (PGS: with several islands)",
+       "or with islands whose dofs do not follow each other (PGS: with several islands)",
        {MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solPGS)},
        always,
        other_solvers,
