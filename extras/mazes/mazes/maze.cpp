@@ -6,6 +6,7 @@ namespace mazes {
 namespace {
 
 constexpr double kReach = 0.45;      // m: how near to a goal reaches it
+constexpr int kMostCells = 10000;    // of a map
 constexpr int kMostDraws = 1000000;  // after which a reset gives up; Gymnasium-Robotics draws for ever
 
 // Numbers as an attribute of MJCF.
@@ -36,8 +37,8 @@ Map map_of(const std::string& rows) {
       throw std::invalid_argument("the maze has rows of different lengths, or cells other than # . r g c");
     free += static_cast<std::size_t>(std::count_if(row.begin(), row.end(), [](char cell) { return cell != '#'; }));
   }
-  if (free < 2 || rows.size() > 10000)
-    throw std::invalid_argument("the maze has less than 2 free cells, or 10000 cells");
+  if (free < 2 || rows.size() > kMostCells)
+    throw std::invalid_argument("the maze has less than 2 free cells, or more than 10000 in all");
   return map;
 }
 
@@ -113,9 +114,10 @@ Quest::Quest(Robot& r, const Maze& maze, bool is_dense)
       moves_goal_(r.flag("reset_target", false, "a goal that is reached moves to another cell, if the task continues")),
       noise_(
           r.real("position_noise_range", 0.25, "how far starts and goals lie from the middle of a cell, in cells", 0)),
-      goal_cell_(r.live("goal_cell", {-1, -1}, "row and column of the cell with the goal; -1: it is drawn", -1)),
-      reset_cell_(
-          r.live("reset_cell", {-1, -1}, "row and column of the cell where episodes begin; -1: it is drawn", -1)),
+      goal_cell_(
+          r.live("goal_cell", {-1, -1}, "row and column of the cell with the goal; -1: it is drawn", -1, kMostCells)),
+      reset_cell_(r.live("reset_cell", {-1, -1}, "row and column of the cell where episodes begin; -1: it is drawn", -1,
+                         kMostCells)),
       site_pos_(r.own("site_pos")),
       target_(3 * r.site("target")),
       goal_(r.carry(2)),

@@ -90,7 +90,6 @@ def test_options(id: str, options: dict[str, Any]) -> None:
     ours, theirs = pair(id, **options)
     reached = [play(ours, theirs, seed, 300) for seed in range(3)]
     assert max(reached) > 0
-    assert reached != [0, 0, 0]
 
 
 @pytest.mark.parametrize("id", ["AntMaze_UMaze-v4", "AntMaze_UMaze-v5"])
@@ -117,6 +116,9 @@ def test_cells_that_are_walls() -> None:
     with gymnasium.make("mazes/PointMaze_UMaze-v3") as env:
         for cell in ([0, 0], [2, 1], [9, 1], [1, 99]):
             with pytest.raises(mjenv.TaskError, match="is no free cell"):
+                env.reset(options={"goal_cell": cell})
+        for cell in ([np.inf, 1], [1, np.nan]):
+            with pytest.raises(mjenv.InvalidValueError):
                 env.reset(options={"goal_cell": cell})
         env.reset(seed=1)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mjenv_command.arguments import Commands
+from mjenv_learn import saved
 from mjenv_learn.policy import Input, Policy
 
 # C's expressions with the bits of ACTIVATIONS in policy.py.
@@ -101,6 +102,6 @@ def add(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     text = header(Policy.load(arguments.policy))
-    arguments.c.write_text(text, encoding="utf-8")
+    saved.replace(arguments.c, text)
     print(f"{arguments.c}: {len(text):,} bytes, mjenv_policy_act(observation, action)")
     return 0
