@@ -269,8 +269,8 @@ end
     MJEnv.Policy(path)
 
 A deterministic policy: a learner's, or that of a file `policy.txt`. Call it with what it sees of an observation
-([`MJEnv.places`](@ref)), or with a matrix that has a column for each row, to compute actions: `policy(obs)`. The actions are `Float32`, computed in `Float64`, or with
-`precision = Float32` as the learner computes.
+([`MJEnv.places`](@ref)), or with a matrix that has a column for each row, to compute actions: `policy(obs)`. The actions
+are `Float32`, computed in `Float64`, or with `precision = Float32` as the learner computes.
 
 You may read the fields `id`, `observations` and `actuators`.
 """
