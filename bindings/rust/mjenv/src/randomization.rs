@@ -18,7 +18,7 @@ impl Env {
         call!(self.mjenv_randomize(document.as_ptr()))
     }
 
-    /// The document with all parts that are set. Errors: those of a wrong handle.
+    /// The document with all parts that are set.
     pub fn randomization(&self) -> Result<Cow<'_, str>> {
         let mut document = ptr::null();
         call!(self.mjenv_randomization(&mut document))?;

@@ -53,7 +53,7 @@ pub(super) struct Declared {
 
 /// Prepares an environment. Each method of an option declares it with its default and documentation, and returns its
 /// value. Each method that looks up a name fails the build if the model does not have it, so it need not return a
-/// `Result`. Panics the methods panic if a name contains a NUL character.
+/// `Result`. The methods panic if a name contains a NUL character.
 #[derive(Debug)]
 pub struct Builder<'a> {
     /// Null in the run that lists the options.
