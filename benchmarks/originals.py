@@ -1,7 +1,7 @@
 """How many times the original packages' steps the mazes and the collections take in the same CPU time, on one thread.
 
-Prints for each case mjenv's steps per CPU second, the original's, and their ratio. Both take turns, A B A B; each number
-is the median of the rounds. Usage: benchmarks/originals.py [--rows N] [--rounds N] [CASE...]
+Prints for each case mjenv's steps per CPU second, the original's, and their ratio. Both take turns, A B A B; each
+number is the median of the rounds. Usage: benchmarks/originals.py [--rows N] [--rounds N] [CASE...]
 MuJoCo's version decides the engine. The packages: those of parts mazes and collections of tests/run.
 """
 

@@ -19,7 +19,7 @@ import mjenv
 from mjenv.capi.engine import name_of
 
 ENGINE = name_of(mujoco.__version__)
-SAFETY = Path(find_spec("safety_gymnasium").origin).parent
+SAFETY, OGBENCH = (Path(find_spec(name).origin).parent for name in ("safety_gymnasium", "ogbench"))
 AGENTS = {
     "Ant": "2x4", "HalfCheetah": "6x1", "Hopper": "3x1", "Humanoid": "9|8", "HumanoidStandup": "9|8", "Swimmer": "2x1",
     "Walker2d": "2x3", "Reacher": "2x1", "Pusher": "3p",
@@ -106,3 +106,21 @@ def test_rows(id, single, of_rows, result):
         actions = envs.action_space.sample()
         values = of_rows(envs.step(actions)[-1])
         np.testing.assert_array_equal(values, [env.step(actions[row])[result] for row, env in enumerate(singles)])
+
+
+@pytest.mark.skipif(ENGINE != "4.0", reason="OGBench needs MuJoCo 3.1.6")
+@pytest.mark.parametrize("size", ["medium", "large", "giant", "teleport"])
+@pytest.mark.parametrize("robot", ["point", "ant"])
+def test_ogbench(robot, size):
+    sys.modules.setdefault("ogbench", types.ModuleType("ogbench")).__path__ = [str(OGBENCH)]  # without dm_control
+    original, ours = (importlib.import_module(name) for name in ("ogbench.locomaze.maze", "ogbench_mazes"))
+    found = []
+    for module in (ours, original):
+        env = module.make_maze_env(robot, "maze", maze_type=size, terminate_at_goal=False)
+        assert isinstance(env, mjenv.MujocoEnv) == (module is ours)
+        np.random.seed(0), env.action_space.seed(0)
+        found.append([env.reset(seed=seed) for seed in (0, None)])
+        if size == "teleport":
+            env.set_xy(np.array(env._teleport_info["teleport_in_xys"][0]))
+        found[-1] += [env.step(env.action_space.sample()) for _ in range(100)]
+    np.testing.assert_equal(*found)
