@@ -494,10 +494,10 @@ static void test_older_values(void** state) {
   scale_model(env, 1.5);
   assert_same_in_image(env, other, "cfrc_int", forces);
   assert_ok(mjenv_set_state(env, 0, qpos, nq, qvel, nv));
-  double* inertia = read_array(env, 0, "qM", &count);
+  double* inertia = read_array(env, 0, "qLDiagInv", &count);
   scale_model(env, 2);
   assert_same_in_image(env, other, "cfrc_int", forces);
-  assert_same_in_image(env, other, "qM", inertia);
+  assert_same_in_image(env, other, "qLDiagInv", inertia);
   free(forces);
   free(inertia);
   free(qpos);
@@ -537,7 +537,7 @@ static void test_forces_before_constants(void** state) {
 // An image has what mj_setConst left in the row's mjData, also if the model's values were written since.
 static void test_image_with_constants(void** state) {
   (void)state;
-  static const char* const arrays[] = {"qpos", "xpos", "subtree_com", "qM", "ten_length", "dof_M0", "body_mass"};
+  static const char* const arrays[] = {"qpos", "xpos", "subtree_com", "qLDiagInv", "ten_length", "dof_M0", "body_mass"};
   static const double action[8] = {0.3, -0.2, 0.1};
   mjenv_env *env = env_with_threads("Ant-v5", 1, 1), *other = env_with_threads("Ant-v5", 1, 2);
   seed_rows(env, 4);
