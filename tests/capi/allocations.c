@@ -121,6 +121,21 @@ static void test_wrapped(void** state) {
   assert_allocates_nothing("Hopper-v5", options);
 }
 
+// Nor do they where the islands of constraints differ from step to step: balls reach the floor, and touch each other.
+#define BALL(x, z)                                                                          \
+  "<body pos='" x " 0 " z                                                                   \
+  "'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom size='.1'/>" \
+  "</body>"
+
+static void test_islands(void** state) {
+  (void)state;
+  mjenv_options* options = options_of_id("Model-v0");
+  assert_ok(mjenv_options_set_string(options, "xml_string",
+                                     "<mujoco><worldbody><geom type='plane' size='9 9 1'/>" BALL("0", ".2")
+                                         BALL(".15", ".3") BALL(".3", ".25") "</worldbody></mujoco>"));
+  assert_allocates_nothing("Model-v0", options);
+}
+
 // Nor do they where rows have values of their own, once these have been stepped and reset.
 static void test_own_values(void** state) {
   (void)state;
@@ -366,7 +381,7 @@ static void test_memory_of_rows(void** state) {
 
 int main(void) {
   const int64_t ids = mjenv_id_count();
-  enum { FIRST = 10 };
+  enum { FIRST = 11 };
   struct CMUnitTest tests[FIRST + 2 * ids];
   char names[2 * ids][96];
   tests[0] = (struct CMUnitTest)cmocka_unit_test(test_counter_counts);
@@ -379,6 +394,7 @@ int main(void) {
   tests[7] = (struct CMUnitTest)cmocka_unit_test(test_divergence);
   tests[8] = (struct CMUnitTest)cmocka_unit_test(test_wrapped);
   tests[9] = (struct CMUnitTest)cmocka_unit_test(test_halves);
+  tests[10] = (struct CMUnitTest)cmocka_unit_test(test_islands);
   for (int64_t i = 0; i < ids; ++i) {
     const char* id = mjenv_id_at(i);
     snprintf(names[2 * i], sizeof names[0], "step and reset of %s", id);

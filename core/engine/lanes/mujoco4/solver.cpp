@@ -19,6 +19,38 @@ Counts<Constraints> special_counts(const mjModel& m) {
   return {{&Constraints::ls_tolerance, 1}, {&Constraints::qfrc, static_cast<std::size_t>(m.nv)}};
 }
 
+// DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
+// PCG32 that are the same in each step.
+using Orders = std::array<std::vector<unsigned char>, DualRow::kMost + 1>;
+
+Orders make_orders() {
+  Orders orders;
+  for (std::uint32_t size = 1; size < orders.size(); ++size) {
+    std::vector<unsigned char> order(size);
+    std::iota(order.begin(), order.end(), static_cast<unsigned char>(0));
+    std::uint64_t state = 1;  // after the first number, which MuJoCo drops
+    const auto draw = [&] {
+      const std::uint64_t old = state;
+      state = old * 6364136223846793005U + 1;
+      const auto mixed = static_cast<std::uint32_t>(((old >> 18) ^ old) >> 27),
+                 turn = static_cast<std::uint32_t>(old >> 59);
+      return (mixed >> turn) | (mixed << (-turn & 31));
+    };
+    orders[size].reserve(std::size_t{DualRow::kMostIterations} * size);
+    for (int iteration = 0; iteration < DualRow::kMostIterations; ++iteration) {
+      for (std::uint32_t i = size - 1; i > 0; --i) std::swap(order[i], order[draw() % (i + 1)]);
+      orders[size].insert(orders[size].end(), order.begin(), order.end());
+    }
+  }
+  return orders;
+}
+
+// All solvers share these 2 MB, which the first of them computes.
+const Orders& orders() {
+  static const Orders computed = make_orders();
+  return computed;
+}
+
 }  // namespace
 
 std::string Solver::unsupported_feature(const mjModel& m) {
@@ -43,8 +75,12 @@ std::size_t Solver::bytes(int width, const mjModel& m) {
 Solver::Solver(const Code& code, const mjModel& m)
     : RowSolver(code, m, kMaxConstraints, special_counts(m)),
       m_(m),
-      dual_rows_(is_dual_ ? static_cast<std::size_t>(code.width) : 0),
-      orders_(is_dual_ ? DualRow::kMost + 1 : 0) {}
+      part_(m),
+      columns_(static_cast<std::size_t>(m.nC)),
+      dual_rows_(is_dual_ ? static_cast<std::size_t>(code.width) : 0) {
+  part_.M_colind = columns_.data();
+  if (is_dual_) orders();  // so that no step allocates them
+}
 
 // MuJoCo fails if its memory is too small to solve the constraints. `needed` is more than it takes. A row with a single
 // tree has one island, without mj_island. The dofs of each island must follow each other.
@@ -107,28 +143,6 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
   set_rest(lanes, rows);
 }
 
-// MuJoCo shuffles the constraints before each iteration, by numbers from PCG32 that are the same in each step.
-const unsigned char* Solver::order_of(int constraints) {
-  std::vector<unsigned char>& orders = orders_[static_cast<std::size_t>(constraints)];
-  if (!orders.empty()) return orders.data();
-  std::vector<unsigned char> order(static_cast<std::size_t>(constraints));
-  std::iota(order.begin(), order.end(), static_cast<unsigned char>(0));
-  std::uint64_t state = 1;  // after the first number, which MuJoCo drops
-  const auto draw = [&] {
-    const std::uint64_t old = state;
-    state = old * 6364136223846793005U + 1;
-    const auto mixed = static_cast<std::uint32_t>(((old >> 18) ^ old) >> 27),
-               turn = static_cast<std::uint32_t>(old >> 59);
-    return (mixed >> turn) | (mixed << (-turn & 31));
-  };
-  for (int iteration = 0; iteration < DualRow::kMostIterations; ++iteration) {
-    for (std::uint32_t i = static_cast<std::uint32_t>(constraints) - 1; i > 0; --i)
-      std::swap(order[i], order[draw() % (i + 1)]);
-    orders.insert(orders.end(), order.begin(), order.end());
-  }
-  return orders.data();
-}
-
 void Solver::solve_dual(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data) {
   int count = 0;
   for (int lane = 0; lane < code_.width; ++lane) {
@@ -136,7 +150,7 @@ void Solver::solve_dual(Lanes& lanes, std::uint32_t rows, const RowModels& model
     DualRow& row = dual_rows_[static_cast<std::size_t>(count++)];
     row.model = models[lane];
     row.data = data[lane];
-    row.order = order_of(data[lane]->nefc);
+    row.order = orders()[static_cast<std::size_t>(data[lane]->nefc)].data();
     double inertia = 0;
     for (int i = 0; i < nv_; ++i) inertia += data[lane]->M[m_.M_rowadr[i] + m_.M_rownnz[i] - 1];
     row.scale = 1 / std::max(mjMINVAL, inertia);
@@ -165,27 +179,31 @@ void Solver::solve_islands(Lanes& lanes, std::uint32_t rows, const RowData& data
   // The islands of all rows, of which those with the same dofs are solved together.
   std::array<int, kMaxWidth> next{}, islands{};
   for (;;) {
-    const Part* solved = nullptr;
+    int first = 0, count = 0;
     std::uint32_t together = 0;
     for (int lane = 0; lane < width; ++lane) {
       if (!((rows & ~lanes.left_to_mujoco) >> lane & 1)) continue;
       const mjData& d = *data[lane];
       if (next[lane] == d.nisland) continue;
-      const int first = first_dof(d, next[lane]), count = d.island_nv[next[lane]];
-      if (!solved) solved = &part(first, count);
-      if (solved->first != first || solved->count != count) continue;
+      const int first_here = first_dof(d, next[lane]), count_here = d.island_nv[next[lane]];
+      if (together == 0) {
+        first = first_here;
+        count = count_here;
+      } else if (first_here != first || count_here != count) {
+        continue;
+      }
       together |= 1U << lane;
       islands[lane] = next[lane]++;
     }
-    if (!solved) return;
-    solve_island(lanes, *solved, together, islands, data);
+    if (together == 0) return;
+    solve_island(lanes, first, count, together, islands, data);
   }
 }
 
 // Solves an island of these rows (bits), which has the same dofs in all of them.
-void Solver::solve_island(Lanes& lanes, const Part& part, std::uint32_t rows, const std::array<int, kMaxWidth>& islands,
-                          const RowData& data) {
-  const int width = code_.width, count = part.count;
+void Solver::solve_island(Lanes& lanes, int first, int count, std::uint32_t rows,
+                          const std::array<int, kMaxWidth>& islands, const RowData& data) {
+  const int width = code_.width;
   Constraints& c = constraints_;
   int most = 0;
   for (int lane = 0; lane < width; ++lane)
@@ -198,16 +216,17 @@ void Solver::solve_island(Lanes& lanes, const Part& part, std::uint32_t rows, co
     for (int i = 0; i < most; ++i) {
       const bool is_there = i < d.island_nefc[island];
       const int from = is_there ? constraints[i] : 0;
-      const double* const J = d.efc_J + static_cast<std::ptrdiff_t>(from) * nv_ + part.first;
+      const double* const J = d.efc_J + static_cast<std::ptrdiff_t>(from) * nv_ + first;
       c.D[i * width + lane] = is_there ? d.efc_D[from] : 0;
       c.aref[i * width + lane] = is_there ? d.efc_aref[from] : 0;
       for (int k = 0; k < count; ++k) c.J[(i * count + k) * width + lane] = is_there ? J[k] : 0;
     }
   }
+  begin_part(first, count);
   Lanes own = lanes;
-  own.model = &part.model;
+  own.model = &part_;
   for (double* Lanes::*array : {&Lanes::qacc, &Lanes::qacc_smooth, &Lanes::qfrc_smooth, &Lanes::qLDiagInv})
-    own.*array += static_cast<std::ptrdiff_t>(part.first) * width;
+    own.*array += static_cast<std::ptrdiff_t>(first) * width;
   own.qfrc_constraint = c.qfrc;
   code_.begin_island(own, c);
   code_.solNewton(own, c);
@@ -217,22 +236,18 @@ void Solver::solve_island(Lanes& lanes, const Part& part, std::uint32_t rows, co
     mjData& d = *data[lane];
     const int island = islands[lane], *const constraints = d.map_iefc2efc + d.island_iefcadr[island];
     for (int i = 0; i < d.island_nefc[island]; ++i) d.efc_force[constraints[i]] = c.force[i * width + lane];
-    for (int k = 0; k < count; ++k) lanes.qfrc_constraint[(part.first + k) * width + lane] = c.qfrc[k * width + lane];
+    for (int k = 0; k < count; ++k) lanes.qfrc_constraint[(first + k) * width + lane] = c.qfrc[k * width + lane];
     if (island < mjNISLAND) d.solver_niter[island] = c.iterations[lane];
   }
 }
 
-const Solver::Part& Solver::part(int first, int count) {
-  for (const auto& known : parts_)
-    if (known->first == first && known->count == count) return *known;
-  parts_.push_back(std::make_unique<Part>(Part{first, count, m_, {m_.M_colind, m_.M_colind + m_.nC}}));
-  Part& made = *parts_.back();
-  for (int& column : made.columns) column -= first;
-  made.model.nv = count;
-  made.model.M_rownnz += first;
-  made.model.M_rowadr += first;
-  made.model.M_colind = made.columns.data();
-  return made;
+// Makes part_ the model of these dofs.
+void Solver::begin_part(int first, int count) {
+  part_.nv = count;
+  part_.M_rownnz = m_.M_rownnz + first;
+  part_.M_rowadr = m_.M_rowadr + first;
+  const int last = first + count - 1, end = m_.M_rowadr[last] + m_.M_rownnz[last];
+  for (int i = m_.M_rowadr[first]; i < end; ++i) columns_[static_cast<std::size_t>(i)] = m_.M_colind[i] - first;
 }
 
 }  // namespace mjenv::core::lanes

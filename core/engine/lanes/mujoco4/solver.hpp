@@ -30,27 +30,19 @@ class Solver : public RowSolver {
   void solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read);
 
  private:
-  // Dofs that follow each other, as a model of their own.
-  struct Part {
-    int first, count;
-    mjModel model;             // with the shared model's addresses of M, but columns that count from `first`
-    std::vector<int> columns;  // M_colind
-  };
   const mjModel& m_;
-  std::vector<std::unique_ptr<Part>> parts_;  // the islands that have occurred
-
+  mjModel part_;  // the dofs of an island: the shared model's addresses of M, but columns that count from its first dof
+  std::vector<int> columns_;  // M_colind of part_
   std::vector<DualRow> dual_rows_;
-  std::vector<std::vector<unsigned char>> orders_;  // DualRow::order for each number of constraints
 
   Solver(const Code& code, const mjModel& m);
-  const unsigned char* order_of(int constraints);
   void solve_dual(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data);
   static int first_dof(const mjData& d, int island) { return d.map_idof2dof[d.island_idofadr[island]]; }
   void set_options(std::uint32_t rows, const RowModels& models);
   void solve_islands(Lanes& lanes, std::uint32_t rows, const RowData& data);
-  void solve_island(Lanes& lanes, const Part& part, std::uint32_t rows, const std::array<int, kMaxWidth>& islands,
+  void solve_island(Lanes& lanes, int first, int count, std::uint32_t rows, const std::array<int, kMaxWidth>& islands,
                     const RowData& data);
-  const Part& part(int first, int count);
+  void begin_part(int first, int count);
 };
 
 }  // namespace mjenv::core::lanes
