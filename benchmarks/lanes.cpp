@@ -39,6 +39,7 @@ using measure::seconds;
 using mjenv::core::Work;
 using mjenv::core::lanes::Code;
 using mjenv::core::lanes::Constraints;
+using mjenv::core::lanes::Lanes;
 
 constexpr std::int64_t kRows = 64;
 constexpr int kSteps = 10;
@@ -101,77 +102,61 @@ class Timer {
 
 const Code* counted = nullptr;  // whose functions are called
 
+// Adds what a solver has done, at the end of a scope. A place with a constraint has a number in D that is not 0.
+struct Solved {
+  const Constraints* const constraints;  // null: of no solver
+  ~Solved() {
+    if (!constraints) return;
+    const Constraints& c = *constraints;
+    const int width = counted->width;
+    int most = 0;
+    for (int lane = 0; lane < width; ++lane) {
+      if (!(c.rows >> lane & 1)) continue;
+      int count = 0;
+      for (int i = 0; i < c.size; ++i) count += c.D[i * width + lane] != 0;
+      shares.solving += count * c.iterations[lane];
+      most = std::max(most, c.iterations[lane]);
+    }
+    shares.solving_at_most += static_cast<double>(c.size) * most * width;
+  }
+};
+// The constraints among the arguments of a solver. PGS on MuJoCo 4.0 has none: its rows do not wait for each other.
+inline const Constraints* constraints_of(const Lanes& /*lanes*/, const Constraints& c) { return &c; }
+template <typename... Arguments>
+const Constraints* constraints_of(const Arguments&... /*arguments*/) {
+  return nullptr;
+}
+
 // A function of Code whose time is added to a sum.
 template <auto Function, auto Sum, typename Type>
 struct Counted;
 template <auto Function, auto Sum, typename Result, typename... Arguments>
 struct Counted<Function, Sum, Result (*)(Arguments...)> {
   static inline double* stage = nullptr;
+  static inline bool solves = false;
   static Result call(Arguments... arguments) {
+    const Solved solved{solves ? constraints_of(arguments...) : nullptr};
     const Timer timer(shares.*Sum, stage);
     return (counted->*Function)(arguments...);
   }
 };
 
 template <auto Function, auto Sum = &Shares::computing>
-void count(Code& code, const char* name) {
+void count(Code& code, const std::string& name) {
   using Function_ = Counted<Function, Sum, std::decay_t<decltype(code.*Function)>>;
   Function_::stage = &stages[name];
+  Function_::solves = name.rfind("sol", 0) == 0;
   code.*Function = Function_::call;
-}
-
-// Calls a solver. A place with a constraint has a number in D that is not 0.
-template <auto Solver>
-void solve(mjenv::core::lanes::Lanes& lanes, Constraints& c) {
-  {
-    const Timer timer(shares.computing, &stages["solver"]);
-    (counted->*Solver)(lanes, c);
-  }
-  const int width = counted->width;
-  int most = 0;
-  for (int lane = 0; lane < width; ++lane) {
-    if (!(c.rows >> lane & 1)) continue;
-    int constraints = 0;
-    for (int i = 0; i < c.size; ++i) constraints += c.D[i * width + lane] != 0;
-    shares.solving += constraints * c.iterations[lane];
-    most = std::max(most, c.iterations[lane]);
-  }
-  shares.solving_at_most += static_cast<double>(c.size) * most * width;
 }
 
 Code count(const Code& code) {
   Code result = code;
-#define COUNT(name) count<&Code::name>(result, #name)
-  COUNT(adopt);
-  COUNT(kinematics);
-  COUNT(comPos);
-  COUNT(tendon);
-  COUNT(crb);
-  COUNT(factorM);
-  COUNT(transmission);
-  COUNT(reject);
-  COUNT(fwdVelocity);
-  COUNT(comVel);
-  COUNT(passive);
-  COUNT(rne);
-  COUNT(fwdActuation);
-  COUNT(advanceActivations);
-  COUNT(fwdAcceleration);
-  COUNT(Euler);
-  COUNT(implicit);
-  COUNT(RungeKutta);
-  COUNT(instantiateLimit);
-  COUNT(collision);
-  COUNT(makeConstraint);
-  COUNT(sensors);
-  COUNT(rnePostConstraint);
-  COUNT(bad);
+#define COUNT(type, name, parameters) count<&Code::name>(result, #name);
+  MJENV_LANES_FUNCTIONS(COUNT)
 #undef COUNT
+  count<&Code::bad>(result, "bad");
   count<&Code::gather, &Shares::copying>(result, "gather");
   count<&Code::scatter, &Shares::copying>(result, "scatter");
-  result.solPGS = solve<&Code::solPGS>;
-  result.solNewton = solve<&Code::solNewton>;
-  result.solCG = solve<&Code::solCG>;
   return result;
 }
 
@@ -366,7 +351,7 @@ void print_stages(const Case& c, const std::vector<int>& widths) {
       std::printf("%s,%d,\"%s\",\"%s\",%.3f\n", c.id.c_str(), width, stage.c_str(), how.c_str(), time / shares.all);
     };
     for (const mjenv::core::lanes::Stage& stage : mjenv::core::lanes::stages()) {
-      double time = stages["solver"] * (stage.name == std::string("solver"));  // of both of its functions
+      double time = 0;
       for (const mjenv::core::lanes::Function& function : stage.functions) {
         time += stages[function.name];
         stages.erase(function.name);
@@ -374,7 +359,6 @@ void print_stages(const Case& c, const std::vector<int>& widths) {
       print(stage.name, how(stage, *model), time);
       rest -= time;
     }
-    stages.erase("solver");
     for (const auto& [name, time] : stages) {
       if (time > 0) print(name, "", time);
       rest -= time;
