@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import mjenv
 
-READ = ("qpos", "qvel", "qacc", "xpos", "cvel", "qM", "qfrc_bias", "qfrc_applied", "qfrc_constraint", "efc_force")
+READ = ("qpos", "qvel", "qacc", "xpos", "cvel", "qLDiagInv", "qfrc_bias", "qfrc_applied", "qfrc_constraint", "efc_force")
 
 
 class Rows:
@@ -190,6 +190,7 @@ BALLS = """
 """
 
 
+@pytest.mark.skipif(mujoco.__version__ != "2.2.2", reason="4.0's stack lies in its arena")
 def test_stacks_that_are_too_small() -> None:
     """RK4 keeps its own numbers on MuJoCo's stack, and too small a stack is an error in lanes, too."""
     failed = set()
