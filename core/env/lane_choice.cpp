@@ -41,10 +41,7 @@ LaneChoice choose_lanes(const Options& options, const Task& task, std::int64_t r
       is_explicit ? std::to_string(option.integer) : platform::environment(kVariable).value_or("");
   if (chosen.empty()) {
     const bool is_auto = option.text == "auto";
-    LaneChoice choice = best(task, rows, threads, is_auto ? lanes::kThriftyWidth : lanes::kWidths.back());
-    if (std::string why = lanes::why_not_by_default(); is_auto && choice.width > 0 && !why.empty())
-      return {0, std::move(why)};
-    return choice;
+    return best(task, rows, threads, is_auto ? lanes::kThriftyWidth : lanes::kWidths.back());
   }
   if (chosen == "0") return {0, "the " + source + " is 0"};
   const auto refuse = [&](const std::string& why) { fail(MJENV_E_VALUE, source + " is " + chosen + ", but " + why); };

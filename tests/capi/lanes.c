@@ -331,16 +331,14 @@ static void assert_refused_lanes(mjenv_options* options, int64_t rows, const cha
 // environments of the process, so those that cannot follow it only say so.
 static void test_reasons(void** state) {
   (void)state;
-  const bool has = runs(2), by_default = has && MUJOCO[0] != '4';
+  const bool has = runs(2);
   const int64_t widest = runs(8) ? 8 : runs(4) ? 4 : has ? 2 : 0;
   const char* const obstacle = has ? "opt.enableflags" : "lanes";
   assert_lanes_of(options_with_lanes("Hopper-v5", AUTO_LANES), 64,
-                  !by_default ? 0
-                  : runs(4)   ? 4
-                              : 2,
-                  by_default ? ""
-                  : has      ? "on MuJoCo 4.0"
-                             : "this library");
+                  runs(4) ? 4
+                  : has   ? 2
+                          : 0,
+                  has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", MAX_LANES), 64, widest, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", MAX_LANES), 7, runs(4) ? 4 : has ? 2 : 0, has ? "" : "this library");
   assert_lanes_of(options_with_lanes("Hopper-v5", 0), 64, 0, "option \"lanes\" is 0");

@@ -8,8 +8,6 @@ std::vector<int> widths() { return {}; }
 
 std::string absence() { return MJENV_NO_LANES; }
 
-std::string why_not_by_default() { return ""; }
-
 std::string obstacle(const Model& /*model*/) { return absence(); }
 
 std::string stage_lines(const Model& /*model*/) { return ""; }

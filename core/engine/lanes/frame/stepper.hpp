@@ -21,9 +21,6 @@ std::vector<int> widths();
 // Why the library has no lane code, "" if it has.
 std::string absence();
 
-// Why "auto" means no lanes, although the library has lane code; "" if it means lanes.
-std::string why_not_by_default();
-
 // The feature that keeps the model out of lanes; "" if there is none.
 std::string obstacle(const Model& model);
 // A line for each stage of a step: its name, and how it is computed. "" if the library has no lane code.

@@ -129,7 +129,6 @@ std::string energies(const Model& /*model*/) { return "only where they are read"
 }  // namespace
 
 std::string absence() { return ""; }
-std::string why_not_by_default() { return ""; }
 
 const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{

@@ -176,10 +176,6 @@ std::string absence() {
              : "lanes follow MuJoCo 4.0.0 and 4.0.1, and its library is " + version;
 }
 
-std::string why_not_by_default() {
-  return "on MuJoCo 4.0, \"auto\" means no lanes: they do not compute all features of models yet";
-}
-
 const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{
       {"no joints", "nothing moves", no_joints},
@@ -274,7 +270,8 @@ const std::vector<Stage>& stages() {
        "Newton and PGS, for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
        "CG and noslip, elliptic cones, sparse Jacobians, islands that are disabled; rows with equalities or friction, "
        "or with islands whose dofs do not follow each other (PGS: with several islands)",
-       {MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solPGS)},
+       {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solPGS),
+        MJENV_FUNCTION(dualFinish)},
        always,
        other_solvers,
        never,
