@@ -18,6 +18,8 @@ from common import ROBOTS, Worker, cpu_model, rates_in_turns
 from results import LANES, ON_MUJOCO4, PEERS, Row, read, write
 
 HERE = Path(__file__).resolve().parent
+# What the workers measure, unless they are programs in C.
+CLOCK = "seconds of the CPUs" if os.environ.get("MJENV_BENCHMARK_CLOCK") == "cpu" else "seconds of a clock"
 # The peers that benchmarks/steps.c plays, with its arguments.
 PROGRAMS = {"mjenv-c": [], "mjenv-rollout": ["10"]}
 
@@ -66,7 +68,7 @@ def measure(workers: list[Worker], robot: str, envs: int, threads: int, seconds:
             "steps_per_second": f"{median(rates[worker.name]):.0f}",
             "block_seconds": str(seconds),
             "blocks": " ".join(f"{rate:.0f}" for rate in rates[worker.name]),
-            "about": worker.about,
+            "about": f"{worker.about}, {CLOCK}",
             "cpu": cpu_model(),
             "cpus": str(len(os.sched_getaffinity(0))),
             "date": date,

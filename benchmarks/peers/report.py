@@ -29,6 +29,7 @@ NAMES = {
     "mujoco4-mjenv-c": "mjenv on MuJoCo 4.0, C",
     "mujoco4-mjenv-single": "mjenv on MuJoCo 4.0, `make`",
     "mujoco4-mjenv": "mjenv on MuJoCo 4.0, `make_vec`",
+    "mujoco4-mjenv-lanes0": "mjenv on MuJoCo 4.0, `make_vec` without lanes",
     "mujoco4-gymnasium-single": "Gymnasium on MuJoCo 4.0, `make`",
     "mujoco4-gymnasium-sync": "Gymnasium on MuJoCo 4.0, `SyncVectorEnv`",
 }
@@ -124,7 +125,7 @@ def summary(results: Results) -> str:
             ((envs, threads), "mujoco4-mjenv", other)
             for envs in (8, 64, 1024)
             for threads in (1, 2)
-            for other in ("mujoco4-gymnasium-sync", "envpool-sync", "mujoco-batch")
+            for other in ("mujoco4-mjenv-lanes0", "mujoco4-gymnasium-sync", "envpool-sync", "mujoco-batch")
         ),
     ):
         ratios = results.ratios(case, peer, other)

@@ -13,7 +13,7 @@ from common import ROBOTS
 PEERS = (
     "mjenv-c mjenv-rollout mjenv-rollout-lanes0 mjenv-single mjenv mjenv-lanes0 mjenv-lanes2 mjenv-async"
     " gymnasium-single gymnasium-sync gymnasium-async envpool-sync envpool-async mujoco-batch mujoco4-mjenv-c"
-    " mujoco4-mjenv-single mujoco4-mjenv mujoco4-gymnasium-single mujoco4-gymnasium-sync"
+    " mujoco4-mjenv-single mujoco4-mjenv mujoco4-mjenv-lanes0 mujoco4-gymnasium-single mujoco4-gymnasium-sync"
 ).split()
 ON_MUJOCO4 = "mujoco4-"
 LANES = "-lanes"

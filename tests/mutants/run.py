@@ -62,14 +62,15 @@ def line_of(mutant: Mutant) -> tuple[str, int]:
     return mutant["file"], mutant["line"]
 
 
-def tests_of(folder: Path, long: bool) -> list[str]:
+def tests_of(folder: Path, long: bool, mujoco4: bool) -> list[str]:
     """The arguments of test_core for each test."""
     tests = []
-    for source in sorted((folder / "source/tests/core").glob("*.cpp")):
+    for source in sorted((folder / "source/tests/core").glob("twins.cpp" if mujoco4 else "*.cpp")):
         names = re.findall(r"cmocka_unit_test\w*\(([\w:]+)", source.read_text())
         for topic in (LONG_TOPICS if long else TOPICS).get(source.stem, [source.stem]):
             tests += [f"{topic} {name}" for name in names]
-    tests += [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
+    if not mujoco4:
+        tests += [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
     return list(dict.fromkeys(tests))
 
 
@@ -235,17 +236,25 @@ def keep_kills(folder: Path, old: list[Mutant], new: list[Mutant]) -> None:
         path.write_bytes(verdicts)
 
 
-def build(folder: Path) -> None:
+def setup(part: str) -> str:
+    """What tools/setup prints: a Python."""
+    return subprocess.run([ROOT / "tools/setup", part], check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
+
+
+def build(folder: Path, mujoco4: bool) -> None:
     """Builds as tests/run does for its part quick."""
     configure = "cmake -G Ninja -DMJENV_LTO=OFF -DMJENV_BUILD_TESTS=ON -DMJENV_BUILD_BENCHMARKS=OFF".split()
     configure += ["-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
     configure += [f"-DCMAKE_{language}_FLAGS_RELEASE=-O1 -DNDEBUG -w" for language in ("C", "CXX")]
+    if mujoco4:
+        find = "import importlib.util; print(*importlib.util.find_spec('mujoco').submodule_search_locations)"
+        engine = subprocess.run([setup("mujoco4"), "-c", find], check=True, stdout=subprocess.PIPE, text=True).stdout
+        configure.append(f"-DMJENV_ENGINE={engine.strip()}")
     plain, copy = folder / "plain", folder / "cmake"
     subprocess.run([*configure, "-S", ROOT, "-B", plain], check=True)
     mutants, digest = folder / "mutants.json", folder / "digest"
     known = mutants.read_text() if mutants.exists() else "[]"
-    setup = subprocess.run([ROOT / "tools/setup", "mutants"], check=True, stdout=subprocess.PIPE, text=True)
-    python = setup.stdout.strip()  # which has the parser that rewrite.py needs
+    python = setup("mutants")  # which has the parser that rewrite.py needs
     subprocess.run([python, HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
     files = [
         *sorted((folder / "source/tests/core").glob("**/*.*")),
@@ -261,7 +270,8 @@ def build(folder: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", type=Path, default=ROOT / "build/mutants")
+    parser.add_argument("--mujoco4", action="store_true", help="the lane code for MuJoCo 4.0")
+    parser.add_argument("--folder", type=Path, help="default: build/mutants, or build/mutants4 with --mujoco4")
     parser.add_argument("--program", type=Path, help="a test_core that is built already; default: builds one in FOLDER")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--long", action="store_true", help="also with the long tests")
@@ -272,14 +282,14 @@ def main() -> None:
     )
     parser.add_argument("--report", action="store_true", help="only print what is known")
     arguments = parser.parse_args()
-    folder = arguments.folder.resolve()
+    folder = (arguments.folder or ROOT / ("build/mutants4" if arguments.mujoco4 else "build/mutants")).resolve()
     if not arguments.program and not arguments.report:
-        build(folder)
+        build(folder, arguments.mujoco4)
     judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.only, arguments.all)
     again = arguments.test or []
     for test in again:
         judge.path(test).unlink(missing_ok=True)
-    tests = list(dict.fromkeys([*tests_of(folder, arguments.long), *again]))
+    tests = list(dict.fromkeys([*tests_of(folder, arguments.long, arguments.mujoco4), *again]))
     for test in tests:
         judge.load(test)
     if not arguments.report:
