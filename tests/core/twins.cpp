@@ -77,6 +77,23 @@ constexpr const char* kTrees = R"(<mujoco><worldbody><geom type='plane' size='9 
     <body pos='2 0 0.1'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom size='0.1'/></body>
     </worldbody></mujoco>)";
 
+// Sensors of motion; %s stands for others.
+constexpr const char* kSensors =
+    R"(<mujoco><option %s><flag %s/></option><worldbody><light pos='0 0 3' mode='trackcom'/>
+    <camera name='c' pos='0 -2 1' mode='trackcom'/><geom type='plane' size='9 9 1'/>
+    <body name='a' pos='0 0 0.2'><freejoint/><geom size='0.2'/><site name='s' pos='0.1 0 0' size='0.2'/>
+    <body name='b' pos='0.3 0 0'><joint name='j' axis='0 1 0' range='-20 20'/><geom type='capsule' size='0.1 0.2'/><site name='t' size='0.2'/></body></body>
+    </worldbody><actuator><motor name='m' joint='j' gear='3'/></actuator><sensor><subtreelinvel body='a'/><subtreecom body='a'/><gyro site='s'/>
+    <velocimeter site='t'/><framepos objtype='camera' objname='c'/><jointpos joint='j'/><jointvel joint='j'/><actuatorpos actuator='m'/>
+    <actuatorvel actuator='m'/><rangefinder site='s'/><framequat objtype='geom' objname='g'/>%s</sensor></mujoco>)";
+
+std::shared_ptr<const Model> with_sensors(const std::string& option, const std::string& flag, const std::string& more) {
+  std::string text = kSensors;
+  for (const std::string& part : {option, flag, more}) text.replace(text.find("%s"), 2, part);
+  text.replace(text.find("size='0.2'/>"), 0, "name='g' ");
+  return Model::parse("sensors", text);
+}
+
 using Named = std::pair<std::string, std::shared_ptr<const Model>>;
 
 std::vector<Named> models() {
@@ -88,6 +105,11 @@ std::vector<Named> models() {
   euler.replace(euler.find("RK4"), 3, "Euler");
   found.emplace_back("odd with Euler", Model::parse("odd", euler));
   found.emplace_back("forces", Model::parse("forces", kForces));
+  found.emplace_back("sensors", with_sensors("", "", ""));
+  found.emplace_back("sensors with RK4", with_sensors("integrator='RK4'", "contact='disable'", "<force site='t'/>"));
+  found.emplace_back("sensors of forces",
+                     with_sensors("", "", "<touch site='t'/><accelerometer site='s'/><jointactuatorfrc joint='j'/>"));
+  found.emplace_back("sensors of limits", with_sensors("", "constraint='disable'", "<jointlimitpos joint='j'/>"));
   return found;
 }
 
@@ -298,11 +320,13 @@ void test_contacts(void** /*state*/) {
     }
 }
 
-// The name of an array in which two work spaces differ, "" if there is none
+// The name of an array in which two work spaces differ, "" if there is none. Of a step that is not whole, compares the
+// arrays that can be read after every step.
 std::string difference(Work& found, Work& wanted) {
-  for (Work* work : {&found, &wanted}) work->complete();
+  for (Work* work : {&found, &wanted}) found.is_whole() ? work->complete() : work->complete_frames();
   const std::vector<Array> a = found.arrays(), b = wanted.arrays();
   for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!found.is_whole() && !is_always_readable(a[i].name)) continue;
     std::vector<double> x(a[i].count()), y(x.size());
     a[i].read(x.data());
     b[i].read(y.data());
@@ -311,46 +335,65 @@ std::string difference(Work& found, Work& wanted) {
   return "";
 }
 
-// Whole steps of several frames leave the bits of mj_step in all arrays of mjData, and lanes leave few rows.
-void test_steps(void** /*state*/) {
-  int rows = 0, left = 0;
-  for (const auto& [name, model] : models())
-    for (const int width : lanes::widths()) {
-      Noise noise;
-      const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
-      std::vector<std::unique_ptr<Work>> works, plain;
-      std::vector<Work*> all;
-      std::vector<std::vector<double>> states, befores(static_cast<std::size_t>(width));
-      std::vector<double*> before;
-      for (int row = 0; row < width; ++row) {
-        for (auto* list : {&works, &plain}) list->push_back(std::make_unique<Work>(model));
-        all.push_back(works.back().get());
-        befores[static_cast<std::size_t>(row)].resize(works[0]->layout().size);
-        before.push_back(befores[static_cast<std::size_t>(row)].data());
-      }
-      std::vector<double> state(works[0]->layout().size), last(state.size());
-      for (int round = 0; round < kRounds; ++round) {
-        for (std::size_t row = 0; row < all.size(); ++row) {
-          set_random(*model->get(), *plain[row], noise);
-          plain[row]->save(state.data());
-          for (Work* work : {works[row].get(), plain[row].get()}) {
-            work->load(state.data());
-            work->act({});
-          }
-        }
-        const std::uint32_t stepped = stepper->step(all.data(), width, 3, before.data());
-        for (std::size_t row = 0; row < all.size(); ++row) {
-          plain[row]->step(3, last.data());
-          ++rows;
-          if (!(stepped >> row & 1)) {
-            ++left;
-            continue;
-          }
-          if (const std::string found = difference(*works[row], *plain[row]); !found.empty())
-            fail_msg("%s, %d lanes: %s", name.c_str(), width, found.c_str());
-        }
+// How rows are read after a step.
+struct Reading {
+  const char* array;  // one that is announced
+  bool is_current;    // Work::keep_current
+  std::int64_t frames;
+};
+
+// Steps leave the bits of mj_step, and lanes leave few rows.
+void test_steps(const Named& named, const lanes::Code& code, const Reading& reading, int& rows, int& left) {
+  const auto& [name, model] = named;
+  Noise noise;
+  const int width = code.width;
+  const auto stepper = lanes::make_stepper(*model, code);
+  std::vector<std::unique_ptr<Work>> works, plain;
+  std::vector<Work*> all;
+  std::vector<std::vector<double>> states, befores(static_cast<std::size_t>(width));
+  std::vector<double*> before;
+  for (int row = 0; row < width; ++row) {
+    for (auto* list : {&works, &plain}) {
+      list->push_back(std::make_unique<Work>(model));
+      list->back()->expect(reading.array);
+      if (reading.is_current) list->back()->keep_current();
+    }
+    all.push_back(works.back().get());
+    befores[static_cast<std::size_t>(row)].resize(works[0]->layout().size);
+    before.push_back(befores[static_cast<std::size_t>(row)].data());
+  }
+  std::vector<double> state(works[0]->layout().size), last(state.size());
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t row = 0; row < all.size(); ++row) {
+      set_random(*model->get(), *plain[row], noise);
+      plain[row]->save(state.data());
+      for (Work* work : {works[row].get(), plain[row].get()}) {
+        work->load(state.data());
+        work->act({});
       }
     }
+    const std::uint32_t stepped = stepper->step(all.data(), width, reading.frames, before.data());
+    for (std::size_t row = 0; row < all.size(); ++row) {
+      plain[row]->step(reading.frames, last.data());
+      ++rows;
+      if (!(stepped >> row & 1)) {
+        ++left;
+        continue;
+      }
+      if (const std::string found = difference(*works[row], *plain[row]); !found.empty())
+        fail_msg("%s, %d lanes, %s is read%s: %s", name.c_str(), width, reading.array,
+                 reading.is_current ? ", new states are shown" : "", found.c_str());
+    }
+  }
+}
+
+void test_steps(void** /*state*/) {
+  int rows = 0, left = 0;
+  for (const Named& named : models())
+    for (const int width : lanes::widths())
+      for (const Reading& reading :
+           {Reading{"qM", false, 3}, {"qpos", false, 3}, {"qpos", true, 2}, {"cfrc_ext", true, 1}})
+        test_steps(named, *lanes::code_of(width), reading, rows, left);
   assert_true(left < rows / 10);
 }
 

@@ -9,13 +9,13 @@ enum Party : unsigned {
   kState = 1 << 0,          // a step reads a row's state, and leaves the new one; callbacks see it before each mj_step
   kCallback = 1 << 1,       // a task's before_substep
   kForces = 1 << 2,         // the same, and rows with forces of their own
-  kShown = 1 << 3,          // whoever reads mjData after a step; these three read the same
-  kWhole = 1 << 4,          //
-  kBetweenBodies = 1 << 5,  //
+  kShown = 1 << 3,          // what callbacks see after a step, except the state, sensors and what is computed on demand
+  kWhole = 1 << 4,          // whoever reads any other array after a step
+  kBetweenBodies = 1 << 5,  // the same: what mj_rnePostConstraint computes
   kPlaces = 1 << 6,         // mj_kinematics and mj_comPos
   kInertia = 1 << 7,        // mj_makeM and mj_factorM
   kVelocities = 1 << 8,     // mj_comVel and mj_rne
-  kMiddle = 1 << 9,         // mj_camlight and mj_tendon
+  kMiddle = 1 << 9,         // mj_tendon and mj_camlight
   kAcceleration = 1 << 10,  // mj_fwdAcceleration
   kConstraints = 1 << 11,   // mj_fwdConstraint
   kIntegration = 1 << 12,   // the integrator
@@ -24,57 +24,58 @@ enum Party : unsigned {
   kActuation = 1 << 15,     // mj_transmission and mj_fwdActuation, which come after kMiddle and read what it reads, too
   kPassive = 1 << 16,       // mj_passive, which does the same
   kContacts = 1 << 17,      // mj_collision and mj_makeConstraint, which do the same
+  kMaking = 1 << 18,        // mj_makeConstraint, for limits and contacts
 };
-constexpr int kParties = 18;
+constexpr int kParties = 19;
 
 // ARRAY(name in mjData, its count in a model m, who writes it there beside lanes, who reads it there)
-#define MJENV_LANES_DATA(ARRAY)                                                     \
-  ARRAY(qpos, m.nq, kState | kIntegration, kState | kPlaces | kMiddle | kActuation) \
-  ARRAY(qvel, m.nv, kState | kIntegration, kState | kVelocities | kMiddle)          \
-  ARRAY(act, m.na, kState | kIntegration, kState)                                   \
-  ARRAY(mocap_pos, 3 * m.nmocap, kState, kNobody)                                   \
-  ARRAY(mocap_quat, 4 * m.nmocap, kState, kNobody)                                  \
-  ARRAY(qacc_warmstart, m.nv, kState | kIntegration, kState | kConstraints)         \
-  ARRAY(ctrl, m.nu, kState | kCallback, kNobody)                                    \
-  ARRAY(qfrc_applied, m.nv, kForces, kNobody)                                       \
-  ARRAY(xfrc_applied, 6 * m.nbody, kForces, kNobody)                                \
-  ARRAY(xpos, 3 * m.nbody, kPlaces, kMiddle)                                        \
-  ARRAY(xquat, 4 * m.nbody, kPlaces, kMiddle)                                       \
-  ARRAY(xmat, 9 * m.nbody, kPlaces, kMiddle)                                        \
-  ARRAY(xipos, 3 * m.nbody, kPlaces, kMiddle)                                       \
-  ARRAY(xiquat, 4 * m.nbody, kPlaces, kSolved)                                      \
-  ARRAY(ximat, 9 * m.nbody, kPlaces, kMiddle)                                       \
-  ARRAY(xanchor, 3 * m.njnt, kPlaces, kMiddle)                                      \
-  ARRAY(xaxis, 3 * m.njnt, kPlaces, kMiddle)                                        \
-  ARRAY(geom_xpos, 3 * m.ngeom, kPlaces, kMiddle)                                   \
-  ARRAY(geom_xquat, 4 * m.ngeom, kPlaces, kMiddle)                                  \
-  ARRAY(geom_xmat, 9 * m.ngeom, kPlaces, kMiddle)                                   \
-  ARRAY(site_xpos, 3 * m.nsite, kPlaces, kMiddle)                                   \
-  ARRAY(site_xquat, 4 * m.nsite, kPlaces, kMiddle)                                  \
-  ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle)                                   \
-  ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle)                                 \
-  ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle)                                           \
-  ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved)                                     \
-  ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                                       \
-  ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                                  \
-  ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                                \
-  ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                          \
-  ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle)                                    \
-  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kSolved)                                   \
-  ARRAY(qfrc_bias, m.nv, kVelocities, kSolved)                                      \
-  ARRAY(qfrc_spring, m.nv, kPassive, kSolved)                                       \
-  ARRAY(qfrc_damper, m.nv, kPassive, kSolved)                                       \
-  ARRAY(qfrc_fluid, m.nv, kPassive, kSolved)                                        \
-  ARRAY(qfrc_passive, m.nv, kPassive, kSolved)                                      \
-  ARRAY(actuator_length, m.nout, kActuation, kNobody)                               \
-  ARRAY(actuator_velocity, m.nout, kActuation, kSolved)                             \
-  ARRAY(actuator_force, m.nout, kActuation, kSolved)                                \
-  ARRAY(qfrc_actuator, m.nv, kActuation, kSolved)                                   \
-  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints | kSolved)                   \
-  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints | kSolved)                   \
-  ARRAY(qacc, m.nv, kConstraints, kSolved)                                          \
-  ARRAY(qfrc_constraint, m.nv, kConstraints, kSolved)                               \
-  ARRAY(qH, m.nC, kNobody, kFactor)                                                 \
+#define MJENV_LANES_DATA(ARRAY)                                                               \
+  ARRAY(qpos, m.nq, kState | kIntegration, kState | kPlaces | kMiddle | kActuation | kMaking) \
+  ARRAY(qvel, m.nv, kState | kIntegration, kState | kVelocities | kMiddle | kMaking)          \
+  ARRAY(act, m.na, kState | kIntegration, kState)                                             \
+  ARRAY(mocap_pos, 3 * m.nmocap, kState, kNobody)                                             \
+  ARRAY(mocap_quat, 4 * m.nmocap, kState, kNobody)                                            \
+  ARRAY(qacc_warmstart, m.nv, kState | kIntegration, kState | kConstraints)                   \
+  ARRAY(ctrl, m.nu, kState | kCallback, kNobody)                                              \
+  ARRAY(qfrc_applied, m.nv, kForces, kNobody)                                                 \
+  ARRAY(xfrc_applied, 6 * m.nbody, kForces, kNobody)                                          \
+  ARRAY(xpos, 3 * m.nbody, kPlaces, kMiddle | kShown)                                         \
+  ARRAY(xquat, 4 * m.nbody, kPlaces, kMiddle | kShown)                                        \
+  ARRAY(xmat, 9 * m.nbody, kPlaces, kMiddle | kShown)                                         \
+  ARRAY(xipos, 3 * m.nbody, kPlaces, kMiddle | kShown)                                        \
+  ARRAY(xiquat, 4 * m.nbody, kPlaces, kSolved | kShown)                                       \
+  ARRAY(ximat, 9 * m.nbody, kPlaces, kMiddle | kShown)                                        \
+  ARRAY(xanchor, 3 * m.njnt, kPlaces, kMiddle | kShown)                                       \
+  ARRAY(xaxis, 3 * m.njnt, kPlaces, kMiddle | kShown)                                         \
+  ARRAY(geom_xpos, 3 * m.ngeom, kPlaces, kMiddle)                                             \
+  ARRAY(geom_xquat, 4 * m.ngeom, kPlaces, kMiddle)                                            \
+  ARRAY(geom_xmat, 9 * m.ngeom, kPlaces, kMiddle)                                             \
+  ARRAY(site_xpos, 3 * m.nsite, kPlaces, kMiddle | kShown)                                    \
+  ARRAY(site_xquat, 4 * m.nsite, kPlaces, kMiddle)                                            \
+  ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle | kShown)                                    \
+  ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle | kShown | kMaking)                        \
+  ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle | kMaking)                                           \
+  ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved | kShown)                                      \
+  ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                                                 \
+  ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                                            \
+  ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                                          \
+  ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                                    \
+  ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle | kShown)                                     \
+  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kSolved)                                             \
+  ARRAY(qfrc_bias, m.nv, kVelocities, kSolved | kShown)                                       \
+  ARRAY(qfrc_spring, m.nv, kPassive, kSolved)                                                 \
+  ARRAY(qfrc_damper, m.nv, kPassive, kSolved)                                                 \
+  ARRAY(qfrc_fluid, m.nv, kPassive, kSolved)                                                  \
+  ARRAY(qfrc_passive, m.nv, kPassive, kSolved | kShown)                                       \
+  ARRAY(actuator_length, m.nout, kActuation, kShown)                                          \
+  ARRAY(actuator_velocity, m.nout, kActuation, kSolved | kShown)                              \
+  ARRAY(actuator_force, m.nout, kActuation, kSolved | kShown)                                 \
+  ARRAY(qfrc_actuator, m.nv, kActuation, kSolved | kShown)                                    \
+  ARRAY(qfrc_smooth, m.nv, kAcceleration, kConstraints | kSolved)                             \
+  ARRAY(qacc_smooth, m.nv, kAcceleration, kConstraints | kSolved)                             \
+  ARRAY(qacc, m.nv, kConstraints, kSolved | kShown)                                           \
+  ARRAY(qfrc_constraint, m.nv, kConstraints, kSolved | kShown)                                \
+  ARRAY(qH, m.nC, kNobody, kFactor)                                                           \
   ARRAY(qHDiagInv, m.nv, kNobody, kFactor)
 
 // ARRAY(name, count): results that lanes keep for themselves: angles of hinges with their sines and cosines; what MuJoCo

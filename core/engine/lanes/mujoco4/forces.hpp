@@ -8,18 +8,25 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mj_transmission, the velocities that mj_fwdVelocity computes, and mj_fwdActuation. Sums begin at +0.
+// mj_transmission, and the velocities that mj_fwdVelocity computes. Sums begin at +0.
+void transmission(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.nu; ++i) {
+    const int joint = m.actuator_trnid[2 * i];
+    const V gear = vectors(d.actuator_gear)[6 * i];
+    vectors(d.actuator_length)[i] = vectors(d.qpos)[m.jnt_qposadr[joint]] * gear;
+    vectors(d.actuator_velocity)[i] = V{} + gear * vectors(d.qvel)[m.jnt_dofadr[joint]];
+  }
+}
+
+// mj_fwdActuation
 void fwdActuation(Lanes& d) {
   const mjModel& m = *d.model;
   V* const qfrc = vectors(d.qfrc_actuator);
   zero(qfrc, m.nv);
   for (int i = 0; i < m.nu; ++i) {
-    const int joint = m.actuator_trnid[2 * i], dof = m.jnt_dofadr[joint];
-    const V gear = vectors(d.actuator_gear)[6 * i];
-    vectors(d.actuator_length)[i] = vectors(d.qpos)[m.jnt_qposadr[joint]] * gear;
-    vectors(d.actuator_velocity)[i] = V{} + gear * vectors(d.qvel)[dof];
     const V force = vectors(d.actuator_force)[i] = SimpleActuation(d, i).force();
-    qfrc[dof] += gear * force;
+    qfrc[m.jnt_dofadr[m.actuator_trnid[2 * i]]] += vectors(d.actuator_gear)[6 * i] * force;
   }
   for (int i = 0; i < m.njnt; ++i) {
     V& force = qfrc[m.jnt_dofadr[i]];

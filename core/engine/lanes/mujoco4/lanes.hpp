@@ -70,6 +70,7 @@ struct Contacts {
   FUNCTION(void, rne, (Lanes&))                                                                             \
   /* Returns false if a row meets a case that is left to MuJoCo's function. */                              \
   FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                      \
+  FUNCTION(void, transmission, (Lanes&))                                                                    \
   FUNCTION(void, fwdActuation, (Lanes&))                                                                    \
   FUNCTION(void, passive, (Lanes&))                                                                         \
   FUNCTION(void, fwdAcceleration, (Lanes&))                                                                 \

@@ -45,6 +45,13 @@ std::string inertia(const Model& model) {
                  "actuators or tendons with inertia or damping");
 }
 
+std::string energies(const Model& model) {
+  const mjModel& m = *model.get();
+  const bool has = std::any_of(m.sensor_type, m.sensor_type + m.nsensor,
+                               [](int type) { return type == mjSENS_E_POTENTIAL || type == mjSENS_E_KINETIC; });
+  return text_if(has, "sensors of energies");
+}
+
 std::string damping(const Model& model) {
   const mjModel& m = *model.get();
   return text_if(any(m.dof_dampingpoly, m.nv * mjNPOLY, 0.0), "damping that is not linear");
@@ -81,15 +88,6 @@ void compute_inertia(Work& work, const mjModel& /*m*/, mjData& d) {
 void compute_velocities(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_comVel(&work.stepped(), &d);
   mj_rne(&work.stepped(), &d, 0, d.qfrc_bias);
-}
-
-void compute_tendons(Work& work, const mjModel& /*m*/, mjData& d) {
-  const mjModel& m = work.stepped();
-  d.flg_subtreevel = false;
-  mj_camlight(&m, &d);
-  mj_tendon(&m, &d);
-  mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.ten_J_rownnz, m.ten_J_rowadr, m.ten_J_colind,
-                      nullptr);
 }
 
 std::string other_solvers(const Model& model) { return Solver::unsupported_feature(*model.get()); }
@@ -146,6 +144,20 @@ std::string passive(const Model& model) {
   return m.flg_adhesion ? "adhesion" : "";
 }
 
+// Where a later stage is computed row by row, this copies to mjData what that stage reads, too.
+std::string tendons(const Model& model) {
+  if (model.get()->ntendon > 0) return "not written yet";
+  const bool is_alone = actuation(model).empty() && passive(model).empty() && Collider::obstacle(model).empty();
+  return text_if(!is_alone, "a later stage is computed row by row");
+}
+
+void compute_tendons(Work& work, const mjModel& /*m*/, mjData& d) {
+  const mjModel& m = work.stepped();
+  mj_tendon(&m, &d);
+  mju_mulMatVecSparse(d.ten_velocity, d.ten_J, d.qvel, m.ntendon, m.ten_J_rownnz, m.ten_J_rowadr, m.ten_J_colind,
+                      nullptr);
+}
+
 void compute_passive(Work& work, const mjModel& /*m*/, mjData& d) { mj_passive(&work.stepped(), &d); }
 
 std::string contacts(const Model& model) {
@@ -185,6 +197,7 @@ const std::vector<Obstacle>& obstacles() {
       {"mocap bodies", "not written yet", mocap},
       {"plastic joints and tendons", "not written yet", plastic},
       {"delays and histories of actuators and sensors", "their samples lie in mjData", histories},
+      {"sensors of energies", "they may have the values of an earlier step", energies},
       {"actuators or tendons with inertia or damping", "not written yet", inertia},
       {"damping that is not linear", "not written yet", damping},
       {"MuJoCo's callbacks in the process, except `mjcb_time`", "they may read and write all of mjData", callbacks},
@@ -197,13 +210,15 @@ const std::vector<Obstacle>& obstacles() {
   { #name }
 #define MJENV_COMPUTE(name) \
   { #name, &Code::name }
+#define MJENV_SHOW(name) \
+  { #name, &Code::name, true }
 
 const std::vector<Stage>& stages() {
   static const std::vector<Stage> list{
       {"kinematics, centres of mass",
        "all joints",
        "",
-       {MJENV_FUNCTION(adopt), MJENV_COMPUTE(kinematics), MJENV_COMPUTE(comPos)},
+       {MJENV_FUNCTION(adopt), MJENV_SHOW(kinematics), MJENV_SHOW(comPos)},
        always,
        never,
        never,
@@ -221,15 +236,23 @@ const std::vector<Stage>& stages() {
       {"velocities, bias forces",
        "all",
        "",
-       {MJENV_COMPUTE(comVel), MJENV_COMPUTE(rne)},
+       {MJENV_SHOW(comVel), MJENV_SHOW(rne)},
        always,
        never,
        never,
        compute_velocities,
        kVelocities},
-      {"tendons", "", "all", {}, always, unwritten, never, compute_tendons, kMiddle},
+      {"tendons",
+       "",
+       "all",
+       {},
+       [](const Model& model) { return model.get()->ntendon > 0; },
+       tendons,
+       never,
+       compute_tendons,
+       kMiddle},
       {"contacts, constraints",
-       "contacts of planes, spheres and capsules, except in the last evaluation of a step",
+       "contacts of planes, spheres and capsules, except where all of mjData is read after the step",
        "constraints; all contacts in models with other shapes, if lanes cannot list the pairs of geoms, or if "
        "actuators, passive forces or the solver are computed row by row",
        {MJENV_FUNCTION(collision)},
@@ -241,7 +264,7 @@ const std::vector<Stage>& stages() {
       {"actuators",
        "on slides and hinges, with constant or affine gains and biases",
        "all, if an actuator is another one or has states",
-       {MJENV_COMPUTE(fwdActuation)},
+       {MJENV_SHOW(transmission), MJENV_COMPUTE(fwdActuation)},
        has_actuators,
        actuation,
        never,
@@ -251,7 +274,7 @@ const std::vector<Stage>& stages() {
        "linear springs of slides and hinges, dampers; the fluid model of boxes",
        "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, "
        "compensation of gravity or adhesion",
-       {MJENV_COMPUTE(passive)},
+       {MJENV_SHOW(passive)},
        always,
        passive,
        never,

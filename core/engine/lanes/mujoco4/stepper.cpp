@@ -14,6 +14,24 @@ bool has_negative_zero(const double* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
 }
 
+// What the model's sensors read. nothing: there are none, or they are disabled. motion: positions and velocities.
+// constraints: also constraints with their forces, or accelerations. early_constraints: also in mj_step1.
+enum class SensorNeeds { nothing, motion, constraints, early_constraints };
+
+SensorNeeds sensor_needs(const mjModel& m) {
+  if (m.nsensor == 0 || m.opt.disableflags & mjDSBL_SENSOR) return SensorNeeds::nothing;
+  SensorNeeds needs = SensorNeeds::motion;
+  for (int i = 0; i < m.nsensor; ++i) switch (m.sensor_type[i]) {
+      case mjSENS_JOINTLIMITPOS:
+      case mjSENS_JOINTLIMITVEL:
+      case mjSENS_TENDONLIMITPOS:
+      case mjSENS_TENDONLIMITVEL: return SensorNeeds::early_constraints;
+      default:
+        if (m.sensor_needstage[i] == mjSTAGE_ACC) needs = SensorNeeds::constraints;
+    }
+  return needs;
+}
+
 const Stage& stage_of(Party party) {
   return *std::find_if(stages().begin(), stages().end(), [&](const Stage& stage) { return stage.party == party; });
 }
@@ -26,23 +44,33 @@ class MujocoStepper final : public LaneStepper {
         is_RungeKutta_(m_.opt.integrator == mjINT_RK4),
         solver_(Solver::make(code, m_)),
         contacts_(stage_of(kContacts)),
-        collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(m_, code) : nullptr) {}
+        collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(m_, code) : nullptr),
+        needs_(sensor_needs(m_)),
+        shows_current_(m_.ntendon == 0 && needs_ != SensorNeeds::early_constraints &&
+                       std::all_of(stages().begin(), stages().end(), [&](const Stage& stage) {
+                         return !(stage.party & (kActuation | kPassive)) || stage.obstacle(model).empty();
+                       })) {}
 
  private:
   const bool is_by_rows_, is_RungeKutta_;  // how a step is integrated
   const std::unique_ptr<Solver> solver_;   // null: the stages' table has its twin
   const Stage& contacts_;
   const std::unique_ptr<Collider> collider_;  // null: the stages' table has its twin
+  const SensorNeeds needs_;
+  const bool shows_current_;  // whether lanes compute what callbacks see of a new state
+  bool is_whole_ = false;     // all of mjData is read after this step
 
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
+  void begin() override;
   void advance(bool is_last) override;
   Left finish() override;
   void evaluate(bool is_read);
   void collide(bool is_read);
   void solve(bool is_read);
   void show();
-  void sense(bool is_last);
+  void sense(bool is_shown);
+  void show_current();
   void integrate(bool is_last);
   void integrate_by_rows();
 };
@@ -77,11 +105,16 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          m.opt.integrator != m_.opt.integrator;
 }
 
+void MujocoStepper::begin() { is_whole_ = (readers_ & (kWhole | kBetweenBodies)) || (is_by_rows_ && is_RungeKutta_); }
+
 void MujocoStepper::advance(bool is_last) {
   if (lanes_.has_forces) lanes_.left_to_mujoco = ~0U;
-  evaluate(is_last);
+  // Sensors of positions and velocities are computed again for the new state, if that is shown.
+  const bool is_late = needs_ == SensorNeeds::motion && works_[0]->keeps_current();
+  const bool senses = is_last && needs_ != SensorNeeds::nothing && !is_late;
+  evaluate((is_last && is_whole_) || (senses && needs_ != SensorNeeds::motion));
   if (live() == 0) return;
-  sense(is_last);
+  if (senses) sense(needs_ != SensorNeeds::motion);
   if (is_by_rows_)
     integrate_by_rows();
   else
@@ -89,23 +122,25 @@ void MujocoStepper::advance(bool is_last) {
 }
 
 // mj_forward without sensors. The order differs from MuJoCo's where that does not change the results. is_read: whether
-// sensors or others read mjData afterwards.
+// somebody reads constraints, or all of mjData, afterwards.
 void MujocoStepper::evaluate(bool is_read) {
   if (live() == 0) return;
   compute();
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  if (collider_) collide(is_read);
+  if (collider_) collide(is_read && is_whole_);
   if (solver_) solve(is_read);
   if (is_read) show();
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
 }
 
-// Lanes find the contacts, if they can and nobody reads them: MuJoCo's own search also marks the boxes that it tests.
+// Lanes find the contacts, if they can and not all of mjData is read: MuJoCo's own search also marks the boxes that it
+// tests.
 void MujocoStepper::collide(bool is_read) {
   bool finds = !is_read;
   for (int row = 0; row < count_ && finds; ++row) finds = collider_->follows(works_[row]->stepped());
   finds = finds && collider_->find(lanes_, live());
+  scatter(finds && m_.neq == 0 ? kMaking : kMiddle);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (!finds) return contacts_.compute(*works_[row], m, d);
     collider_->write(row, works_[row]->stepped(), d);
@@ -138,10 +173,10 @@ void MujocoStepper::solve(bool is_read) {
 
 // Writes to mjData what no stage has read, the energies, and the moments of actuators, which are sparse matrices.
 void MujocoStepper::show() {
-  scatter(kSolved);
-  scatter(kActuation);
+  for (const Party reader : {kMiddle, kSolved, kActuation}) scatter(reader);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     const mjModel& m = works_[row]->stepped();
+    mj_camlight(&m, &d);
     mj_transmission(&m, &d);
     d.flg_energypos = d.flg_energyvel = false;
     d.energy[0] = d.energy[1] = 0;
@@ -151,15 +186,25 @@ void MujocoStepper::show() {
   });
 }
 
-void MujocoStepper::sense(bool is_last) {
+// Computes the sensors of positions and velocities. If others are read, too, `show` has been called.
+void MujocoStepper::sense(bool is_shown) {
+  for (const Party reader : {kMiddle, kShown})
+    if (!is_shown) scatter(reader);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     const mjModel& m = works_[row]->stepped();
-    d.flg_rnepost = false;
-    if (!is_last) return;
+    if (!is_shown) mj_camlight(&m, &d);
+    d.flg_subtreevel = d.flg_rnepost = false;
     mj_sensorPos(&m, &d);
     mj_sensorVel(&m, &d);
-    mj_sensorAcc(&m, &d);
+    if (is_shown) mj_sensorAcc(&m, &d);
   });
+}
+
+// Computes the stages of mj_step1 for the new state, except those whose results nobody reads.
+void MujocoStepper::show_current() {
+  for (int row = 0; row < count_; ++row) works_[row]->keep_raw_qpos();
+  compute(true);
+  if (needs_ != SensorNeeds::nothing) sense(false);
 }
 
 void MujocoStepper::integrate(bool is_last) {
@@ -168,7 +213,7 @@ void MujocoStepper::integrate(bool is_last) {
     code_.RungeKutta(lanes_, stage);
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
-    evaluate(is_last && stage == 3);
+    evaluate(is_last && is_whole_ && stage == 3);
     if (live() == 0) return;
   }
   code_.RungeKutta(lanes_, 4);
@@ -188,12 +233,11 @@ void MujocoStepper::integrate_by_rows() {
 }
 
 MujocoStepper::Left MujocoStepper::finish() {
-  // mj_RungeKutta leaves the mean acceleration.
-  for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
-    for (int i = 0; i < m_.nv && !is_by_rows_ && is_RungeKutta_; ++i) d.qacc[i] = lanes_.qacc[i * code_.width + row];
-  });
-  if (!is_by_rows_ && !is_RungeKutta_ && lanes_.damped != 0) scatter(kFactor, lanes_.damped);
-  return {true, false, false};
+  if (is_whole_ && !is_RungeKutta_ && !is_by_rows_ && lanes_.damped != 0) scatter(kFactor, lanes_.damped);
+  const bool is_shown = works_[0]->keeps_current() && shows_current_ && !is_whole_;
+  if (is_shown) show_current();
+  if (!(is_by_rows_ && is_RungeKutta_)) scatter(kShown);
+  return {is_whole_, is_shown, false};
 }
 
 }  // namespace
