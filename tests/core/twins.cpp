@@ -105,6 +105,14 @@ std::vector<Named> models() {
   euler.replace(euler.find("RK4"), 3, "Euler");
   found.emplace_back("odd with Euler", Model::parse("odd", euler));
   found.emplace_back("forces", Model::parse("forces", kForces));
+  std::string without = kForces;  // contacts
+  without.replace(without.find("/>"), 2, "><flag contact='disable'/></option>");
+  found.emplace_back("forces without contacts", Model::parse("forces", without));
+  std::string springs = without;  // an actuator with a state, and forces that are computed row by row
+  springs.replace(springs.find("</actuator>"), 0, "<intvelocity joint='a' actrange='-1 1'/>");
+  springs.replace(springs.find("</worldbody>"), 0,
+                  "<body pos='0 2 0'><joint type='ball' stiffness='3'/><geom/></body>");
+  found.emplace_back("springs and states", Model::parse("forces", springs));
   found.emplace_back("sensors", with_sensors("", "", ""));
   found.emplace_back("sensors with RK4", with_sensors("integrator='RK4'", "contact='disable'", "<force site='t'/>"));
   found.emplace_back("sensors of forces",
@@ -133,6 +141,7 @@ class Twins : public lanes::LaneArrays {
 
   Twins(const std::shared_ptr<const Model>& model, const lanes::Code& code)
       : LaneArrays(*model->stepped()),
+        model_(model),
         code_(code),
         memory_(lanes_, code.width, counts_),
         solver_(lanes::Solver::make(code, m_)) {
@@ -189,14 +198,15 @@ class Twins : public lanes::LaneArrays {
     gather(lanes::kState);
     for (const lanes::Stage& stage : lanes::stages()) {
       if (!stage.compute) continue;
+      const bool is_in_lanes = stage.obstacle(*model_).empty();
       for (const lanes::Function& function : stage.functions)
-        if (function.compute) (code_.*function.compute)(lanes_);
+        if (function.compute && is_in_lanes) (code_.*function.compute)(lanes_);
       const bool is_solver = stage.party == lanes::kConstraints;
       if (is_solver && solver_) solve();
       for (const auto& work : works_) stage.compute(*work, m_, *work->data());
       if (is_solver && solver_)
         if (const std::string found = difference_of_forces(); !found.empty()) return "solver: " + found;
-      if (!stage.functions.empty() && (!is_solver || solver_))
+      if (!stage.functions.empty() && is_in_lanes)
         if (const std::string found = difference(stage.party); !found.empty())
           return std::string(stage.name) + ": " + found;
       gather(stage.party);
@@ -205,6 +215,7 @@ class Twins : public lanes::LaneArrays {
   }
 
  private:
+  const std::shared_ptr<const Model> model_;
   const lanes::Code& code_;
   lanes::Lanes lanes_{};
   lanes::Memory<lanes::Lanes> memory_;

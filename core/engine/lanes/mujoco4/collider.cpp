@@ -6,10 +6,17 @@
 
 namespace mjenv::core::lanes {
 
+namespace {
+
+// Whether MuJoCo finds no contacts at all.
+bool is_disabled(const mjModel& m) { return (m.opt.disableflags & (mjDSBL_CONTACT | mjDSBL_CONSTRAINT)) != 0; }
+
+}  // namespace
+
 std::string Collider::obstacle(const Model& model) {
+  if (is_disabled(*model.get())) return "";
   if (!model.pairs()) return "the search for pairs of geoms";
   const mjModel& m = *model.stepped();
-  if (m.opt.disableflags & (mjDSBL_CONTACT | mjDSBL_CONSTRAINT)) return "disabled contacts";
   for (int i = 0; i < m.npair; ++i) {
     const int type1 = m.geom_type[m.pair_geom1[i]], type2 = m.geom_type[m.pair_geom2[i]];
     const bool is_round = type2 == mjGEOM_SPHERE || type2 == mjGEOM_CAPSULE;
@@ -24,13 +31,15 @@ Collider::Collider(const mjModel& model, const Code& code) : m_(model), code_(co
 }
 
 bool Collider::follows(const mjModel& row) const {
+  if (is_disabled(m_)) return true;
   return row.npair == m_.npair && row.geom_size == m_.geom_size && row.geom_rbound == m_.geom_rbound &&
          row.geom_margin == m_.geom_margin && row.geom_gap == m_.geom_gap;
 }
 
 bool Collider::find(const Lanes& lanes, std::uint32_t rows) {
   contacts_.rows = rows;
-  return code_.collision(lanes, contacts_);
+  contacts_.count = 0;
+  return is_disabled(m_) || code_.collision(lanes, contacts_);
 }
 
 void Collider::write(int row, const mjModel& m, mjData& d) const {

@@ -160,9 +160,11 @@ void compute_tendons(Work& work, const mjModel& /*m*/, mjData& d) {
 
 void compute_passive(Work& work, const mjModel& /*m*/, mjData& d) { mj_passive(&work.stepped(), &d); }
 
+// Where contacts are found in lanes, this happens after all other stages but constraints.
 std::string contacts(const Model& model) {
-  if (!actuation(model).empty() || !passive(model).empty())
-    return "actuators or passive forces are computed row by row";
+  const mjModel& m = *model.get();
+  if (std::any_of(m.actuator_trntype, m.actuator_trntype + m.nactuator, [](int type) { return type == mjTRN_BODY; }))
+    return "actuators that act on bodies";
   if (!other_solvers(model).empty()) return "the solver is computed row by row";
   return Collider::obstacle(model);
 }
@@ -253,8 +255,9 @@ const std::vector<Stage>& stages() {
        kMiddle},
       {"contacts, constraints",
        "contacts of planes, spheres and capsules, except where all of mjData is read after the step",
-       "constraints; all contacts in models with other shapes, if lanes cannot list the pairs of geoms, or if "
-       "actuators, passive forces or the solver are computed row by row",
+       "constraints; all contacts in models with other shapes or with actuators that act on bodies, if lanes cannot "
+       "list "
+       "the pairs of geoms, or if the solver is computed row by row",
        {MJENV_FUNCTION(collision)},
        always,
        contacts,
