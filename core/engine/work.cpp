@@ -61,8 +61,7 @@ void Work::clear() {
   mj_resetData(&model(), data_.get());
   std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
   clear_warnings();
-  forces_ = Forces::kCurrent;
-  frames_lag_ = false;
+  forces_lag_ = frames_lag_ = false;
   is_whole_ = true;
   ++computation_;
 }
@@ -81,7 +80,7 @@ void Work::begin() {
   clear_caches(*m, *d);
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
-  forces_ = Forces::kCurrent;
+  forces_lag_ = false;
 }
 
 void Work::load(const double* state, bool continues) {
@@ -143,7 +142,6 @@ void Work::keep_current() {
 void Work::keep_raw_qpos() { std::copy_n(data_->qpos, layout_.nq, raw_qpos_.begin()); }
 
 void Work::compute_current() {
-  if (forces_ == Forces::kOld) forces_ = Forces::kLost;
   keep_raw_qpos();
   mjData* d = data_.get();
   std::uint8_t of_step = warnings();
@@ -213,8 +211,7 @@ void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before
 
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
-  forces_ = Forces::kOld;
-  if (keeps_current_) complete_forces();
+  if (keeps_current_) compute_forces();
   note_step(true, false, keeps_current_);
 }
 
@@ -233,9 +230,12 @@ void Work::complete_frames() {
 }
 
 void Work::complete_forces() {
-  if (forces_ != Forces::kOld) return;
+  if (forces_lag_ && !keeps_current_) compute_forces();
+}
+
+void Work::compute_forces() {
   mj_rnePostConstraint(&model(), data_.get());
-  forces_ = Forces::kCurrent;
+  forces_lag_ = false;
 }
 
 static_assert(mjNWARNING <= 8, "warnings() has a bit for each kind");

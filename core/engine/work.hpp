@@ -122,10 +122,10 @@ class Work {
   // keep_raw_qpos and then computed the stages of mj_step1. has_forces: it has computed what complete_forces computes.
   void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
     frames_lag_ = true;
-    forces_ = has_forces ? Forces::kCurrent : Forces::kOld;
+    forces_lag_ = !has_forces;
     new_state_warnings_ = only_new_state_warnings_ = 0;
     if (keeps_current_ && !shows_current) {
-      if (is_whole && reads_forces_) complete_forces();
+      if (is_whole && reads_forces_) compute_forces();
       compute_current();
     }
     is_whole_ = is_whole;
@@ -140,8 +140,8 @@ class Work {
   void complete_forces();
   void complete_frames();
   // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read
-  // forces (reads_forces) compute them.
-  bool has_lost_forces() const { return forces_ == Forces::kLost; }
+  // forces (reads_forces) do, because the mj_step1 for the new state overwrites what they are computed from.
+  bool has_lost_forces() const { return forces_lag_ && keeps_current_; }
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }
   int constraint_count() const;
@@ -169,9 +169,7 @@ class Work {
   std::optional<ModelView> view_;  // only if rows have arrays of their own
   StateLayout layout_;
   std::unique_ptr<mjData_, DeleteData> data_;
-  // Of which step cacc, cfrc_int and cfrc_ext are. kLost: mj_step1 has overwritten what they are computed from.
-  enum class Forces : std::uint8_t { kCurrent, kOld, kLost };
-  Forces forces_ = Forces::kCurrent;
+  bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
   bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
   bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
@@ -184,6 +182,7 @@ class Work {
 
   void clear_warnings();
   void compute_current();
+  void compute_forces();
   bool can_continue();
 };
 

@@ -29,7 +29,7 @@ struct DrawSettings {
   Effect effect = Effect::value;
   std::vector<std::size_t> elements;  // in the order of the draws
   bool shared = false, constants = false;
-  bool repeats = false;  // draws nothing, but uses the draws of the item before
+  bool repeats = false;  // reuses the draws of the item before, element by element
   double factor = 1;
 };
 

@@ -100,13 +100,12 @@ void declare_env_options(Options& options) {
 Env::Env(const Options& options, std::int64_t rows)
     : options_(options),
       task_(task_of(id_of(options_.id()))->build(options_)),
-      lanes_(choose_lanes(options_, task_, rows, threads_for(options_, task_, rows))),
-      frames_(options_, task_.fields[MJENV_ROLE_OBSERVATION], rows,
-              threads_for(options_, task_, rows) * std::max<std::int64_t>(lanes_.width, 1)),
+      threads_(threads_for(options_, task_, rows)),
+      lanes_(choose_lanes(options_, task_, rows, threads_)),
+      frames_(options_, task_.fields[MJENV_ROLE_OBSERVATION], rows, threads_ * std::max<std::int64_t>(lanes_.width, 1)),
       transform_(options_, task_),
       rows_(task_, frames_.record_count(), rows),
-      workers_(task_, rows_, threads_for(options_, task_, rows), lanes_.width,
-               options_.get("cpu_affinity").integer != 0),
+      workers_(task_, rows_, threads_, lanes_.width, options_.get("cpu_affinity").integer != 0),
       schema_(task_, frames_, transform_, options_, workers_.first().work()),
       order_(workers_.team_size() > 1 ? rows : 0, rows / static_cast<std::int64_t>(workers_.threads())),
       episodes_(options_, task_, schema_, randomization_, perturbation_, frames_, transform_, rows_),
@@ -404,24 +403,42 @@ void Env::receive(std::int64_t least, double timeout, std::int64_t* rows_done, s
 
 // ---- State of single rows ----
 
-const Array* Env::stored(std::int64_t row, const std::string& name) {
+std::optional<Env::Numbers> Env::numbers(const std::string& name) const {
+  const auto found = [&](Part part, std::size_t first, std::size_t count) {
+    return Numbers{{name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(count)}, nullptr}, part, first};
+  };
   if (Parameters::is_name(name)) {
-    const Field& parameter = task_.parameters.find(name, options_.id());
-    own_array_ = {parameter.name, parameter.type, parameter.shape, rows_.parameters(row) + parameter.offset};
-    return &own_array_;
-  }
-  if (name == kCarried) {
-    own_array_ = {name, MJENV_DTYPE_FLOAT64, {task_.carry_count}, rows_.carried(row)};
-    return &own_array_;
+    const Field& field = task_.parameters.find(name, options_.id());
+    return Numbers{{name, field.type, field.shape, nullptr}, Part::parameters, static_cast<std::size_t>(field.offset)};
   }
   if (Randomization::is_name(name)) {
     const Randomization::Range range = randomization_.find(name);
-    own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(range.count)}, rows_.ranges(row) + range.first};
-    return &own_array_;
+    return found(Part::ranges, range.first, range.count);
   }
+  if (name == kCarried) return found(Part::carried, 0, static_cast<std::size_t>(task_.carry_count));
+  if (const auto part = rows_.layout().part(name)) return found(Part::state, part->offset, part->count);
+  return std::nullopt;
+}
+
+std::optional<Env::Numbers> Env::shown_numbers(const std::string& name) const {
   // With mjenv_build_current, readers see another qpos than the state has (Holder::hold).
-  if (const auto part = rows_.layout().part(name); part && !task_.needs.current) {
-    own_array_ = {name, MJENV_DTYPE_FLOAT64, {static_cast<std::int64_t>(part->count)}, rows_.state(row) + part->offset};
+  return task_.needs.current && rows_.layout().part(name) ? std::nullopt : numbers(name);
+}
+
+void Env::check(const Numbers& numbers, const double* values) const {
+  const std::string& name = numbers.array.name;
+  switch (numbers.part) {
+    case Part::parameters: return task_.parameters.check(task_.parameters.find(name, options_.id()), values);
+    case Part::ranges: return randomization_.check(randomization_.find(name), values);
+    case Part::carried: return check_carried(*task_.calls, values);
+    default: return check_finite(name, values, numbers.array.count());
+  }
+}
+
+const Array* Env::stored(std::int64_t row, const std::string& name) {
+  if (const auto found = shown_numbers(name)) {
+    own_array_ = found->array;
+    own_array_.data = at(*found, row);
     return &own_array_;
   }
   // Own values of mjModel are read from the row. original.data is null for inputs of mjData, which are read from a work
@@ -453,10 +470,8 @@ const Array& Env::array(std::int64_t row, const std::string& name) {
 
 void Env::read(const std::string& name, double* values, std::size_t each) {
   check_received();
-  const auto part = rows_.layout().part(name);
-  if (part && !task_.needs.current) {
-    for (std::int64_t row = 0; row < rows(); ++row, values += each)
-      std::copy_n(rows_.state(row) + part->offset, each, values);
+  if (const auto found = shown_numbers(name)) {
+    for (std::int64_t row = 0; row < rows(); ++row, values += each) std::copy_n(at(*found, row), each, values);
   } else if (stored(0, name)) {
     for (std::int64_t row = 0; row < rows(); ++row, values += each) stored(row, name)->read(values);
   } else {
@@ -504,51 +519,16 @@ void Env::reset_data(const Selection& selected) {
   });
 }
 
-Env::Target Env::target_of(const std::string& array) {
-  if (Parameters::is_name(array)) {
-    const Field& field = task_.parameters.find(array, options_.id());
-    return {field.count, [&](const double* values) { task_.parameters.check(field, values); },
-            [&](std::int64_t row, const double* values) {
-              std::copy_n(values, field.count, rows_.parameters(row) + field.offset);
-              forget_observation(row);
-            }};
-  }
-  if (Randomization::is_name(array)) {
-    const Randomization::Range range = randomization_.find(array);
-    return {static_cast<std::int64_t>(range.count),
-            [this, range](const double* values) { randomization_.check(range, values); },
-            [this, range](std::int64_t row, const double* values) {
-              std::copy_n(values, range.count, rows_.ranges(row) + range.first);
-            }};
-  }
-  if (task_.physics_only && array == kCarried)
-    return {
-        task_.carry_count, [this](const double* values) { check_carried(*task_.calls, values); },
-        [this](std::int64_t row, const double* values) { std::copy_n(values, task_.carry_count, rows_.carried(row)); }};
-  if (const auto part = rows_.layout().part(array))
-    return {static_cast<std::int64_t>(part->count),
-            [array, part](const double* values) { check_finite(array, values, part->count); },
-            [this, part](std::int64_t row, const double* values) {
-              std::copy_n(values, part->count, rows_.state(row) + part->offset);
-              note_write(row);
-            }};
-  const OwnArray* found = rows_.arrays().find(array);
-  const OwnArray own = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
-  return {
-      static_cast<std::int64_t>(own.original.count()), [own](const double* values) { own.check(values); },
-      [this, array, placed = static_cast<const OwnArray*>(nullptr)](std::int64_t row, const double* values) mutable {
-        if (!placed && !rows_.arrays().find(array)) make_own({array});
-        if (!placed) placed = rows_.arrays().find(array);
-        rows_.keep(row);
-        placed->write(values, rows_.own_values(row));
-        note_write(row);
-      }};
-}
-
 void Env::write(const Selection& selected, const std::string& array, const double* values, std::int64_t count) {
   check_received();
-  const Target target = target_of(array);
-  const std::int64_t each = target.count;
+  std::optional<Numbers> target;
+  if (array != kCarried || task_.physics_only) target = numbers(array);
+  OwnArray own{};
+  if (!target) {
+    const OwnArray* found = rows_.arrays().find(array);
+    own = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
+  }
+  const auto each = static_cast<std::int64_t>((target ? target->array : own.original).count());
   if (count != each && count != selected.count * each)
     fail(MJENV_E_SIZE,
          "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " + std::to_string(each) +
@@ -561,13 +541,25 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
   selected.for_each([&](std::int64_t row, std::int64_t place) {
     if (of(place) == checked) return;
     try {
-      target.check(of(place));
+      target ? check(*target, of(place)) : own.check(of(place));
     } catch (const Error& error) {
       fail(error.status(), in_row(row, error.what()));
     }
     checked = of(place);
   });
-  if (count > 0) selected.for_each([&](std::int64_t row, std::int64_t place) { target.write(row, of(place)); });
+  if (count == 0) return;
+  selected.for_each([&](std::int64_t row, std::int64_t place) {
+    if (target) {
+      std::copy_n(of(place), each, at(*target, row));
+      if (target->part == Part::parameters) forget_observation(row);
+      if (target->part == Part::state) note_write(row);
+      return;
+    }
+    if (!rows_.arrays().find(array)) make_own({array});
+    rows_.keep(row);
+    rows_.arrays().find(array)->write(of(place), rows_.own_values(row));
+    note_write(row);
+  });
 }
 
 // The row's state or own values were written without a worker.

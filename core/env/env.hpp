@@ -118,16 +118,17 @@ class Env {
   void restore(std::int64_t row, const void* image, std::size_t size);
 
  private:
-  // What `write` writes to: an array in one row.
-  struct Target {
-    std::int64_t count;
-    std::function<void(const double* values)> check;  // throws unless a row can have these values
-    std::function<void(std::int64_t row, const double* values)> write;
+  // Numbers that each row stores as doubles: those of a part, from the one with the index `first` on.
+  struct Numbers {
+    Array array;  // without data
+    Part part;
+    std::size_t first;
   };
 
-  // The first eleven are made in this order, each from those before it.
+  // Those up to pipeline_ are made in this order, each from those before it.
   Options options_;
   Task task_;
+  int threads_;
   LaneChoice lanes_;
   Frames frames_;
   ActionTransform transform_;
@@ -147,7 +148,12 @@ class Env {
   std::vector<std::byte> whole_array_;  // its values, if rows own only a part of it
 
   const Identity& identity() const;
-  Target target_of(const std::string& array);
+  std::optional<Numbers> numbers(const std::string& name) const;
+  // The same, if readers see these numbers.
+  std::optional<Numbers> shown_numbers(const std::string& name) const;
+  double* at(const Numbers& numbers, std::int64_t row) { return rows_.numbers(numbers.part, row) + numbers.first; }
+  // Throws unless a row can have these values.
+  void check(const Numbers& numbers, const double* values) const;
   void note_write(std::int64_t row);
   // The same as array, if no work space is needed; otherwise null.
   const Array* stored(std::int64_t row, const std::string& name);

@@ -118,7 +118,7 @@ class Plan {
     for (const OwnArray* array : chosen) arrays_.append(*array);
   }
 
-  // Whether the array differs from the model's in any version of any row.
+  // Whether the array differs from the model's in any entry of any row.
   bool differs(const OwnArray& array, const Range& range) const {
     const std::byte* model = rows_.model_values();
     const auto is_other = [&](const std::byte* block) {

@@ -67,6 +67,10 @@ class Rows {
   bool is_open(std::int64_t row) const { return phase(row) > Phase::ended; }
   // The first row with a step or reset to finish; -1 if there is none.
   std::int64_t first_open() const;
+  // The numbers of any part but the head.
+  double* numbers(Part part, std::int64_t row) {
+    return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];
+  }
   // The state with which an entry of the recipe began; of set_constants, StateLayout::rest.
   double* state(std::int64_t row, Entry entry = Entry::now) { return numbers(state_of(entry), row); }
   double* carried(std::int64_t row) { return numbers(Part::carried, row); }
@@ -154,9 +158,6 @@ class Rows {
   std::array<Zeros, kPartCount> numbers_;
   std::array<std::size_t, kPartCount> sizes_{};
 
-  double* numbers(Part part, std::int64_t row) {
-    return numbers_[index_of(part)].data() + static_cast<std::size_t>(row) * sizes_[index_of(part)];
-  }
   const double* numbers(Part part, std::int64_t row) const { return const_cast<Rows*>(this)->numbers(part, row); }
   bool is_kept(std::int64_t row, Part part) const { return (head(row).kept & kept_bit(part)) != 0; }
   Entry last_before(std::int64_t row, Entry entry) const;

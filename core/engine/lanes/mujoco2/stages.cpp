@@ -206,8 +206,8 @@ const std::vector<Stage>& stages() {
        never},
       {"solver",
        "Newton, CG, PGS and noslip; up to 64 constraints of a row",
-       "all with sparse Jacobians of tendons, or with sparse Jacobians and PGS or noslip; in models with elliptic "
-       "cones, noslip or sparse Jacobians, also the constraints that are made row by row",
+       "all, if Jacobians of tendons are sparse, or any Jacobians with PGS or noslip; in models with elliptic cones, "
+       "noslip or sparse Jacobians, also what the stage before makes row by row",
        {MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solCG), MJENV_FUNCTION(solPGS), MJENV_FUNCTION(solNoSlip)},
        has_constraints,
        solver,
