@@ -13,10 +13,9 @@
 namespace mjenv::core {
 namespace {
 
-constexpr std::array kForces{"cacc", "cfrc_int", "cfrc_ext"};
-// The other arrays that can be read after every step: most of those of mjenv_sim, the rest of the state except
-// mocap_quat, and forces that are inputs. Each name is between two spaces, so that a search for it with its spaces
-// finds no part of another name.
+constexpr std::array kForceArrays{"cacc", "cfrc_int", "cfrc_ext"};
+// What every step computes. Each name is between two spaces, so that a search for it with its spaces finds no part of
+// another name.
 constexpr std::string_view kShown =
     " time qpos qvel act qacc_warmstart ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis site_xpos site_xmat "
     "subtree_com cinert cvel sensordata actuator_length actuator_velocity actuator_force qfrc_actuator "
@@ -37,14 +36,13 @@ std::function<std::int64_t()> held_elements(const mjModel& m, const mjData& d, c
 
 }  // namespace
 
-bool is_force(const std::string& array) { return is_in(kForces, array); }
-bool is_frame(const std::string& array) { return is_in(kFrameArrays, array); }
-bool is_always_readable(const std::string& array) {
-  return kShown.find(" " + array + " ") != kShown.npos || is_frame(array);
+unsigned part_of(const std::string& array) {
+  if (kShown.find(" " + array + " ") != kShown.npos) return 0;
+  return is_in(kForceArrays, array) ? Lag::forces : is_in(kFrameArrays, array) ? Lag::frames : Lag::others;
 }
 
 std::vector<std::string> on_demand_arrays() {
-  std::vector<std::string> names(kForces.begin(), kForces.end());
+  std::vector<std::string> names(kForceArrays.begin(), kForceArrays.end());
   names.insert(names.end(), kFrameArrays.begin(), kFrameArrays.end());
   return names;
 }

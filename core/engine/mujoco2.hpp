@@ -192,7 +192,7 @@ inline const int* solver_iterations(const mjData& d) { return &d.solver_iter; }
 constexpr const char* kSolverIterations = "solver_iter";
 constexpr int kSolverIterationsCount = 1;
 
-// The arrays that Work::complete_frames computes.
+// The arrays of the part Lag::frames.
 inline constexpr std::array kFrameArrays{"geom_xpos", "geom_xmat", "cam_xpos", "cam_xmat", "light_xpos", "light_xdir"};
 
 // Computes the frame of one geom as mj_kinematics does.

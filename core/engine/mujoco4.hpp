@@ -203,7 +203,7 @@ inline const int* solver_iterations(const mjData& d) { return d.solver_niter; }
 constexpr const char* kSolverIterations = "solver_niter";
 constexpr int kSolverIterationsCount = mjNISLAND;
 
-// The arrays that Work::complete_frames computes.
+// The arrays of the part Lag::frames.
 inline constexpr std::array kFrameArrays{"geom_xpos", "geom_xmat",  "geom_xquat", "cam_xpos",
                                          "cam_xmat",  "light_xpos", "light_xdir"};
 

@@ -61,8 +61,7 @@ void Work::clear() {
   mj_resetData(&model(), data_.get());
   std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
   clear_warnings();
-  forces_lag_ = frames_lag_ = false;
-  is_whole_ = true;
+  lag_ = 0;
   ++computation_;
 }
 
@@ -80,7 +79,7 @@ void Work::begin() {
   clear_caches(*m, *d);
   std::fill_n(d->qHDiagInv, layout_.nv, 0.0);
   clear_warnings();
-  forces_lag_ = false;
+  lag_ &= ~Lag::forces;
 }
 
 void Work::load(const double* state, bool continues) {
@@ -179,7 +178,7 @@ void Work::forward() {
   } else {
     mj_forward(&stepped(), data_.get());
   }
-  frames_lag_ = is_whole_ = true;
+  lag_ = (lag_ & Lag::forces) | Lag::frames;
   ++computation_;
 }
 
@@ -212,30 +211,22 @@ void Work::step(std::int64_t frames, double* before, const BeforeSubstep* before
 void Work::repeat_step() {
   mj_step(&stepped(), data_.get());
   if (keeps_current_) compute_forces();
-  note_step(true, false, keeps_current_);
+  note_step(keeps_current_ ? Lag::frames : Lag::on_demand);
 }
 
-void Work::complete() {
-  complete_forces();
-  complete_frames();
-}
-
-void Work::complete_frames() {
-  if (!frames_lag_) return;
+void Work::complete(unsigned parts) {
+  if ((parts & lag_ & Lag::forces) && !has_lost_forces()) compute_forces();
+  if (!(parts & lag_ & Lag::frames)) return;
   const mjModel* m = &model();
   mjData* d = data_.get();
   for (int g = 0; g < m->ngeom; ++g) update_frame(*m, *d, g);
   mj_camlight(m, d);
-  frames_lag_ = false;
-}
-
-void Work::complete_forces() {
-  if (forces_lag_ && !keeps_current_) compute_forces();
+  lag_ &= ~Lag::frames;
 }
 
 void Work::compute_forces() {
   mj_rnePostConstraint(&model(), data_.get());
-  forces_lag_ = false;
+  lag_ &= ~Lag::forces;
 }
 
 static_assert(mjNWARNING <= 8, "warnings() has a bit for each kind");

@@ -17,7 +17,8 @@
 
 namespace mjenv::core {
 
-// Owns the mjData, and knows which of its arrays are up to date.
+// Owns the mjData. Its derived arrays belong to the last step, repeat_step, forward, clear or simulate, except those of
+// the parts that `lag` names.
 class Work {
  public:
   explicit Work(std::shared_ptr<const Model> model);
@@ -52,17 +53,16 @@ class Work {
   // Whether a number in qfrc_applied or xfrc_applied is not 0.
   bool has_forces() const;
 
-  // Announces that this array of mjData will be read after each step.
-  void expect(const std::string& array) {
-    (is_force(array) ? reads_forces_ : reads_all_) |= !is_always_readable(array);
-  }
-  // Whether `expect` named one of the arrays that complete_forces computes.
-  bool reads_forces() const { return reads_forces_; }
-  // Whether `expect` named another array for which is_always_readable is false.
-  bool reads_all() const { return reads_all_; }
-  // Whether mjData is all that MuJoCo would leave. After a step in lanes it may be less: the arrays that
-  // is_always_readable names, and the forces if reads_forces().
-  bool is_whole() const { return is_whole_; }
+  // Announces that these parts of mjData (Lag) will be read after each step.
+  void expect(unsigned parts) { expected_ |= parts; }
+  unsigned expected() const { return expected_; }
+  // The parts that lag behind. A step leaves Lag::frames, and in lanes, unless expected, Lag::forces and Lag::others.
+  unsigned lag() const { return lag_; }
+  // Computes those of these parts that lag and follow from the rest of mjData: Lag::frames, and usually Lag::forces.
+  void complete(unsigned parts = Lag::on_demand);
+  // Whether Lag::forces lags and `complete` cannot mend it. After keep_current(), only repeat_step and steps that
+  // expect forces compute them, because the mj_step1 for the new state overwrites what they follow from.
+  bool has_lost_forces() const { return (lag_ & Lag::forces) && (keeps_current_ || (lag_ & Lag::others)); }
 
   const Model& compiled() const { return *model_; }
   // The model that MuJoCo computes with. After `use`, some of its arrays are a row's own.
@@ -118,30 +118,20 @@ class Work {
   // these calls. before_substep may be null.
   void act(const Action& action);
   void step(std::int64_t frames, double* before, const BeforeSubstep* before_substep = nullptr);
-  // lanes::Stepper advances mjData instead of `step`, and calls this at the end. shows_current: it has called
-  // keep_raw_qpos and then computed the stages of mj_step1. has_forces: it has computed what complete_forces computes.
-  void note_step(bool is_whole = true, bool shows_current = false, bool has_forces = false) {
-    frames_lag_ = true;
-    forces_lag_ = !has_forces;
+  // lanes::Stepper advances mjData instead of `step`, and calls this at the end. lag: the parts that it left behind.
+  // shows_current: it has called keep_raw_qpos and then computed the stages of mj_step1.
+  void note_step(unsigned lag = Lag::on_demand, bool shows_current = false) {
+    lag_ = lag;
     new_state_warnings_ = only_new_state_warnings_ = 0;
     if (keeps_current_ && !shows_current) {
-      if (is_whole && reads_forces_) compute_forces();
+      if ((expected_ & lag_ & Lag::forces) && !(lag_ & Lag::others)) compute_forces();
       compute_current();
     }
-    is_whole_ = is_whole;
     ++computation_;
   }
   void keep_raw_qpos();
   // Repeats the last call of mj_step. First load the state that preceded that call.
   void repeat_step();
-  // Computes what steps do not compute: the forces cacc, cfrc_int and cfrc_ext, and the frames of geoms, cameras and
-  // lights.
-  void complete();
-  void complete_forces();
-  void complete_frames();
-  // Whether complete_forces cannot compute the forces: after keep_current(), only repeat_step and steps that read
-  // forces (reads_forces) do, because the mj_step1 for the new state overwrites what they are computed from.
-  bool has_lost_forces() const { return forces_lag_ && keeps_current_; }
   // A number that changes whenever mjData's contacts may have changed.
   std::uint64_t computation() const { return computation_; }
   int constraint_count() const;
@@ -169,9 +159,8 @@ class Work {
   std::optional<ModelView> view_;  // only if rows have arrays of their own
   StateLayout layout_;
   std::unique_ptr<mjData_, DeleteData> data_;
-  bool forces_lag_ = false;  // cacc, cfrc_int and cfrc_ext are older than the last mj_step
-  bool frames_lag_ = false;  // the frames are older than the last mj_step or mj_forward
-  bool is_whole_ = true, diverged_early_ = false, reads_all_ = false, reads_forces_ = false;
+  unsigned lag_ = 0, expected_ = 0;
+  bool diverged_early_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool keeps_current_ = false;
   bool continues_ = false;                          // the next step begins with mj_step2

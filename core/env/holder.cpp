@@ -61,13 +61,9 @@ void Holder::hold_forces(std::int64_t row) {
 const Array* Holder::array(std::int64_t row, const std::string& name) {
   const Array* found = find(arrays_, name);
   if (!found) return nullptr;
-  if (is_force(name)) {
-    hold_forces(row);
-    work_.complete_forces();
-  } else {
-    hold(row);
-    if (is_frame(name)) work_.complete_frames();
-  }
+  const unsigned part = part_of(name);
+  part == Lag::forces ? hold_forces(row) : hold(row);
+  work_.complete(part);
   return found;
 }
 
@@ -112,7 +108,7 @@ void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel)
   std::copy_n(qvel, layout.nv, layout.qvel(start));
   release();
   if (has_forces) {
-    work_.complete_forces();  // before mj_forward overwrites the arrays from which they are computed
+    work_.complete(Lag::forces);  // before mj_forward overwrites the arrays from which they are computed
   } else {
     use(row);
     work_.begin();  // clears what another row has left in the work space
@@ -189,10 +185,7 @@ void Holder::store(std::int64_t row, Entry entry) {
   std::copy_n(view_.carried(), task_.carry_count, rows_.carried(row));
   rows_.head(row).warnings = work_.step_warnings();
   rows_.worker(row) = index;
-  if (work_.is_whole())
-    resident_ = row;
-  else
-    release();  // hold() computes the rest
+  resident_ = work_.lag() & Lag::others ? kNone : row;  // hold() computes the rest
 }
 
 }  // namespace mjenv::core

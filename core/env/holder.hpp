@@ -15,8 +15,8 @@
 
 namespace mjenv::core {
 
-// The derived arrays in mjData (xpos, contacts, ...) are the row's from `hold` or `store` until `release`; of these, the
-// frames and the forces only after Work::complete. Rows do not store them, but a recipe that makes them (parts.hpp).
+// The derived arrays in mjData (xpos, contacts, ...) are the row's from `hold` or `store` until `release`; those
+// that lag (Work::lag) only after Work::complete. Rows do not store them, but a recipe that makes them (parts.hpp).
 class Holder {
  public:
   Holder(std::int32_t index, const Task& task, Rows& rows);

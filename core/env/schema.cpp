@@ -47,7 +47,7 @@ void Schema::choose_exported(const std::string& names, const std::vector<Array>&
     const Array array = with_contacts(*found, max_contacts_);
     const auto count = static_cast<std::int64_t>(array.count());
     list.push_back({MJENV_ROLE_ARRAYS, name, "", array.type, array.shape, total(list), count});
-    exports_on_demand_ = exports_on_demand_ || is_on_demand(name);
+    exports_on_demand_ = exports_on_demand_ || (part_of(name) & Lag::on_demand);
   }
 }
 

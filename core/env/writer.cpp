@@ -7,7 +7,7 @@ void Writer::prepare(const Schema& schema, const Frames& frames, const std::vect
   seen_.resize(static_cast<std::size_t>(schema.observation_count()));
   for (const std::size_t i : schema.exported()) {
     exported_.push_back(with_contacts(arrays[i], schema.max_contacts()));
-    work_.expect(arrays[i].name);
+    work_.expect(part_of(arrays[i].name));
   }
 }
 

@@ -20,8 +20,7 @@ SimView::SimView(Work& work, int frame_skip, const Needs& needs, std::size_t car
   hide_action();
   for (const auto& name : needs.arrays) share(name);
   needs_ = needs;
-  if (needs.contacts) work_.expect("contacts");
-  if (needs.forces) work_.expect("cfrc_ext");
+  work_.expect(needs.parts | (needs.contacts ? Lag::others : 0U));
   expose();
 }
 
@@ -45,11 +44,11 @@ void SimView::expose() {
   c.qpos = d->qpos, c.qvel = d->qvel, c.act = d->act, c.ctrl = d->ctrl, c.qacc = d->qacc;
   c.xpos = d->xpos, c.xquat = d->xquat, c.xmat = d->xmat, c.xipos = d->xipos, c.ximat = d->ximat;
   c.xanchor = d->xanchor, c.xaxis = d->xaxis;
-  c.geom_xpos = needs_.frames ? d->geom_xpos : nullptr;
-  c.geom_xmat = needs_.frames ? d->geom_xmat : nullptr;
+  c.geom_xpos = needs_.parts & Lag::frames ? d->geom_xpos : nullptr;
+  c.geom_xmat = needs_.parts & Lag::frames ? d->geom_xmat : nullptr;
   c.site_xpos = d->site_xpos, c.site_xmat = d->site_xmat;
   c.subtree_com = d->subtree_com, c.cinert = d->cinert, c.cvel = d->cvel;
-  c.cfrc_ext = needs_.forces ? d->cfrc_ext : nullptr;
+  c.cfrc_ext = needs_.parts & Lag::forces ? d->cfrc_ext : nullptr;
   c.sensordata = d->sensordata;
   c.actuator_length = d->actuator_length, c.actuator_velocity = d->actuator_velocity;
   c.actuator_force = d->actuator_force;
@@ -91,12 +90,12 @@ void SimView::hide_action() { std::fill(action_.begin(), action_.end(), std::num
 void SimView::need(const std::string& what) {
   if (what == "contacts") {
     needs_.contacts = true;
-  } else if (is_on_demand(what)) {
-    (is_force(what) ? needs_.forces : needs_.frames) = true;
+  } else if (const unsigned part = part_of(what) & Lag::on_demand) {
+    needs_.parts |= part;
   } else {
     fail(MJENV_E_NAME, quoted(what) + " is not computed on demand; these are: contacts, " + listed(on_demand_arrays()));
   }
-  work_.expect(what);
+  work_.expect(part_of(what));
   expose();
   complete();
 }
@@ -104,7 +103,7 @@ void SimView::need(const std::string& what) {
 const Array& SimView::share(const std::string& name) {
   if (data_arrays_.empty()) data_arrays_ = work_.arrays();
   const Array* found = find(data_arrays_, name);
-  if (found) work_.expect(name);
+  if (found) work_.expect(part_of(name));
   if (!found) found = find(work_.compiled().arrays(), name);
   if (!found) fail(MJENV_E_NAME, "neither mjData nor mjModel has an array " + quoted(name));
   if (found->stride)
@@ -113,7 +112,7 @@ const Array& SimView::share(const std::string& name) {
   needs_.arrays.push_back(name);
   shared_.push_back(found->data);
   shared_originals_.push_back(found->data);
-  if (is_on_demand(name))
+  if (part_of(name) & Lag::on_demand)
     need(name);
   else
     expose();

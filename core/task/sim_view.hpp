@@ -19,7 +19,8 @@ struct ActionBounds {
 
 // What a task asked for in build, beyond what every step computes anyway.
 struct Needs {
-  bool contacts = false, forces = false, frames = false;
+  bool contacts = false;
+  unsigned parts = 0;               // those of Lag::on_demand (Work::complete)
   std::vector<std::string> arrays;  // the names of the arrays in mjenv_sim::arrays
   bool current = false;             // whether the task called mjenv_build_current (Work::keep_current)
   std::vector<std::string> own;     // the names of the rows' own arrays that the task writes (mjenv_build_own)
@@ -70,8 +71,7 @@ class SimView {
   void use(const OwnArrays& arrays, const std::byte* block);
   // Computes what the task needs but steps do not compute.
   void complete() {
-    if (needs_.forces) work_.complete_forces();
-    if (needs_.frames) work_.complete_frames();
+    work_.complete(needs_.parts);
     if (needs_.contacts && listed_ != work_.computation()) list_contacts();
   }
 

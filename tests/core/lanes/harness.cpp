@@ -111,22 +111,12 @@ std::size_t length(const Array& array, const mjModel& m, const mjData& d) {
 }  // namespace
 
 std::string difference(Work& got, Work& want) {
-  if (got.is_whole()) {
-    got.complete();
-    want.complete();
-  } else {
-    got.complete_frames();
-    want.complete_frames();
-  }
-  if (got.reads_forces()) {
-    got.complete_forces();
-    want.complete_forces();
-  }
+  got.complete();
+  want.complete();
+  if (got.lag() & got.expected()) return "what is expected lags";
   const std::vector<Array> found = got.arrays(), expected = want.arrays();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!got.is_whole() && !is_always_readable(found[i].name) && !(got.reads_forces() && is_force(found[i].name)))
-      continue;
-    if (got.has_lost_forces() && is_force(found[i].name)) continue;
+    if (got.lag() & part_of(found[i].name)) continue;
     const std::size_t count = length(expected[i], want.model(), *want.data());
     if (found[i].stride) {
       std::vector<double> a(found[i].count()), b(a.size());
@@ -295,13 +285,13 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
   for (std::size_t kind = 0; kind < kKinds; ++kind)
     for (int i = 0; i < width; ++i) {
       works[kind].push_back(std::make_unique<Work>(model));
-      if (kind % 3 == 1) works[kind].back()->expect("qM");
-      if (kind % 3 == 2) works[kind].back()->expect("cfrc_ext");
+      if (kind % 3 == 1) works[kind].back()->expect(part_of("qM"));
+      if (kind % 3 == 2) works[kind].back()->expect(part_of("cfrc_ext"));
       if (kind >= 3) works[kind].back()->keep_current();
     }
   Work plain(model), plain_current(model);
   plain_current.keep_current();
-  plain_current.expect("cfrc_ext");  // so that its steps compute the forces
+  plain_current.expect(part_of("cfrc_ext"));  // so that its steps compute the forces
   Noise noise;
   const bool are_shared = own.list().empty();
   for (const auto& [kind, name] : {std::pair{Kind::at_rest, "at rest"},
@@ -412,7 +402,7 @@ std::string compare_own(const std::shared_ptr<const Model>& model, const std::st
     written.write(values(written, noise).data(), reinterpret_cast<std::byte*>(blocks.back().data()));
     before.push_back(befores.back().data());
     works.push_back(std::make_unique<Work>(model));
-    works.back()->expect("qM");
+    works.back()->expect(part_of("qM"));
     some.push_back(works.back().get());
     begin(*some.back(), i, false);
   }
@@ -449,7 +439,7 @@ std::uint32_t step_rows(const std::shared_ptr<const Model>& model, lanes::Steppe
   const int count = static_cast<int>(states.size());
   Group group(model, count);
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (!expected.empty()) group.works[i]->expect(expected);
+    if (!expected.empty()) group.works[i]->expect(part_of(expected));
     group.works[i]->load(states[i].data());
   }
   const std::uint32_t done = stepper.step(group.some.data(), count, 1, group.before.data());

@@ -136,7 +136,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     works_[row] = works[row];
     data_[row] = works[row]->data();
   }
-  readers_ = kShown | (works[0]->reads_all() ? kWhole : 0U) | (works[0]->reads_forces() ? kBetweenBodies : 0U);
+  const unsigned expected = works[0]->expected();
+  readers_ = kShown | (expected & Lag::others ? kWhole : 0U) | (expected & Lag::forces ? kBetweenBodies : 0U);
   gather_own();
   begin();
   lanes_.left_to_mujoco = lanes_.unlike;
@@ -169,9 +170,7 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   scatter(kState);
   const Left left = finish();
   // Work::note_step may call mj_step1, which may fail.
-  for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) {
-    works[row]->note_step(left.is_whole, left.is_shown, left.has_forces);
-  });
+  for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { works[row]->note_step(left.lag, left.is_shown); });
   return live();
 }
 

@@ -40,7 +40,8 @@ class LaneStepper : public Stepper, protected LaneArrays {
   virtual void advance(bool is_last) = 0;
   // Writes to mjData what readers_ read, except the state. Returns how Work::note_step must be called.
   struct Left {
-    bool is_whole, is_shown, has_forces;
+    unsigned lag;
+    bool is_shown;
   };
   virtual Left finish() = 0;
 

@@ -224,7 +224,7 @@ bool MujocoStepper::has_other_types(const mjModel& m) const {
   return m.geom_contype != m_.geom_contype || m.geom_conaffinity != m_.geom_conaffinity;
 }
 
-// With RK4, sensors read what mj_rnePostConstraint computes in the first stage, and complete_forces computes the same
+// With RK4, sensors read what mj_rnePostConstraint computes in the first stage, and Work::complete computes the same
 // arrays after the last. Lanes do not compute both, so if both are read, the step leaves all of mjData as MuJoCo does.
 void MujocoStepper::begin() {
   if ((readers_ & kBetweenBodies) && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4)
@@ -249,7 +249,7 @@ MujocoStepper::Left MujocoStepper::finish() {
   if (is_whole && !lanes_.has_single_actuation) scatter_moments();
   const bool is_shown = works_[0]->keeps_current() && shows_current();
   if (is_shown) show_current();
-  return {is_whole, is_shown, has_forces};
+  return {Lag::frames | (has_forces ? 0U : Lag::forces) | (is_whole ? 0U : Lag::others), is_shown};
 }
 
 // Whether lanes can compute what callbacks see of the new state. If not, Work::note_step calls mj_step1 row by row.

@@ -237,7 +237,7 @@ MujocoStepper::Left MujocoStepper::finish() {
   const bool is_shown = works_[0]->keeps_current() && shows_current_ && !is_whole_;
   if (is_shown) show_current();
   if (!(is_by_rows_ && is_RungeKutta_)) scatter(kShown);
-  return {is_whole_, is_shown, false};
+  return {is_whole_ ? Lag::on_demand : Lag::on_demand | Lag::others, is_shown};
 }
 
 }  // namespace
