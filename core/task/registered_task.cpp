@@ -297,8 +297,6 @@ Task RegisteredTask::build(const Options& options) const {
     for (std::size_t i = 0; i < task.action.low.size(); ++i)
       if (!task.model->has_control_range(static_cast<int>(i)))
         task.action.low[i] = -kInfinity, task.action.high[i] = kInfinity;
-  if (!task.needs.current && task.needs.random_state)
-    fail(MJENV_E_TASK, id_ + ": build: RandomState needs mjenv_build_current");
   task.needs.info = static_cast<std::size_t>(
       std::max(total(task.fields[MJENV_ROLE_INFO]), total(task.fields[MJENV_ROLE_RESET_INFO])));
   task.carry_count = builder.carry_count();

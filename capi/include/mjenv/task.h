@@ -508,20 +508,19 @@ static inline void mjenv_build_action(mjenv_builder *builder, int64_t count, con
   builder->api->action(builder, count, low, high);
 }
 
-/* Gives each row its own copy of an array, which callbacks write as own[i], and returns i. Arrays of mjModel need
- * mjenv_build_current; reset (mjenv_start) and step (mjenv_outcome) write them, and what they write stays, also after
- * resets. before_step, before_substep (mjenv_control) and step write qfrc_applied and xfrc_applied. A callback fails if
- * it writes numbers that mjenv_write refuses, and the row keeps its old values. The elements are doubles; where MuJoCo
- * has float32 (hfield_data, geom_rgba), they are rounded. Fails for all other arrays of mjData, for arrays of mjModel
- * that mjenv_write refuses or that hold integers, for options such as "opt.timestep", and if it was called for this
- * array before. */
+/* Gives each row its own copy of an array, which callbacks write as own[i], and returns i. reset (mjenv_start) and step
+ * (mjenv_outcome) write arrays of mjModel, and what they write stays, also after resets. before_step, before_substep
+ * (mjenv_control) and step write qfrc_applied and xfrc_applied. A callback fails if it writes numbers that mjenv_write
+ * refuses, and the row keeps its old values. The elements are doubles; where MuJoCo has float32 (hfield_data,
+ * geom_rgba), they are rounded. Fails for all other arrays of mjData, for arrays of mjModel that mjenv_write refuses or
+ * that hold integers, for options such as "opt.timestep", and if it was called for this array before. */
 static inline int32_t mjenv_build_own(mjenv_builder *builder, const char *name) {
   return builder->api->own(builder, name);
 }
 
 /* Gives each row a stream of NumPy's RandomState, of 2.5 kB, besides its default_rng. Only reset draws from it.
  * mjenv_seed seeds both. NumPy refuses seeds above 2^32 - 1; such a seed is passed on as the list of its 32-bit
- * words. Needs mjenv_build_current. */
+ * words. */
 static inline void mjenv_build_random_state(mjenv_builder *builder) { builder->api->random_state(builder); }
 
 /* Calls mjenv_build_field for a vector of np.float64 with this length and no doc. */

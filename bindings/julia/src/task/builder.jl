@@ -115,10 +115,10 @@ current!(b::Builder) = task_current(b.api, b.raw)
 """
     MJEnv.own!(b, name)
 
-Gives each row its own array, and returns the key `own` with which methods write it. An array of mjModel needs
-[`MJEnv.current!`](@ref); `reset!` writes it as `start[own]` and `step!` as `row[own]`. `before_step!` and
-`before_substep!` write `:qfrc_applied` or `:xfrc_applied` as `control[own]`, and `step!` as `row[own]`. If a method fails,
-the row keeps its old values. Numbers are rounded if MuJoCo's array is `Float32` (`:hfield_data`, `:geom_rgba`).
+Gives each row its own array, and returns the key `own` with which methods write it. `reset!` writes an array of mjModel
+as `start[own]` and `step!` as `row[own]`. `before_step!` and `before_substep!` write `:qfrc_applied` or `:xfrc_applied` as
+`control[own]`, and `step!` as `row[own]`. If a method fails, the row keeps its old values. Numbers are rounded if MuJoCo's
+array is `Float32` (`:hfield_data`, `:geom_rgba`).
 """
 function own!(b::Builder, name::Union{AbstractString,Symbol})
     found = array(b, name)
@@ -132,7 +132,7 @@ end
 Gives each row a stream of NumPy's `RandomState` besides its [`MJEnv.Rng`](@ref). `reset!` draws from it with
 `MJEnv.state_rand(rng)`, `state_uniform(rng, low, high)`, `state_randn(rng)`, `state_randint(rng, low, high)` (an integer in
 [low, high)), `state_choice(rng, count)` and `state_choice(rng, p)` (an index from 1), `state_permutation(rng, count)` (the
-indices `1:count` in random order) and `state_shuffle!(rng, vector)`. Needs [`MJEnv.current!`](@ref).
+indices `1:count` in random order) and `state_shuffle!(rng, vector)`.
 """
 random_state!(b::Builder) = task_random_state(b.api, b.raw)
 

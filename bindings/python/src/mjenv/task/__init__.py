@@ -97,8 +97,8 @@ class Task:
     """Whether the methods see what belongs to the new state, as after mj_step1. Otherwise they see what mj_step leaves:
     what it computes (xpos, contacts, ...) is one timestep older than qpos."""
     random_state: ClassVar[bool] = False
-    """Whether each row has a stream of NumPy's RandomState besides its Generator. Needs `current`. reset_row draws from
-    it, or a reset in machine code."""
+    """Whether each row has a stream of NumPy's RandomState besides its Generator. reset_row draws from it (which needs
+    `current`), or a reset in machine code."""
     own: ClassVar[Sequence[str]] = ()
     """The arrays of mjModel that the task writes for its rows: NumPy in reset_row (`start.own`, which needs `current`)
     and in step (`sim.own`), machine code in reset and step (jit.own). Machine code also "qfrc_applied" and

@@ -262,9 +262,9 @@ impl<'a> Builder<'a> {
     }
 
     /// Gives each row its own array: an array of mjModel that [`Task::reset`](super::Task::reset) and
-    /// [`Task::step`](super::Task::step) write, which needs [`Builder::current`]; or `"qfrc_applied"` or `"xfrc_applied"`,
-    /// which [`Task::before_step`](super::Task::before_step), `before_substep` and `step` write. If the method fails, the
-    /// row keeps its old values. Numbers are rounded if MuJoCo's array is `f32` (`"hfield_data"`, `"geom_rgba"`).
+    /// [`Task::step`](super::Task::step) write; or `"qfrc_applied"` or `"xfrc_applied"`, which
+    /// [`Task::before_step`](super::Task::before_step), `before_substep` and `step` write. If the method fails, the row
+    /// keeps its old values. Numbers are rounded if MuJoCo's array is `f32` (`"hfield_data"`, `"geom_rgba"`).
     pub fn own(&mut self, name: &str) -> Own {
         let (index, _) = self.share(name);
         if self.lists() {
@@ -277,7 +277,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Gives each row a stream of NumPy's `RandomState` besides its [`Rng`], whose methods `state_rand` and so on draw from it
-    /// in reset. Needs [`Builder::current`].
+    /// in reset.
     pub fn random_state(&mut self) {
         if !self.lists() {
             call!(self.random_state());
