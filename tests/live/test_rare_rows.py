@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import mjenv
 
-READ = ("qpos", "qvel", "qacc", "xpos", "cvel", "qLDiagInv", "qfrc_bias", "qfrc_applied", "qfrc_constraint", "efc_force")
+READ = "qpos qvel qacc xpos cvel qLDiagInv qfrc_bias qfrc_applied qfrc_constraint efc_force".split()
 
 
 class Rows:
