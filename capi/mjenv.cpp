@@ -8,6 +8,7 @@
 #include "firewall.hpp"
 #include "held.hpp"
 #include "structs.hpp"
+#include "task/draws.hpp"
 #include "task/registry.hpp"
 #include "version.hpp"
 
@@ -372,6 +373,11 @@ mjenv_status mjenv_get_stream(mjenv_env* env, std::int64_t row, std::uint64_t* w
 
 mjenv_status mjenv_set_stream(mjenv_env* env, std::int64_t row, const std::uint64_t* words, std::int64_t count) {
   return change_env(env, [&](Env& e) { e.set_stream(row, &need(words, "words"), count); });
+}
+
+mjenv_status mjenv_draw(std::uint64_t* words, std::int64_t streams, mjenv_distribution kind, double low, double high,
+                        double* values, std::int64_t count) {
+  return guard([&] { draw(&need(words, "words"), streams, kind, low, high, &need(values, "values"), count); });
 }
 
 mjenv_status mjenv_seed_actions(mjenv_env* env, std::uint64_t seed) {

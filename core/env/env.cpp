@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "engine/constants.hpp"
@@ -37,10 +38,16 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
 }
 
+constexpr std::int64_t kWords = std::tuple_size<Rng::Words>::value;
+
 void check_stream(std::int64_t count, bool has_random_state) {
   if (count == 4 || count == 6 || (has_random_state && count == kStateWords)) return;
   fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6" +
                          (has_random_state ? ", or " + std::to_string(kStateWords) + " for RandomState" : ""));
+}
+
+void check_increment(std::uint64_t word) {
+  if (word % 2 == 0) fail(MJENV_E_VALUE, "the increment words[2] is " + std::to_string(word) + ", but must be odd");
 }
 
 void check_finite(const std::string& array, const double* values, std::size_t count) {
@@ -167,6 +174,15 @@ void Env::seed(const Selection& selected, const std::uint64_t* seeds, std::int64
 
 void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count) const {
   check_received();
+  if (row == MJENV_ALL_ROWS) {
+    check_count("count", count, rows() * kWords);
+    for (std::int64_t r = 0; r < rows(); ++r) {
+      const Rows::Head& head = rows_.head(r);
+      const Rng::Words stream = head.seeded ? head.rng.words() : Rng::Words{};
+      std::copy(stream.begin(), stream.end(), words + r * kWords);
+    }
+    return;
+  }
   rows_.check(row);
   check_stream(count, rows_.has_random_state());
   const Rows::Head& head = rows_.head(row);
@@ -178,6 +194,18 @@ void Env::get_stream(std::int64_t row, std::uint64_t* words, std::int64_t count)
 
 void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t count) {
   check_received();
+  if (row == MJENV_ALL_ROWS) {
+    check_count("count", count, rows() * kWords);
+    const auto is_given = [&](std::int64_t r) {
+      const std::uint64_t* of_row = words + r * kWords;
+      return std::any_of(of_row, of_row + kWords, [](std::uint64_t word) { return word != 0; });
+    };
+    for (std::int64_t r = 0; r < rows(); ++r)
+      if (is_given(r)) check_increment(words[r * kWords + 2]);
+    for (std::int64_t r = 0; r < rows(); ++r)
+      if (is_given(r)) set_stream(r, words + r * kWords, kWords);
+    return;
+  }
   rows_.check(row);
   check_stream(count, rows_.has_random_state());
   if (count == kStateWords) {
@@ -188,8 +216,7 @@ void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t 
     rows_.head(row).seeded = true;
     return;
   }
-  if (words[2] % 2 == 0)
-    fail(MJENV_E_VALUE, "the increment words[2] is " + std::to_string(words[2]) + ", but must be odd");
+  check_increment(words[2]);
   rows_.head(row).rng =
       Rng::from_words({words[0], words[1], words[2], words[3], count == 6 ? words[4] : 0, count == 6 ? words[5] : 0});
   rows_.head(row).seeded = true;

@@ -407,6 +407,38 @@ static void test_streams(void** state) {
   seed_rows(env, 42);
   assert_ok(mjenv_get_stream(env, 0, words, 4));
   assert_memory_equal(words, want, sizeof words);
+  // Draws of all rows, as default_rng(42) and default_rng(43) of NumPy 2.2.6 give them.
+  uint64_t all[2][6] = {{0}}, begun[2][6];
+  double drawn[2];
+  assert_ok(mjenv_seed(env, NULL, (const uint64_t[]){42, 43}, 2));
+  assert_ok(mjenv_get_stream(env, MJENV_ALL_ROWS, begun[0], 12));
+  const struct {
+    mjenv_distribution kind;
+    double low, high, want[2];
+  } draws[] = {{MJENV_DISTRIBUTION_UNIFORM, 0, 1, {0.7739560485559633, 0.6522992627009107}},
+               {MJENV_DISTRIBUTION_UNIFORM, -2, 3, {1.8697802427798167, 1.2614963135045532}},
+               {MJENV_DISTRIBUTION_NORMAL, 0, 0, {0.30471707975443135, 0.24422950667176005}},
+               {MJENV_DISTRIBUTION_INTEGERS, 0, 10, {0, 5}}};
+  for (size_t i = 0; i < sizeof draws / sizeof *draws; ++i) {
+    memcpy(all, begun, sizeof all);
+    assert_ok(mjenv_draw(all[0], 2, draws[i].kind, draws[i].low, draws[i].high, drawn, 2));
+    assert_same_bits("drawn", drawn, draws[i].want, 2);
+  }
+  assert_refused(MJENV_E_SIZE, mjenv_draw(all[0], 2, 0, 0, 1, drawn, 1), "count is 1");
+  assert_refused(MJENV_E_VALUE, mjenv_draw(all[0], 0, 0, 0, 1, drawn, 1), "streams is 0");
+  assert_refused(MJENV_E_VALUE, mjenv_draw(all[0], 2, 0, 1, 0, drawn, 2), "high - low");
+  assert_refused(MJENV_E_VALUE, mjenv_draw(all[0], 2, 2, 0.5, 3, drawn, 2), "integers");
+  assert_refused(MJENV_E_ARGUMENT, mjenv_draw(all[0], 2, 3, 0, 1, drawn, 2), "kind is 3");
+  // Zeros leave a row as it is; a bad word changes no row.
+  all[0][2] = all[1][2] = 1, all[1][2] = 2;
+  assert_refused(MJENV_E_VALUE, mjenv_set_stream(env, MJENV_ALL_ROWS, all[0], 12), "odd");
+  memset(all, 0, sizeof all);
+  assert_ok(mjenv_set_stream(env, MJENV_ALL_ROWS, all[0], 12));
+  assert_ok(mjenv_get_stream(env, MJENV_ALL_ROWS, all[0], 12));
+  assert_memory_equal(all, begun, sizeof all);
+  assert_refused(MJENV_E_SIZE, mjenv_get_stream(env, MJENV_ALL_ROWS, all[0], 6), "count");
+  assert_refused(MJENV_E_VALUE, mjenv_draw((uint64_t[6]){0}, 1, 0, 0, 1, drawn, 1), "stream 0");
+  seed_rows(env, 42);
   // The second row follows the first one's stream.
   assert_ok(mjenv_set_stream(env, 1, words, 4));
   for (int reset = 0; reset < 3; ++reset) {

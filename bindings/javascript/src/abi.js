@@ -42,6 +42,12 @@ export const Status = /** @type {const} */ ({
   E_TASK: -19,
 });
 
+export const Distribution = /** @type {const} */ ({
+  UNIFORM: 0,
+  NORMAL: 1,
+  INTEGERS: 2,
+});
+
 export const Dtype = /** @type {const} */ ({
   FLOAT64: 1,
   FLOAT32: 2,
@@ -217,6 +223,7 @@ export const mjenv_batch = struct(96, {
  * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_seed_row
  * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_get_stream
  * @property {(env: number, row: bigint, words: number, count: bigint) => number} mjenv_set_stream
+ * @property {(words: number, streams: bigint, kind: number, low: number, high: number, values: number, count: bigint) => number} mjenv_draw
  * @property {(env: number, seed: bigint) => number} mjenv_seed_actions
  * @property {(env: number, action: number, count: bigint) => number} mjenv_sample_actions
  * @property {(env: number, mask: number, out: number) => number} mjenv_reset

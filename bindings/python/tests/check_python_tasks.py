@@ -502,6 +502,62 @@ def test_state_belongs_to_the_row() -> None:
     np.testing.assert_array_equal(envs.observe()[1], obs[0])
 
 
+class Weighed(Pendulum):
+    """Sees masses of its rows, and draws in its steps."""
+
+    needs = ("qpos", "qvel", "xpos", "time", "model.body_mass")
+
+    def observe(self, sim: Sim) -> Any:
+        return np.concatenate([sim.goal, sim.model.body_mass], 1)
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        rows = len(action)
+        sim.goal[...] = sim.rng.uniform(0, 2, (rows, 2))
+        sim.count[...] = sim.rng.integers(-3, 9, rows) + sim.rng.normal(1.0, 0.5, rows)
+        sim.goal[:, 1] = sim.rng.uniform(sim.goal[:, 0].min(), [3.0, 4.0], (rows, 2))[:, 1]  # by NumPy's Generators
+        if self.fault == "drawn":
+            raise ZeroDivisionError("after draws")
+        return sim.count, sim.time < 0, {}
+
+
+mjenv.register("Weighed-v0", Weighed)
+
+
+def test_draws_of_steps_are_those_of_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    envs = mjenv.make_vec("Weighed-v0", 3)
+    envs.reset(seed=[5, 6, 7])
+    with monkeypatch.context() as patch:
+        patch.setattr(Weighed, "fault", "drawn")
+        with pytest.raises(ZeroDivisionError, match="after draws"):
+            envs.step(np.zeros((3, 1)))  # the next step draws the same again
+    obs, rewards, *_ = envs.step(np.zeros((3, 1)))
+    streams = [np.random.default_rng(seed) for seed in (5, 6, 7)]
+    for stream in streams:
+        stream.normal(0.0, 0.1, 1), stream.uniform(0, 0.5, 2), stream.integers(0, 5)
+    goals = [stream.uniform(0, 2, 2) for stream in streams]
+    np.testing.assert_array_equal(rewards, [s.integers(-3, 9) + s.normal(1.0, 0.5) for s in streams])
+    least = min(goal[0] for goal in goals)
+    last = [stream.uniform(least, [3.0, 4.0], 2)[1] for stream in streams]
+    np.testing.assert_array_equal(obs[:, :2], [[goal[0], end] for goal, end in zip(goals, last, strict=True)])
+
+
+def test_tasks_see_the_rows_own_values_of_the_model() -> None:
+    envs = mjenv.make_vec("Weighed-v0", 3, randomize={"body_mass": mjenv.Scale(0.5, 2)})
+    first, _ = envs.reset(seed=1)
+    np.testing.assert_array_equal(first[:, 2:], np.tile(first[0, 2:], (3, 1)))  # of the model, as of other tasks
+    for _ in range(2):
+        obs, *_ = envs.step(np.zeros((3, 1)))
+        np.testing.assert_array_equal(obs[:, 2:], envs.model.body_mass)
+    assert len(np.unique(obs[:, 3])) == 3
+    image = envs.snapshot()
+    envs.model.body_mass[1] = 0.0, 7.0
+    assert envs.observe()[1, 3] == 7
+    envs.copy_row(1, np.array([True, False, False]))
+    assert envs.observe()[0, 3] == 7
+    envs.restore(image)
+    np.testing.assert_array_equal(envs.observe()[:, 2:], obs[:, 2:])
+
+
 @pytest.mark.parametrize(
     ("fault", "error", "message"),
     [

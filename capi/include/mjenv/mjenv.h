@@ -124,6 +124,14 @@ enum mjenv_status_value {
   MJENV_E_TASK = -19          /* a callback of a registered task failed, or a plug-in cannot be loaded (mjenv/task.h) */
 };
 
+/* What mjenv_draw draws. */
+typedef int32_t mjenv_distribution;
+enum mjenv_distribution_value {
+  MJENV_DISTRIBUTION_UNIFORM = 0, /* uniform(low, high); 0 and 1: random() */
+  MJENV_DISTRIBUTION_NORMAL = 1,  /* standard_normal() */
+  MJENV_DISTRIBUTION_INTEGERS = 2 /* integers(low, high) */
+};
+
 /* The types of numbers. Arrays that are passed as void * are FLOAT64 or FLOAT32. The dtype of a field is the one that
  * Gymnasium returns; the library returns fields as doubles, which represent their values exactly, but observations as
  * floats if obs_dtype is FLOAT32. */
@@ -504,12 +512,22 @@ MJENV_API mjenv_status mjenv_seed_row(mjenv_env *env, int64_t row, const uint64_
 
 /* Reads a row's random stream into words[count]: the low and high 64 bits of the state of NumPy's PCG64, those of inc,
  * and, if count is 6 instead of 4, has_uint32 and uinteger. Count 627 reads the stream of a task that draws from
- * RandomState (docs/c.md). Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
+ * RandomState (docs/c.md). With MJENV_ALL_ROWS, words[rows][6] receives those of all rows, count = rows * 6, and zeros of
+ * rows that have none. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
 /* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such
- * as an even inc), SIZE. */
+ * as an even inc), SIZE. With MJENV_ALL_ROWS, words[rows][6]; zeros leave a row's stream as it is. */
 MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, int64_t count);
+
+/* Draws from streams that mjenv_get_stream has read, as methods of NumPy's Generator of each, for tasks over all rows.
+ *   words      [streams][6], which change
+ *   low, high  of uniform and integers; 0 for normal
+ *   values     [streams][n] for n numbers of each stream; count = streams * n
+ * Errors: ARGUMENT (kind), VALUE (NumPy would refuse low and high, or an integer is not within 2^53; words that are no
+ * stream), SIZE. If it fails, it changes nothing. */
+MJENV_API mjenv_status mjenv_draw(uint64_t *words, int64_t streams, mjenv_distribution kind, double low, double high,
+                                  double *values, int64_t count);
 
 /* Seeds the stream of mjenv_sample_actions, which all rows share, as action_space.seed(seed) does. */
 MJENV_API mjenv_status mjenv_seed_actions(mjenv_env *env, uint64_t seed);

@@ -48,6 +48,7 @@ class Joystick(mjenv.Task):
     needs = (
         *("qpos", "qvel", "time", "xpos", "xmat", "site_xpos", "qfrc_actuator"),
         *("ncon", "contact.geom1", "contact.geom2", "contact.dist"),
+        *("model.geom_friction", "model.body_mass", "model.actuator_gainprm"),
     )
     max_contacts = 32
     options = {
@@ -95,12 +96,6 @@ class Joystick(mjenv.Task):
         self.sites = [model.index("site", f"{leg}_foot") for leg in legs]
         self.trunk, self.floor = model.index("body", "trunk"), model.index("geom", "floor")
         self.ground, self.terrain = model.index("geom", "ground"), Terrain(model, "ground")
-        # What joystick_options.py randomises for the task in C++; here it is the same for all rows.
-        self.constants = [
-            model.array("geom_friction")[self.feet[0], 0],
-            model.array("body_mass")[self.trunk],
-            model.array("actuator_gainprm")[0, 0],
-        ]
 
     def drawn(self, rng: Random, parameters: Any, rows: int) -> Array:
         ranges = np.stack([parameters[name] for name in COMMANDS], axis=1)
@@ -132,10 +127,11 @@ class Joystick(mjenv.Task):
         seen += [sim.qpos[:, 7:], sim.qvel[:, 6:]]
         clock = np.stack([wave(phase), wave(phase + 0.25)], axis=1)
         heights = sim.qpos[:, 2:3] - self.terrain.around(sim.xpos[:, self.trunk], sim.xmat[:, self.trunk], GRID)
-        constants = np.tile(self.constants, (rows, 1))
+        friction, mass, gain = sim.model.geom_friction, sim.model.body_mass, sim.model.actuator_gainprm
+        robot = np.stack([friction[:, self.feet[0], 0], mass[:, self.trunk], gain[:, 0, 0]], axis=1)
         return {
             "policy": np.concatenate([*seen, sim.last, sim.command, clock], axis=1),
-            "critic": np.concatenate([*seen, sim.command, clock, heights, sim.touched, constants], axis=1),
+            "critic": np.concatenate([*seen, sim.command, clock, heights, sim.touched, robot], axis=1),
         }
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Array, NDArray[np.bool_], dict[str, Array]]:

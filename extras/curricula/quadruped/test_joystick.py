@@ -57,10 +57,12 @@ def assert_same(got: NDArray[Any], expected: NDArray[Any]) -> None:
     assert np.asarray(got, np.float64).tobytes() == np.asarray(expected, np.float64).tobytes()
 
 
+@pytest.mark.parametrize("of_training", [{}, OPTIONS], ids=["plain", "of_the_training"])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_the_twin_in_numpy_has_equal_bits(engine: str, threads: int) -> None:
+def test_the_twin_in_numpy_has_equal_bits(engine: str, threads: int, of_training: dict[str, Any]) -> None:
+    """Also with histories, noise, delays, pushes and robots that differ."""
     options: dict[str, Any] = {"autoreset_mode": "same_step", "max_episode_steps": 40, "num_threads": threads}
-    options["engine"] = engine
+    options |= {"engine": engine, **of_training}
     cpp, numpy = (mjenv.make_vec(id, 6, **options) for id in (ID, joystick.ID))
     both = [envs.reset(seed=3)[0] for envs in (cpp, numpy)]
     rng, compared = np.random.default_rng(0), 0

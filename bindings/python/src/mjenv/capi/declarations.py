@@ -48,6 +48,12 @@ class Status(IntEnum):
     E_TASK = -19
 
 
+class Distribution(IntEnum):
+    UNIFORM = 0
+    NORMAL = 1
+    INTEGERS = 2
+
+
 class Dtype(IntEnum):
     FLOAT64 = 1
     FLOAT32 = 2
@@ -335,6 +341,8 @@ class Library(CDLL):
         self.mjenv_get_stream.restype = c_int32
         self.mjenv_set_stream.argtypes = (c_void_p, c_int64, POINTER(c_uint64), c_int64)
         self.mjenv_set_stream.restype = c_int32
+        self.mjenv_draw.argtypes = (POINTER(c_uint64), c_int64, c_int32, c_double, c_double, POINTER(c_double), c_int64)
+        self.mjenv_draw.restype = c_int32
         self.mjenv_seed_actions.argtypes = (c_void_p, c_uint64)
         self.mjenv_seed_actions.restype = c_int32
         self.mjenv_sample_actions.argtypes = (c_void_p, POINTER(c_float), c_int64)

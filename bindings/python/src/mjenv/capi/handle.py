@@ -78,6 +78,19 @@ def encoded(value: str, what: str) -> bytes:
     return value.encode("utf-8", "surrogateescape")
 
 
+def pcg64_of(words: Any) -> dict[str, Any]:
+    """The words of mjenv_get_stream as the state of a numpy.random.PCG64."""
+    numbers = {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64}
+    return {"bit_generator": "PCG64", "state": numbers, "has_uint32": words[4], "uinteger": words[5]}
+
+
+def words_of(state: Mapping[str, Any]) -> list[int]:
+    """What pcg64_of was made from."""
+    numbers = (state["state"]["state"], state["state"]["inc"])
+    halves = [x >> shift & 0xFFFFFFFFFFFFFFFF for x in numbers for shift in (0, 64)]
+    return [*halves, state["has_uint32"], state["uinteger"]]
+
+
 def pointer_to(array: NDArray[Any], kind: type[Any]) -> Any:
     """A typed pointer to an array's memory, valid as long as the array lives."""
     return array.ctypes.data_as(POINTER(kind))
@@ -539,18 +552,10 @@ class Rows:
         """A row's random stream, as the state of a numpy.random.PCG64."""
         words = (c_uint64 * 6)()
         self.call(self.engine.mjenv_get_stream, row, words, 6)
-        return {
-            "bit_generator": "PCG64",
-            "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
-            "has_uint32": words[4],
-            "uinteger": words[5],
-        }
+        return pcg64_of(words)
 
     def set_stream(self, row: int, state: Mapping[str, Any]) -> None:
-        numbers = (state["state"]["state"], state["state"]["inc"])
-        halves = (x >> shift & 0xFFFFFFFFFFFFFFFF for x in numbers for shift in (0, 64))
-        words = (c_uint64 * 6)(*halves, state["has_uint32"], state["uinteger"])
-        self.call(self.engine.mjenv_set_stream, row, words, 6)
+        self.call(self.engine.mjenv_set_stream, row, (c_uint64 * 6)(*words_of(state)), 6)
 
     def random_state(self, row: int) -> tuple[tuple[Any, ...], bool]:
         """A row's stream, as RandomState.get_state returns it, and whether nothing was drawn since it was seeded."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv.capi import task_declarations
-from mjenv.capi.declarations import Dtype, Role, Status, mjenv_field
+from mjenv.capi.declarations import Distribution, Dtype, Role, Status, mjenv_field
 from mjenv.capi.dtypes import DTYPES, Float64Array
 from mjenv.capi.handle import encoded, pointer_to
 from mjenv.capi.pointers import POINTER
@@ -110,7 +110,8 @@ class Task:
     needs: ClassVar[Sequence[str]] = ("qpos", "qvel")
     """NumPy: the arrays of mjData that `sim` has. "contacts" means `sim.ncon` and all of `sim.contact`; a single one is
     "contact.geom1", which is `sim.contact.geom1` (rows, greatest number of contacts), of which a row's first ncon
-    count. Machine code: the arrays that task.h marks as on demand."""
+    count. "model.body_mass" is `sim.model.body_mass` (rows, nbody): the row's own values of an array of mjModel, with
+    what was drawn and written. Machine code: the arrays that task.h marks as on demand."""
     max_contacts: ClassVar[int] = 0
     """NumPy: for how many contacts of a row sim.contact has room (the option max_contacts). The arrays hold a row's
     first contacts, and 0 behind them; sim.ncon counts all. 0: for the model's nconmax, which may be hundreds; on MuJoCo
@@ -460,12 +461,16 @@ class StateDraws:
         x[:] = x[order] if isinstance(x, np.ndarray) else [x[at] for at in order]
 
 
+Size = int | tuple[int, ...]
+Drawing = Callable[[np.random.Generator, tuple[int, ...]], Any]
+
+
 class Random:
     """The random streams of the rows that are reset, with methods of numpy.random.Generator.
 
     The first element of size is the number of rows. Each row's numbers come from its own stream, so they do not depend
-    on which other rows are reset. streams: each row's Generator. kept, parameters: in reset, copies of the rows' kept
-    arrays and live parameters, by name.
+    on which other rows are reset. rows: how many there are. streams: each row's Generator, which is slower. kept,
+    parameters: in reset, copies of the rows' kept arrays and live parameters, by name.
     """
 
     def __init__(
@@ -480,30 +485,46 @@ class Random:
     def streams(self) -> tuple[np.random.Generator, ...]:
         return self._streams
 
-    def random(self, size: int | tuple[int, ...]) -> Float64Array:
-        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.random(shape))
+    @property
+    def rows(self) -> int:
+        return len(self._streams)
+
+    def random(self, size: Size) -> Float64Array:
+        drawn: Float64Array = self._draw(
+            size, lambda stream, shape: stream.random(shape), Distribution.UNIFORM, 0.0, 1.0
+        )
         return drawn
 
-    def uniform(self, low: Any, high: Any, size: int | tuple[int, ...]) -> Float64Array:
-        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.uniform(low, high, shape))
+    def uniform(self, low: Any, high: Any, size: Size) -> Float64Array:
+        kind = None if np.ndim(low) or np.ndim(high) else Distribution.UNIFORM
+        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.uniform(low, high, shape), kind, low, high)
         return drawn
 
-    def standard_normal(self, size: int | tuple[int, ...]) -> Float64Array:
-        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.standard_normal(shape))
+    def standard_normal(self, size: Size) -> Float64Array:
+        drawn: Float64Array = self._draw(size, lambda stream, shape: stream.standard_normal(shape), Distribution.NORMAL)
         return drawn
 
-    def normal(self, loc: Any, scale: Any, size: int | tuple[int, ...]) -> Float64Array:
+    def normal(self, loc: Any, scale: Any, size: Size) -> Float64Array:
+        if not np.ndim(loc) and not np.ndim(scale) and scale >= 0:
+            return np.asarray(loc + scale * self.standard_normal(size))
         drawn: Float64Array = self._draw(size, lambda stream, shape: stream.normal(loc, scale, shape))
         return drawn
 
-    def integers(self, low: Any, high: Any, size: int | tuple[int, ...]) -> NDArray[np.int64]:
-        drawn: NDArray[np.int64] = self._draw(size, lambda stream, shape: stream.integers(low, high, shape))
-        return drawn
+    def integers(self, low: Any, high: Any, size: Size) -> NDArray[np.int64]:
+        small = not np.ndim(low) and not np.ndim(high) and max(abs(int(low)), abs(int(high))) <= 2**53
+        kind = Distribution.INTEGERS if small else None
+        drawn: Any = self._draw(size, lambda stream, shape: stream.integers(low, high, shape), kind, low, high)
+        return np.asarray(drawn, np.int64)
 
-    def _draw(self, size: int | tuple[int, ...], draw: Callable[[np.random.Generator, tuple[int, ...]], Any]) -> Any:
+    def _shape(self, size: Size) -> tuple[int, ...]:
         shape = size if isinstance(size, tuple) else (size,)
-        if not shape or shape[0] != len(self.streams):
-            raise InvalidValueError(f"size is {size}, but its first element must be {len(self.streams)} rows")
+        if not shape or shape[0] != self.rows:
+            raise InvalidValueError(f"size is {size}, but its first element must be {self.rows} rows")
+        return shape
+
+    def _draw(self, size: Size, draw: Drawing, kind: Distribution | None = None, low: Any = 0, high: Any = 0) -> Any:
+        """kind, low, high: what mjenv_draw would draw; None if it cannot."""
+        shape = self._shape(size)
         return np.stack([draw(stream, shape[1:]) for stream in self.streams])
 
 

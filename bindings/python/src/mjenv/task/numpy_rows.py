@@ -8,7 +8,7 @@ The task's state stands here, in arrays of all rows. The library's rows carry it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from ctypes import byref, c_double, c_float, c_int64, c_uint8, c_uint64
 from dataclasses import replace
 from functools import partial
@@ -18,21 +18,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv.capi import declarations
-from mjenv.capi.declarations import Dtype, Role, Status
+from mjenv.capi.declarations import Distribution, Dtype, Role, Status
 from mjenv.capi.dtypes import BOOL, FLOATS, Float64Array
 from mjenv.capi.engine import ENGINES, Engine
-from mjenv.capi.handle import Batch, Options, Rows, check_goals, open_rows, pointer_to
+from mjenv.capi.handle import Batch, Options, Rows, check_goals, open_rows, pcg64_of, pointer_to, words_of
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.schema import Field
 from mjenv.capi.turns import Turn
 from mjenv.errors import ResetNeeded, TaskError
 from mjenv.rows.step import views
-from mjenv.task import Random, Sim
+from mjenv.task import Drawing, Random, Sim, Size
 from mjenv.task.registered import Checked, Registered, Resetting, overrides
 
 BoolArray = NDArray[np.bool_]
 
 _PREFIX = "parameters."  # of the names of live parameters
+_MODEL = "model."  # of what a task needs of mjModel
 _BLOCKS = {"info": Role.INFO, "arrays": Role.ARRAYS}
 
 
@@ -79,10 +80,11 @@ class NumpyRows(Rows):
         asked = Options(engine, id)
         asked.set({name: value for name, value in options.items() if name not in RANDOMIZING})
         settings = {name: option.default for name, option in asked.schema().items()}
+        of_model = [name for name in registered.needs if name.startswith(_MODEL)]
         names = dict.fromkeys((*registered.needs, *settings["arrays"].split()))
         self._same_step = settings["autoreset_mode"] == "same_step"
         self._task = registered.kind()
-        given = {**options, "arrays": " ".join(names)}
+        given = {**options, "arrays": " ".join(name for name in names if name not in of_model)}
         given["max_contacts"] = settings["max_contacts"] or registered.kind.max_contacts
         self._resetting = Resetting(id, self._task) if registered.resets_rows else None
         width = registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
@@ -127,14 +129,16 @@ class NumpyRows(Rows):
         live = {field.name.removeprefix(_PREFIX): field for field in self.fields(Role.PARAMETERS)}
         self._parameters = {name: np.zeros((count, *field.shape)) for name, field in live.items()}
         self._read_parameters(range(count))
-        model = {name: self.array(Role.MODEL, name) for name in registered.kind.own}
-        self._own = {name: np.zeros((count, *field.shape)) for name, field in model.items() if field is not None}
-        self._read_own(range(count))
+        model = {name: self.array(Role.MODEL, name.removeprefix(_MODEL)) for name in (*registered.kind.own, *of_model)}
+        arrays = {name: np.zeros((count, *field.shape)) for name, field in model.items() if field is not None}
+        self._own = {name: arrays[name] for name in registered.kind.own}
+        self._needed = {name: arrays[name] for name in of_model}
+        self._views |= self._needed
+        self._read_model(self._named(None), range(count))
         self._shown_own = _OwnOfStep(self._own)
-        self._drawing = _StepDraws(self)
+        self._drawing = _RowDraws(self, np.arange(count))
         self._kick = np.zeros((count, self._task.nv))
         self._sim = Sim(self._views, self._state, self._parameters, self._shown_own, self._drawing, self._kick)
-        self._streams: list[np.random.Generator] = []
 
     # ---- outputs of all rows; the caller must have the turn ----
 
@@ -224,10 +228,10 @@ class NumpyRows(Rows):
     def _step(self, action: NDArray[Any], out: _Out) -> int:
         self._begin_call()
         self._play(None, action, out)
-        if self._was_reset.any():
-            self._begin(self._was_reset.copy())
+        begun = self._begin(self._was_reset.copy())[0] if self._was_reset.any() else np.zeros(0, np.intp)
         self._given.obs[...] = self._observations(self._sim)
         self._finish(None, out)
+        self._read_model(self._needed, begun.tolist())  # a reset's observation sees what was before its draws
         if self._same_step and out.was_reset.any():
             self._reset_rows(out.was_reset.copy(), out)
         return self._end(out)
@@ -321,18 +325,18 @@ class NumpyRows(Rows):
         if len(chosen):
             self._given.obs[chosen] = self._observations(sim)
             self._finish(resets, out)
+            self._read_model(self._needed, chosen.tolist())
 
     def _begin(self, resets: BoolArray) -> tuple[NDArray[np.intp], Sim]:
         """Begins new episodes in these rows. Returns the rows and their simulations. Rows that fail leave the mask."""
         chosen = np.flatnonzero(resets)
         if self._resetting is None:
-            streams = self._load_streams(chosen.tolist())
             kept = {name: self._state[name][chosen] for name in self._task.kept}
             parameters = {name: values[chosen] for name, values in self._parameters.items()}
-            qpos, qvel, state = self._checked.reset(Random(streams, kept, parameters))
+            draws = _RowDraws(self, chosen, kept, parameters)
+            qpos, qvel, state = self._checked.reset(draws)
             self._checked.bounded("reset", state)
-            for row, stream in zip(chosen.tolist(), streams, strict=True):
-                self._keep_stream(row, stream)
+            draws.keep(np.ones(len(chosen), np.bool_))
             self._qpos[chosen], self._qvel[chosen] = qpos, qvel
             self._begin_masked(resets, self._qpos, self._qvel)
             for name, values in state.items():
@@ -347,7 +351,7 @@ class NumpyRows(Rows):
                     self._state[name][row] = values[0]
         resets &= ~self._failed
         chosen = np.flatnonzero(resets)
-        self._read_own(chosen.tolist())
+        self._read_model(self._own, chosen.tolist())
         sim = self._carried(chosen)
         if len(chosen):
             self._put(Role.RESET_INFO, "reset_info", self._checked.reset_info(sim), chosen)
@@ -395,14 +399,19 @@ class NumpyRows(Rows):
         for name, values in infos.items():
             self._infos[role][name][rows] = values
 
-    def _read_own(self, rows: Iterable[int], *names: str) -> None:
-        """Reads these own arrays of rows, or all of them."""
+    def _read_model(self, arrays: Mapping[str, Float64Array], rows: Iterable[int]) -> None:
+        """Reads rows' arrays of mjModel."""
         count = c_int64()
-        for name in names or self._own:
+        for name, array in arrays.items():
             for row in rows:
-                values = self._own[name][row : row + 1]
-                pointer = pointer_to(values, c_double)
-                self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, values.size, byref(count)))
+                values = array[row : row + 1]
+                of_row = name.removeprefix(_MODEL).encode(), pointer_to(values, c_double), values.size, byref(count)
+                self.check(self.engine.mjenv_read(self.pointer, row, *of_row))
+
+    def _named(self, name: str | None) -> dict[str, Float64Array]:
+        """The task's arrays of mjModel with this name, or all."""
+        arrays = {**self._own, **self._needed}
+        return {key: array for key, array in arrays.items() if name in (None, key.removeprefix(_MODEL))}
 
     def _write_own(self, before: Mapping[str, Float64Array], rows: BoolArray) -> None:
         """Passes what the task's step has written to the library."""
@@ -415,7 +424,8 @@ class NumpyRows(Rows):
                 if changed.any():
                     self._write_array(name, new, changed)
                     written.append((name, changed))
-                    self._read_own(np.flatnonzero(changed).tolist(), name)  # the library has rounded float32 numbers
+                    # The library has rounded float32 numbers.
+                    self._read_model(self._named(name), np.flatnonzero(changed).tolist())
         except BaseException:
             for name, changed in written:
                 self._write_array(name, before[name], changed)
@@ -440,30 +450,6 @@ class NumpyRows(Rows):
         if "qvel" in self._views:
             self._views["qvel"][kicked] = qvel[kicked]
 
-    # ---- random streams ----
-
-    def _load_streams(self, rows: Sequence[int]) -> list[np.random.Generator]:
-        """The rows' random streams, as Generators of NumPy."""
-        while len(self._streams) < len(rows):
-            self._streams.append(np.random.Generator(np.random.PCG64(0)))
-        words = (c_uint64 * 6)()
-        for row, stream in zip(rows, self._streams, strict=False):
-            self.check(self.engine.mjenv_get_stream(self.pointer, row, words, 6))
-            stream.bit_generator.state = {
-                "bit_generator": "PCG64",
-                "state": {"state": words[0] | words[1] << 64, "inc": words[2] | words[3] << 64},
-                "has_uint32": words[4],
-                "uinteger": words[5],
-            }
-        return self._streams[: len(rows)]
-
-    def _keep_stream(self, row: int, stream: np.random.Generator) -> None:
-        state: Any = stream.bit_generator.state
-        numbers = state["state"]["state"], state["state"]["inc"]
-        words = [number >> shift & 0xFFFFFFFFFFFFFFFF for number in numbers for shift in (0, 64)]
-        of_row = (c_uint64 * 6)(*words, state["has_uint32"], state["uinteger"])
-        self.check(self.engine.mjenv_set_stream(self.pointer, row, of_row, 6))
-
     # ---- single rows ----
 
     def _read_row(self, row: int) -> None:
@@ -472,8 +458,8 @@ class NumpyRows(Rows):
         for name, array in self._views.items():
             values = array[row : row + 1].reshape(-1)
             whole = self._whole.get(name, values)  # an array of contacts may have room for the first ones only
-            pointer = pointer_to(whole, c_double)
-            self.check(self.engine.mjenv_read(self.pointer, row, name.encode(), pointer, whole.size, byref(count)))
+            of_row = pointer_to(whole, c_double), whole.size, byref(count)
+            self.check(self.engine.mjenv_read(self.pointer, row, name.removeprefix(_MODEL).encode(), *of_row))
             if whole is not values:
                 values[...] = whole[: values.size]
 
@@ -493,13 +479,24 @@ class NumpyRows(Rows):
 
     def write(self, row: int, name: str, values: Any, by_reader: bool = False) -> None:
         super().write(row, name, values, by_reader)
-        if name.startswith(_PREFIX):
-            self._read_parameters((row,))
+        self._refresh((row,), name)
 
     def write_rows(self, mask: BoolArray | None, name: str, values: Any, by_reader: bool = False) -> None:
         super().write_rows(mask, name, values, by_reader)
-        if name.startswith(_PREFIX):
-            self._read_parameters(range(self.count) if mask is None else np.flatnonzero(mask).tolist())
+        self._refresh(range(self.count) if mask is None else np.flatnonzero(mask).tolist(), name)
+
+    def set_constants(self, row: int) -> None:
+        super().set_constants(row)
+        self._refresh(range(self.count) if row == declarations.ALL_ROWS else (row,))
+
+    def _refresh(self, rows: Iterable[int], name: str | None = None) -> None:
+        if name is not None and name.startswith(_PREFIX):
+            return self._read_parameters(rows)
+        turn = [self.enter()]
+        try:
+            self._read_model(self._named(name), rows)
+        finally:
+            self.leave(turn.pop())
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
@@ -547,7 +544,7 @@ class NumpyRows(Rows):
         self._read_parameters(rows)
         turn = [self.enter()]
         try:
-            self._read_own(rows)
+            self._read_model(self._named(None), rows)
             if row == declarations.ALL_ROWS:
                 self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
             else:
@@ -601,30 +598,62 @@ class _OwnOfStep(Mapping[str, Float64Array]):
         self._before, self._given = None, []
 
 
-class _StepDraws(Random):
-    """The streams of all rows, from which step draws. They are loaded when step first draws."""
+class _RowDraws(Random):
+    """Draws from the streams of these rows. Of what it draws, keep alone tells the library."""
 
-    def __init__(self, rows: NumpyRows) -> None:
-        super().__init__(())
-        self._rows, self._loaded = rows, False
+    def __init__(self, rows: NumpyRows, chosen: NDArray[np.intp], *known: Mapping[str, Float64Array]) -> None:
+        super().__init__((), *known)
+        self._rows, self._chosen = rows, chosen
+        self._all: NDArray[np.uint64] | None = None  # of all rows, as they were; None until the first draw
+        self._words = np.zeros((0, 6), np.uint64)  # of the chosen rows
+
+    @property
+    def rows(self) -> int:
+        return len(self._chosen)
 
     @property
     def streams(self) -> tuple[np.random.Generator, ...]:
-        if not self._loaded:
-            self._streams, self._loaded = tuple(self._rows._load_streams(range(self._rows.count))), True
+        if not self._streams:
+            self._load()
+            self._streams = tuple(np.random.Generator(np.random.PCG64(0)) for _ in self._words)
+            for words, stream in zip(self._words.tolist(), self._streams, strict=True):
+                stream.bit_generator.state = pcg64_of(words)
         return self._streams
 
     def keep(self, rows: BoolArray) -> None:
-        """Writes the streams that the step has used back to these rows."""
-        if self._loaded:
-            for row in np.flatnonzero(rows).tolist():
-                self._rows._keep_stream(row, self._streams[row])
+        """Sets the streams of those of its rows."""
+        if self._all is None:
+            return
+        for row, stream in enumerate(self._streams):
+            self._words[row] = words_of(stream.bit_generator.state)
+        self._all[self._chosen[rows]] = self._words[rows]
+        self._pass(self._rows.engine.mjenv_set_stream, self._all)
+
+    def _load(self) -> None:
+        if self._all is None:
+            everything = np.zeros((self._rows.count, 6), np.uint64)
+            self._pass(self._rows.engine.mjenv_get_stream, everything)
+            self._all, self._words = everything, everything[self._chosen]
+            self._words[:, 2] |= np.uint64(1)  # of rows that were never reset, whose draws nobody sees
+
+    def _pass(self, function: Callable[..., int], words: NDArray[np.uint64]) -> None:
+        rows, numbers = self._rows, pointer_to(words, c_uint64)
+        rows.check(function(rows.pointer, declarations.ALL_ROWS, numbers, words.size))
+
+    def _draw(self, size: Size, draw: Drawing, kind: Distribution | None = None, low: Any = 0, high: Any = 0) -> Any:
+        if kind is None or self._streams:
+            return super()._draw(size, draw)
+        values = np.zeros(self._shape(size))
+        self._load()
+        engine, words = self._rows.engine, pointer_to(self._words, c_uint64)
+        engine.check(engine.mjenv_draw(words, self.rows, kind, low, high, pointer_to(values, c_double), values.size))
+        return values
 
     def __enter__(self) -> None:
-        self._loaded = False
+        self._all, self._streams = None, ()
 
     def __exit__(self, *_: object) -> None:
-        self._loaded = False
+        self._all, self._streams = None, ()
 
 
 def _restored(kind: type, engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:

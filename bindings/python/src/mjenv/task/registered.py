@@ -457,6 +457,7 @@ def _check_parameters(kind: type[Task]) -> None:
 
 def _initial(model: Model, name: str, contacts: int) -> Float64Array:
     """An array in the model's initial state. Arrays of contacts are zeros, because only a reset finds contacts."""
+    name = name.removeprefix("model.")
     columns = CONTACT.get(name.removeprefix("contact.")) if name.startswith("contact.") else None
     if columns is None:
         return np.asarray(model.array(name), np.float64)
@@ -505,7 +506,7 @@ class Checked:
         self._observed = False
 
     def reset(self, rng: Random) -> tuple[Float64Array, Float64Array, dict[str, Float64Array]]:
-        task, rows = self.task, len(rng.streams)
+        task, rows = self.task, rng.rows
         found = task.reset(rng, rows)
         names = tuple(name for name in self.kind.state if name not in self.kind.kept)
         kept = set(self.kind.kept)
