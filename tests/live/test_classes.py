@@ -316,6 +316,49 @@ def test_own_classes(name: str, tmp_path: Path, long: bool) -> None:
     check_equal(ours, theirs, 3000 if long else 300)
 
 
+MODULE = """
+import mujoco
+import numpy as np
+from gymnasium.envs.mujoco import MujocoEnv
+from gymnasium.spaces import Box
+
+class Stepper(MujocoEnv):
+    metadata = {"render_modes": [], "render_fps": 50}
+
+    def __init__(self, path):
+        super().__init__(path, 4, Box(-np.inf, np.inf, (4,)))
+        tip = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_SITE, "tip")
+        self.names = [self.model.names[start:].split(b"\\0")[0] for start in self.model.name_bodyadr]
+        self.tip = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_SITE, tip)
+
+    def step(self, action):
+        self.data.ctrl[:] = action
+        mujoco.mj_step(self.model, self.data, nstep=self.frame_skip)
+        info = {"names": self.names, "tip": self.data.site(self.tip).xpos.copy()}
+        return self.state_vector(), 0.0, False, False, info
+
+    def reset_model(self):
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[1] = 0.1
+        mujoco.mj_forward(self.model, self.data)
+        return self.state_vector()
+"""
+
+
+def test_functions_of_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a module that is imported as it is, functions of the mujoco package take mjenv's model and data."""
+    (tmp_path / "cart.xml").write_text(CART)
+    (tmp_path / "stepper_module.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with mjenv.gymnasium_classes(engine=ENGINE):
+        ours = importlib.import_module("stepper_module").Stepper
+    theirs = importlib.import_module("stepper_module").Stepper
+    assert sys.modules["mujoco"] is mujoco
+    assert issubclass(ours, mjenv.MujocoEnv)
+    assert not issubclass(theirs, mjenv.MujocoEnv)
+    check_equal(ours(str(tmp_path / "cart.xml")), theirs(str(tmp_path / "cart.xml")), 100)
+
+
 def test_pictures(tmp_path: Path) -> None:
     ours, theirs = (
         [classes_on(base, tmp_path)["Cart"](render_mode=mode, width=64, height=48) for mode in modes]

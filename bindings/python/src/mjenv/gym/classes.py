@@ -10,6 +10,10 @@ from types import ModuleType
 from typing import Any
 
 from mjenv.gym.env import MujocoEnv
+from mjenv.rows.arrays import Data, Model
+
+# Functions of the mujoco package that are methods here.
+_METHODS = ("mj_resetData", "mj_forward", "mj_step", "mj_name2id", "mj_id2name")
 
 
 @contextmanager
@@ -21,7 +25,8 @@ def gymnasium_classes(engine: str | None = None) -> Iterator[None]:
         env = AntEnv()
 
     Modules that have a class derived from Gymnasium's are imported anew. Afterwards everything is as before: who then
-    imports these modules gets Gymnasium's classes again. engine: that of the classes.
+    imports these modules gets Gymnasium's classes again. Imported modules also find a mujoco package whose mj_step and
+    its like take self.model and self.data. engine: that of the classes.
     """
     package: Any = import_module("gymnasium.envs.mujoco")
     mujoco_env: Any = import_module("gymnasium.envs.mujoco.mujoco_env")
@@ -33,13 +38,45 @@ def gymnasium_classes(engine: str | None = None) -> Iterator[None]:
     for name in before:
         _put(name, None)
     package.MujocoEnv = mujoco_env.MujocoEnv = ours
+    functions = sys.modules.get("mujoco")
+    if functions is not None:
+        sys.modules["mujoco"] = _Functions(functions)
     try:
         yield
     finally:
         package.MujocoEnv = mujoco_env.MujocoEnv = theirs
+        if functions is not None:
+            sys.modules["mujoco"] = functions
         new = [name for name, module in sys.modules.items() if name not in known and _derives(module, ours)]
         for name in (*before, *new):
             _put(name, before.get(name))
+
+
+class _Functions(ModuleType):
+    """The mujoco package, in which some functions also take mjenv's model and data."""
+
+    def __init__(self, theirs: ModuleType) -> None:
+        super().__init__("mujoco", theirs.__doc__)
+        self.__dict__.update(vars(theirs))
+        self.__dict__.update((name, _function(name, getattr(theirs, name))) for name in _METHODS)
+        self.__dict__["_theirs"] = theirs
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """The import of a submodule makes it an attribute."""
+        super().__setattr__(name, value)
+        setattr(self._theirs, name, value)
+
+
+def _function(name: str, theirs: Any) -> Any:
+    def function(*given: Any, **named: Any) -> Any:
+        structs = [value for value in (*given, *named.values()) if isinstance(value, (Model, Data))]
+        if not structs:
+            return theirs(*given, **named)
+        rest = [value for value in given if not isinstance(value, (Model, Data))]
+        named = {key: value for key, value in named.items() if not isinstance(value, (Model, Data))}
+        return getattr(structs[0].simulation, name)(*rest, **named)
+
+    return function
 
 
 def _derives(module: ModuleType | None, base: type) -> bool:

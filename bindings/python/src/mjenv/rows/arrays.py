@@ -347,6 +347,11 @@ class _Named(Arrays):
             "set_state, do_simulation, mj_forward, mj_resetData, mj_name2id and mj_id2name>"
         )
 
+    @property
+    def simulation(self) -> Any:
+        """The environment, or the row, that this belongs to."""
+        return self._changed.__self__
+
     def _part(self, kind: str, name: str) -> Part:
         """The array that holds an object's attribute, and which part of the array belongs to the object."""
         raise NotImplementedError
@@ -405,6 +410,16 @@ class Visual(_Attributes):
             object.__setattr__(self, "global_" if name == "global" else name, arrays)
 
 
+def _text(name: str) -> property:
+    """An array of letters, which MuJoCo's Python package gives as bytes."""
+
+    def read(model: Model) -> Any:
+        letters = model._block(name).lend()
+        return letters if model._row == ALL_ROWS else letters.tobytes()
+
+    return property(read)
+
+
 class Model(_Named):
     """mjModel: sizes (nq), arrays (body_mass), and opt, stat and vis."""
 
@@ -417,6 +432,8 @@ class Model(_Named):
         for name in ("opt", "stat"):
             self.__dict__[name] = self._part_named(f"{name}.", keeps)
         self.__dict__["vis"] = Visual(self)
+
+    names, paths, text_data = map(_text, ("names", "paths", "text_data"))
 
     mesh, skin, hfield, texture, material, pair, exclude, equality, numeric, tuple, key = map(_objects, _LISTED)
     # MuJoCo's other names.
