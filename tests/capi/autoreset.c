@@ -17,6 +17,7 @@ struct vector {
 static struct vector* vector_of(const char* path, int64_t threads, bool split) {
   struct vector* v = allocate(sizeof *v);
   *v = (struct vector){.golden = golden_read(path), .split = split};
+  v->golden->parts = ROWS;
   struct golden_option* option = &v->golden->options[v->golden->option_count++];
   *option = (struct golden_option){.name = "num_threads", .kind = "integer", .integer = threads};
   v->env = golden_create(v->golden, ROWS);
@@ -76,12 +77,9 @@ static uint8_t recorded_flag(const struct vector* v, const char* name, size_t li
 
 static void assert_recorded(const struct vector* v, const char* name, size_t line, int64_t row, const double* got,
                             size_t count) {
-  double* want = allocate(count * sizeof *want);
-  recorded(v, name, "f8", line, row * count, count, want);
-  char what[96];
-  snprintf(what, sizeof what, "%s of row %zu at %zu", name, row, line);
-  assert_same_bits(what, got, want, count);
-  free(want);
+  char why[256];
+  if (!golden_same(v->golden, name, line * ROWS + (size_t)row, got, count, why, sizeof why))
+    fail_msg("row %d at %zu: %s", (int)row, line, why);
 }
 
 // The numbers of a row under a key of the infos that Gymnasium would return; NULL when the row has no such key.

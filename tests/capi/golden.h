@@ -35,6 +35,7 @@ struct golden {
   size_t info_count, reset_info_count;
   struct golden_array arrays[96];
   size_t array_count;
+  size_t parts;  // in a line of an array: 1, or the environment's rows, which the caller then sets
   char* bytes;
 };
 
@@ -67,6 +68,10 @@ bool golden_replay_narrow(const struct golden* golden, mjenv_env* env, char* why
 bool golden_replay_in_rows(const struct golden* golden, mjenv_env* env, char* why, size_t size);
 size_t golden_steps(const struct golden* golden);
 
+// Whether the numbers of a part of an array, counted over all its lines, are the recorded ones. The file has them or their
+// hash. False with the reason in why.
+bool golden_same(const struct golden* golden, const char* name, size_t part, const double* got, size_t count, char* why,
+                 size_t size);
 // Row `row` of a float64 array, copied into buffer: the arrays of a file are not aligned.
 const double* golden_row(const struct golden* golden, const char* name, size_t row, double* buffer);
 // Row `row` of the actions, copied into buffer, and its dtype and count.

@@ -29,28 +29,26 @@ static void follow_stage(const struct golden* golden, mjenv_env* env, struct out
   }
 }
 
+static void assert_same(const struct golden* golden, const char* recorded, size_t row, const double* got,
+                        size_t count) {
+  char why[256];
+  if (!golden_same(golden, recorded, row, got, count, why, sizeof why)) fail_msg("stage %zu: %s", row, why);
+}
+
 static void assert_array(const struct golden* golden, mjenv_env* env, const char* recorded, size_t row) {
-  double* want = allocate(1000 * sizeof *want);
   int64_t count = 0;
   double* got = read_array(env, 0, strchr(recorded, '.') + 1, &count);
-  char what[96];
-  snprintf(what, sizeof what, "stage %zu, %s", row, recorded);
-  assert_int_equal(count, golden_array(golden, recorded, "f8")->columns);
-  assert_same_bits(what, got, golden_row(golden, recorded, row, want), count);
+  assert_same(golden, recorded, row, got, (size_t)count);
   free(got);
-  free(want);
 }
 
 static void assert_stage(const struct golden* golden, mjenv_env* env, struct outputs* out, size_t stage) {
-  double want[512];
-  char what[32];
   if (((const uint8_t*)golden_array(golden, "stage", "u1")->data)[stage] == STEP) {
-    assert_same_bits("reward", out->reward, golden_row(golden, "reward", stage, want), 1);
-    assert_same_bits("info", out->info, golden_row(golden, "info", stage, want), (size_t)out->info_count);
+    assert_same(golden, "reward", stage, out->reward, 1);
+    assert_same(golden, "info", stage, out->info, (size_t)out->info_count);
   }
   assert_ok(mjenv_observe(env, &out->batch));
-  snprintf(what, sizeof what, "stage %zu, obs", stage);
-  assert_same_bits(what, out->obs, golden_row(golden, "obs", stage, want), (size_t)out->obs_count);
+  assert_same(golden, "obs", stage, out->obs, (size_t)out->obs_count);
   for (size_t i = 0; i < golden->array_count; ++i)
     if (strncmp(golden->arrays[i].name, "data.", 5) == 0) assert_array(golden, env, golden->arrays[i].name, stage);
 }

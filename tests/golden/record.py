@@ -17,7 +17,10 @@ A golden: text lines up to "data", then the arrays, raw and little-endian, in th
     mjenv-golden 1, id, seed, gymnasium, mujoco, numpy, python, cpu, kernel, norm plain|fused, libm fma|sse2
     option NAME integer|reals|string VALUE...   to be set before create
     info NAME COUNT TYPE, reset_info NAME COUNT TYPE   in Gymnasium's order
-    array NAME f4|f8|u1|i8 D0 [D1]
+    array NAME f4|f8|u1|i8|u8 D0 [D1]
+u8: a hash for each row and step, in place of its numbers: h = 0xcbf29ce484222325, then for the 64 bits of each number
+h = (h ^ bits) * 0x100000001b3 mod 2^64 and h = h ^ (h >> 32). Observations and MuJoCo's arrays are hashed, except in
+the trajectories of MuJoCo 2.2.2 with the default options of a v5.
 Seed the row and reset: reset_obs[0]. Before step t = reset_at[i], i > 0, reset again without a seed: reset_obs[i].
 custom/ holds the same for models of our own; "xml_file" there is relative to that folder.
 state/ follows one row through stages: stage[s] is 0 for a reset (the first one seeded), 1 for a step with action[s],

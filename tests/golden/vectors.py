@@ -122,7 +122,7 @@ def vector(name: str, mode: AutoresetMode, facts: dict[str, str]) -> bytes:
         raise SystemExit(f"record.py: no row of {name} fell on its last step")
     options = {"max_episode_steps": limit, "autoreset_mode": OPTION[mode]}
     arrays = {**steps.arrays(), **resets.arrays()}
-    return golden(name, VECTOR_SEED, options, field_lines(info_fields, reset_fields), arrays, facts)
+    return golden(name, VECTOR_SEED, options, field_lines(info_fields, reset_fields), arrays, facts, rows=VECTOR_ROWS)
 
 
 def vectors(facts: dict[str, str]) -> Iterator[tuple[str, bytes]]:

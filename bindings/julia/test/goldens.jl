@@ -12,7 +12,7 @@ end
 
 Base.getindex(golden::Golden, array::Symbol) = golden.arrays[String(array)]
 
-const ELEMENT_TYPES = Dict("f4" => Float32, "f8" => Float64, "u1" => UInt8, "i8" => Int64)
+const ELEMENT_TYPES = Dict("f4" => Float32, "f8" => Float64, "u1" => UInt8, "i8" => Int64, "u8" => UInt64)
 
 real_of(word) = parse(Float64, word)  # C99 hexadecimal, inf and nan included
 
@@ -71,6 +71,17 @@ bits(x::Float64) = reinterpret(UInt64, x)
 bits(x::Float32) = reinterpret(UInt32, x)
 bits(x::Integer) = x
 
+# What a recording with these elements has of a row's numbers: the numbers, or their hash.
+recorded(::Type, numbers) = vec(numbers)
+recorded(::Type{UInt64}, numbers) = foldl(bits.(numbers); init = 0xcbf29ce484222325) do hash, word
+    hash = (hash ⊻ word) * 0x00000100000001b3
+    return hash ⊻ (hash >> 32)
+end
+
+# Columns of numbers, and the recorded hash of each.
+same(got::AbstractArray{Float64}, wanted::AbstractArray{UInt64}) =
+    [recorded(UInt64, column) for column in eachcol(got)] == vec(wanted)
+
 # Whether two arrays are equal in every bit. Prints where they differ.
 function same(got::AbstractArray, wanted::AbstractArray)
     if size(got) != size(wanted)
@@ -108,6 +119,7 @@ function play(g::Golden, env::Env, batch::Batch; meddle = (env, batch, t) -> not
     steps = size(g[:action], 2)
     got = Golden(g.name, g.id, g.seed, [], [], [], Dict(name => zero(array) for (name, array) in g.arrays))
     episode = 0
+    keep(array, t, numbers) = got[array][:, t] .= recorded(eltype(g[array]), numbers)
     seed!(env, g.seed)
     for t in 1:steps
         meddle(env, batch, t)
@@ -115,19 +127,19 @@ function play(g::Golden, env::Env, batch::Batch; meddle = (env, batch, t) -> not
             episode += 1
             reset!(batch, env)
             got[:reset_at][episode] = t - 1
-            got[:reset_obs][:, episode] = batch.obs
+            keep(:reset_obs, episode, batch.obs)
             got[:reset_info][:, episode] = flat(info(batch))
             @test described(info(batch), g.reset_info_fields, Float64)
         end
         step!(batch, env, g[:action][:, t])
         got[:action][:, t] = g[:action][:, t]
-        got[:obs][:, t] = batch.obs
+        keep(:obs, t, batch.obs)
         got[:reward][t] = batch.reward[1]
         got[:terminated][t] = batch.terminated[1]
         got[:truncated][t] = batch.truncated[1]
         got[:info][:, t] = flat(info(batch))
-        got[:qpos][:, t] = read(env, :qpos)
-        got[:qvel][:, t] = read(env, :qvel)
+        keep(:qpos, t, read(env, :qpos))
+        keep(:qvel, t, read(env, :qvel))
     end
     @test described(info(batch), g.info_fields, eltype(g[:action]))
     return got

@@ -4,14 +4,17 @@
 
 const VECTOR_ROWS = 3
 
-# The part of a recorded column that belongs to a row, if each row has count numbers.
-row_part(column, row, count) = column[((row - 1) * count + 1):(row * count)]
+# The part of a recorded column that belongs to a row.
+function row_part(column, row)
+    count = length(column) ÷ VECTOR_ROWS
+    return column[((row - 1) * count + 1):(row * count)]
+end
 
 # Whether a row has exactly the recorded keys, with the recorded numbers. told holds its numbers by key, or is nothing.
 function infos_agree(g, table, fields, line, row, told)
     values, masks = g[Symbol(table)][:, line], g[Symbol(table, "_mask")][:, line]
     counts = [parse(Int, words[2]) for words in fields]
-    mask = row_part(masks, row, length(fields))
+    mask = row_part(masks, row)
     offset = (row - 1) * reduce(+, counts; init = 0)
     for (f, words) in enumerate(fields)
         key = Symbol(words[1])
@@ -32,7 +35,7 @@ function play_reset(g, env, batch, index)
     reset!(batch, env; rows = mask)
     return all(filter(row -> mask[row], 1:VECTOR_ROWS)) do row
         batch.was_reset[row] &&
-            same(batch.obs[:, row], row_part(g[:reset_obs][:, index], row, env.obs_count)) &&
+            same(batch.obs[:, row], row_part(g[:reset_obs][:, index], row)) &&
             infos_agree(g, "reset_reset_info", g.reset_info_fields, index, row, MJEnv.reset_info(batch))
     end
 end
@@ -45,11 +48,11 @@ function play_step(g, env, batch, step)
     return all(1:VECTOR_ROWS) do row
         told = batch.was_reset[row] ? MJEnv.reset_info(batch) : info(batch)
         final = g[:final_obs_mask][row, step] == 1
-        same(batch.obs[:, row], row_part(g[:obs][:, step], row, env.obs_count)) &&
+        same(batch.obs[:, row], row_part(g[:obs][:, step], row)) &&
             infos_agree(g, "info", g.info_fields, step, row, told) &&
             infos_agree(g, "reset_info", g.reset_info_fields, step, row, told) &&
             infos_agree(g, "final_info", g.info_fields, step, row, final ? MJEnv.final_info(batch) : nothing) &&
-            (!final || same(batch.final_obs[:, row], row_part(g[:final_obs][:, step], row, env.obs_count)))
+            (!final || same(batch.final_obs[:, row], row_part(g[:final_obs][:, step], row)))
     end
 end
 

@@ -70,7 +70,7 @@ flat_row(info, row) = Float64[x for value in info for x in reshape(value, :, 3)[
 end
 
 @testset "float32 observations" begin
-    g = golden("HalfCheetah-v4")
+    g = golden("HalfCheetah-v5")
     env = make(g)
     batch = Batch(env; dtype = Float32)
     seed!(env, g.seed)

@@ -87,6 +87,18 @@ def load(path: Path) -> Golden:
     return golden
 
 
+def same(values: Any, recorded: np.ndarray) -> bool:
+    """Whether all bits of a row's numbers are the recorded ones, or have the recorded hash."""
+    values = np.float64(values)
+    if recorded.dtype != np.uint64:
+        return values.tobytes() == recorded.tobytes()
+    hash = 0xCBF29CE484222325
+    for word in values.ravel().view(np.uint64).tolist():
+        hash = (hash ^ word) * 0x100000001B3 % 2**64
+        hash ^= hash >> 32
+    return [hash] == recorded.ravel().tolist()
+
+
 def check_info(info: dict[str, Any], fields: list[tuple[str, int, str]], record: np.ndarray, dtype: np.dtype) -> None:
     """Compares names, order, types and bits with one recorded row."""
     assert list(info) == [name for name, _, _ in fields]

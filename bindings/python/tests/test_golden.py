@@ -25,7 +25,7 @@ def check_trajectory(path: Path, id: str | None = None) -> None:
 
     def reset(seed: int | None, episode: int) -> None:
         obs, info = env.reset(seed=seed)
-        assert obs.tobytes() == expected["reset_obs"][episode].tobytes()
+        assert golden.same(obs, expected["reset_obs"][episode])
         golden.check_info(info, expected.reset_info, expected["reset_info"][episode], dtype)
 
     episodes = expected["reset_at"].tolist()
@@ -34,13 +34,13 @@ def check_trajectory(path: Path, id: str | None = None) -> None:
         if step in episodes:
             reset(expected.seed if step == 0 else None, episodes.index(step))
         obs, reward, terminated, truncated, info = env.step(action)
-        assert obs.tobytes() == expected["obs"][step].tobytes(), step
+        assert golden.same(obs, expected["obs"][step]), step
         assert np.float64(reward).tobytes() == expected["reward"][step].tobytes(), step
         assert terminated is bool(expected["terminated"][step]), step
         assert truncated is bool(expected["truncated"][step]), step
         golden.check_info(info, expected.info, expected["info"][step], dtype)
-        assert env.data.qpos.tobytes() == expected["qpos"][step].tobytes(), step
-        assert env.data.qvel.tobytes() == expected["qvel"][step].tobytes(), step
+        assert golden.same(env.data.qpos, expected["qpos"][step]), step
+        assert golden.same(env.data.qvel, expected["qvel"][step]), step
 
 
 @pytest.mark.parametrize("path", TRAJECTORIES, ids=by_name)
@@ -60,7 +60,7 @@ def test_state(path: Path) -> None:
             env.reset(seed=expected.seed if stage == 0 else None)
         elif kind == STEP:
             obs, reward, _, _, info = env.step(action)
-            assert obs.tobytes() == expected["obs"][stage].tobytes(), stage
+            assert golden.same(obs, expected["obs"][stage]), stage
             assert np.float64(reward).tobytes() == expected["reward"][stage].tobytes(), stage
             golden.check_info(info, expected.info, expected["info"][stage], action.dtype)
         elif kind == SET_STATE:
@@ -70,9 +70,9 @@ def test_state(path: Path) -> None:
             env.do_simulation(action, 3)
         for name in arrays:
             value = getattr(env.data, name.removeprefix("data."))
-            assert np.float64(value).tobytes() == expected[name][stage].tobytes(), (stage, name)
+            assert golden.same(value, expected[name][stage]), (stage, name)
     for name in (name for name in expected.arrays if name.startswith("model.")):
         value = env.model
         for part in name.split(".")[1:]:
             value = getattr(value, part)
-        assert np.float64(value).tobytes() == expected[name].tobytes(), name
+        assert golden.same(value, expected[name]), name

@@ -86,7 +86,7 @@ pub enum Actions {
     Float64(Vec<f64>),
 }
 
-/// Doubles in rows of `width`.
+/// Doubles in rows of `width`. A row of one number stands for several numbers of which it has the hash, as its bits.
 pub struct Table {
     width: usize,
     values: Vec<f64>,
@@ -191,7 +191,8 @@ impl Golden {
 
     pub fn table(&self, name: &str) -> Table {
         let array = self.array(name);
-        Table { width: array.width, values: array.values("f8", f64::from_le_bytes) }
+        let dtype = if array.dtype == "u8" { "u8" } else { "f8" };
+        Table { width: array.width, values: array.values(dtype, f64::from_le_bytes) }
     }
 
     pub fn bytes(&self, name: &str) -> Vec<u8> {
@@ -232,8 +233,19 @@ fn take_array(words: &[&str], data: &mut &[u8]) -> Array {
     }
 }
 
+fn hash_of(values: &[f64]) -> u64 {
+    values.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, value| {
+        let hash = (hash ^ value.to_bits()).wrapping_mul(0x100_0000_01b3);
+        hash ^ (hash >> 32)
+    })
+}
+
+/// Compares with numbers, or with a row of a [`Table`] that has their hash.
 #[track_caller]
 pub fn assert_bits(what: &str, got: &[f64], expected: &[f64]) {
+    if let ([hash], true) = (expected, got.len() > 1) {
+        return assert_eq!(hash_of(got), hash.to_bits(), "{what}: the hash");
+    }
     assert_eq!(got.len(), expected.len(), "{what}");
     for (index, (got, expected)) in got.iter().zip(expected).enumerate() {
         assert!(got.to_bits() == expected.to_bits(), "{what}[{index}] is {got:e}, not {expected:e}");

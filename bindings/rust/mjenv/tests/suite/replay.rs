@@ -100,10 +100,9 @@ impl<'a> Replay<'a> {
         check_step(&place, batch, row, &self.golden.info, &self.recording, step);
         assert!(!batch.was_reset()[row]);
         for (name, expected) in [("qpos", &self.recording.qpos), ("qvel", &self.recording.qvel)] {
-            let (what, expected) = (format!("{place} {name}"), expected.row(step));
-            assert_bits(&what, &self.env.read(row, name).unwrap(), expected);
-            let exported = &batch.array(name).unwrap()[row * expected.len()..][..expected.len()];
-            assert_bits(&what, exported, expected);
+            let (what, read) = (format!("{place} {name}"), self.env.read(row, name).unwrap());
+            assert_bits(&what, &read, expected.row(step));
+            assert_bits(&what, &batch.array(name).unwrap()[row * read.len()..][..read.len()], &read);
         }
     }
 
