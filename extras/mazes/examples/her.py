@@ -13,7 +13,7 @@ from stable_baselines3 import SAC, HerReplayBuffer
 import mjenv
 import mjenv.sb3
 
-ROWS, STEPS = 16, 60000
+ROWS, STEPS = 16, 30000
 
 
 def train(id: str, steps: int) -> SAC:
