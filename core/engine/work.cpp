@@ -214,9 +214,9 @@ void Work::repeat_step() {
   note_step(keeps_current_ ? Lag::frames : Lag::on_demand);
 }
 
-void Work::complete(unsigned parts) {
-  if ((parts & lag_ & Lag::forces) && !has_lost_forces()) compute_forces();
-  if (!(parts & lag_ & Lag::frames)) return;
+void Work::compute(unsigned parts) {
+  if ((parts & Lag::forces) && !has_lost_forces()) compute_forces();
+  if (!(parts & Lag::frames)) return;
   const mjModel* m = &model();
   mjData* d = data_.get();
   for (int g = 0; g < m->ngeom; ++g) update_frame(*m, *d, g);

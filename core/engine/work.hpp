@@ -59,7 +59,9 @@ class Work {
   // The parts that lag behind. A step leaves Lag::frames, and in lanes, unless expected, Lag::forces and Lag::others.
   unsigned lag() const { return lag_; }
   // Computes those of these parts that lag and follow from the rest of mjData: Lag::frames, and usually Lag::forces.
-  void complete(unsigned parts = Lag::on_demand);
+  void complete(unsigned parts = Lag::on_demand) {
+    if (parts & lag_) compute(parts & lag_);
+  }
   // Whether Lag::forces lags and `complete` cannot mend it. After keep_current(), only repeat_step and steps that
   // expect forces compute them, because the mj_step1 for the new state overwrites what they follow from.
   bool has_lost_forces() const { return (lag_ & Lag::forces) && (keeps_current_ || (lag_ & Lag::others)); }
@@ -170,6 +172,7 @@ class Work {
   std::uint64_t computation_ = 0;
 
   void clear_warnings();
+  void compute(unsigned parts);
   void compute_current();
   void compute_forces();
   bool can_continue();
