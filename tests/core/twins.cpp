@@ -28,6 +28,7 @@ extern "C" {
 #include "engine/lanes/mujoco4/collider.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
 #include "engine/model.hpp"
+#include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
 #include "noise.hpp"
 #include "run.hpp"
@@ -351,6 +352,7 @@ struct Reading {
   const char* array;  // one that is announced
   bool is_current;    // Work::keep_current
   std::int64_t frames;
+  bool is_own = false;  // rows have frictions of their own
 };
 
 // Steps leave the bits of mj_step, and lanes leave few rows.
@@ -373,9 +375,17 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
     befores[static_cast<std::size_t>(row)].resize(works[0]->layout().size);
     before.push_back(befores[static_cast<std::size_t>(row)].data());
   }
+  OwnArrays own(*model);
+  if (reading.is_own) own.add("geom_friction");
+  std::vector<std::vector<double>> blocks(all.size(), std::vector<double>(own.block_bytes() / sizeof(double)));
   std::vector<double> state(works[0]->layout().size), last(state.size());
   for (int round = 0; round < kRounds; ++round) {
     for (std::size_t row = 0; row < all.size(); ++row) {
+      auto* const block = reinterpret_cast<std::byte*>(blocks[row].data());
+      own.fill(0, block);
+      for (double& friction : blocks[row]) friction *= 1 + 0.3 * noise();
+      for (Work* work : {works[row].get(), plain[row].get()})
+        if (reading.is_own) work->use(own, block);
       set_random(*model->get(), *plain[row], noise);
       plain[row]->save(state.data());
       for (Work* work : {works[row].get(), plain[row].get()}) {
@@ -402,8 +412,11 @@ void test_steps(void** /*state*/) {
   int rows = 0, left = 0;
   for (const Named& named : models())
     for (const int width : lanes::widths())
-      for (const Reading& reading :
-           {Reading{"qM", false, 3}, {"qpos", false, 3}, {"qpos", true, 2}, {"cfrc_ext", true, 1}})
+      for (const Reading& reading : {Reading{"qM", false, 3},
+                                     {"qpos", false, 3},
+                                     {"qpos", true, 2},
+                                     {"cfrc_ext", true, 1},
+                                     {"qpos", false, 2, true}})
         test_steps(named, *lanes::code_of(width), reading, rows, left);
   assert_true(left < rows / 10);
 }

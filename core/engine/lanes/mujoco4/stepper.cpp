@@ -100,7 +100,8 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          differs(m.tendon_dampingpoly, m_.tendon_dampingpoly, m.ntendon * mjNPOLY) ||
          differs(m.jnt_stiffnesspoly, m_.jnt_stiffnesspoly, m.njnt * mjNPOLY) ||
          differs(m.geom_fluid, m_.geom_fluid, m.ngeom * mjNFLUID) || m.body_gravcomp != m_.body_gravcomp ||
-         m.geom_adhesion != m_.geom_adhesion || m.pair_adhesion != m_.pair_adhesion ||
+         m.geom_adhesion != m_.geom_adhesion ||
+         (m.npair == m_.npair && differs(m.pair_adhesion, m_.pair_adhesion, m_.npair)) ||
          m.opt.disableflags != m_.opt.disableflags || m.opt.enableflags != m_.opt.enableflags ||
          m.opt.integrator != m_.opt.integrator;
 }
