@@ -27,7 +27,7 @@ import torch
 from gymnasium.vector import AutoresetMode
 from torch import Tensor, nn
 
-from mjenv_learn.policy import Policy, layers_of
+from mjenv_learn.policy import Policy, layers_of, needs_of
 
 WINDOW = 20  # episodes
 SAVES = 10  # policy.txt is written so often, so that a training that is stopped leaves a policy
@@ -309,11 +309,12 @@ def train(
                     print(*columns, sep=",", file=curve)
                     update(agent, optimizer, rollout.experience, last_value, s)
                     if done % -(-sum(updates) // SAVES) == 0 or done == sum(updates):
-                        policy_of(id, agent, normalizer, envs.single_action_space).save(out / "policy.txt")
+                        policy = policy_of(id, agent, normalizer, envs.single_action_space, stages[number].options)
+                        policy.save(out / "policy.txt")
     envs.close()
 
 
-def policy_of(id: str, agent: Agent, normalizer: Normalizer, actions: Any) -> Policy:
+def policy_of(id: str, agent: Agent, normalizer: Normalizer, actions: Any, options: dict[str, Any]) -> Policy:
     """The deterministic policy, with the normalization of its observations."""
     first, _, second, _, third = agent.actor
     return Policy(
@@ -324,6 +325,7 @@ def policy_of(id: str, agent: Agent, normalizer: Normalizer, actions: Any) -> Po
         low=actions.low.tolist(),
         high=actions.high.tolist(),
         layers=layers_of(first, second, third),
+        **needs_of(id, options),
     )
 
 

@@ -20,7 +20,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
-from mjenv_learn.policy import Policy, layers_of
+from mjenv_learn.policy import Policy, layers_of, needs_of
 
 ENVS = 8
 WINDOW = 20  # episodes
@@ -78,6 +78,7 @@ def policy_of(model: PPO, envs: VecNormalize, id: str) -> Policy:
         low=envs.action_space.low.tolist(),
         high=envs.action_space.high.tolist(),
         layers=layers_of(first, second, model.policy.action_net),
+        **needs_of(id, {}),
     )
 
 

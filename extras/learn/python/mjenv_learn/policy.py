@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mjenv.capi.declarations import Status
 from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Options, spec_of
+from mjenv.capi.handle import Options, open_rows, spec_of
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.errors import InvalidValueError
 from mjenv.registration import own_id
@@ -251,6 +251,18 @@ def _bounded(values: Float64Array, low: Any, high: Any) -> Float64Array:
 def _line(name: str, numbers: Sequence[float]) -> str:
     """A name, and numbers as the shortest decimals that read back as the same float64."""
     return " ".join([name, *map(repr, numbers)])
+
+
+def needs_of(id: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The members `inputs` and `about` of a policy that was trained on whole observations of this environment, or of
+    Gymnasium's of the same id, whose observations are equal."""
+    engine = ENGINES.get(None)
+    rows = open_rows(engine, own_id(id), options)
+    inputs = [Input(name, count) for name, count in terms_of(rows).items()]
+    rows.close()
+    plain = json.loads(json.dumps(dict(options), default=saved.plain))
+    revision = spec_of(engine, own_id(id)).revision
+    return {"inputs": inputs, "about": {"engine": engine.name, "options": plain, "revision": revision}}
 
 
 def layers_of(*modules: Any) -> list[Layer]:

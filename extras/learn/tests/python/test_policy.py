@@ -16,7 +16,7 @@ import mjenv
 from mjenv_command import main
 from mjenv_learn.declarations import Precision
 from mjenv_learn.learner import PolicyHandle
-from mjenv_learn.policy import ACTIVATIONS, Input, Layer, Policy
+from mjenv_learn.policy import ACTIVATIONS, Input, Layer, Policy, needs_of
 
 SMALL = Policy(
     "Reacher-v5",
@@ -207,3 +207,15 @@ def test_other_files(tmp_path: Path) -> None:
     assert mine.read_text() == "mine"
     assert Policy.load(file) == SMALL
     assert not file.is_symlink()
+
+
+def test_policies_of_other_learners_say_what_they_need(tmp_path: Path) -> None:
+    """What the examples for Stable-Baselines3 and CleanRL write."""
+    options = {"exclude_current_positions_from_observation": False, "randomize": {"body_mass": mjenv.Scale(0.9, 1.1)}}
+    needs = needs_of("Hopper-v5", options)
+    linear = Layer("identity", [[0.1] * 12] * 3, [0.0] * 3)
+    Policy("Hopper-v5", [0.0] * 12, [1.0] * 12, 10.0, [-1.0] * 3, [1.0] * 3, [linear], **needs).save(tmp_path / "p.txt")
+    policy = Policy.load(tmp_path / "p.txt")
+    assert [(one.name, one.count) for one in policy.inputs] == [("qpos", 6), ("qvel", 6)]
+    env = mjenv.make(policy.id, **policy.keywords())
+    assert policy.acting_in(env)(env.reset(seed=1)[0]).shape == (3,)
