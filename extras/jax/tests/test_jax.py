@@ -200,3 +200,33 @@ def test_misuse() -> None:
     with pytest.raises(Exception, match="this environment was closed"):
         jax.block_until_ready(env.step(after, action))
     jax.clear_caches()
+
+
+class Hop(mjenv.Task):
+    """A task over all rows whose methods return arrays of JAX."""
+
+    model = "hopper.xml"
+    frame_skip = 4
+
+    def reset(self, rng: Any, rows: int) -> Any:
+        return np.tile(self.qpos0, (rows, 1)), jnp.zeros((rows, self.nv))
+
+    def observe(self, sim: Any) -> Any:
+        return jnp.concatenate([jnp.asarray(sim.qpos), jnp.asarray(sim.qvel)], 1)
+
+    def step(self, sim: Any, action: Any) -> Any:
+        height = jnp.asarray(sim.qpos)[:, 1]
+        return height, height < 0.7, {"height": height}
+
+
+mjenv.register("Hop-v0", Hop)
+
+
+def test_numpy_tasks_may_return_arrays_of_jax() -> None:
+    envs = mjenv.make_vec("Hop-v0", 2)
+    envs.reset(seed=1)
+    obs, rewards, _, _, infos = envs.step(np.zeros((2, 3)))
+    same(obs.astype(np.float32), np.concatenate([envs.data.qpos, envs.data.qvel], 1))
+    same(infos["height"], rewards)
+    with pytest.raises(mjenv.TaskError, match="NumPy task"):
+        mjenv_jax.make("Hop-v0", 2)
