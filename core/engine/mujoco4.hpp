@@ -115,6 +115,9 @@ inline void check_supported(const mjModel& m) {
   };
   if (m.opt.enableflags & mjENBL_SLEEP) refuse("the model enables sleeping, which depends on earlier steps");
   if (m.nflex > 0 && m.opt.enableflags & mjENBL_IPC) refuse("the contacts of flexes depend on earlier steps (ipc)");
+  const bool has_kinetic = std::count(m.sensor_type, m.sensor_type + m.nsensor, mjSENS_E_KINETIC) > 0;
+  if (has_kinetic && m.opt.enableflags & mjENBL_ENERGY)
+    refuse("the sensor e_kinetic has the energy of the step before (flag energy)");
   if (m.nplugin > 0) refuse("the model has plugins, which keep data of their own");
 }
 

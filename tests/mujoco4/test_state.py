@@ -45,11 +45,12 @@ ARM = """
     <framepos objtype="site" objname="tip" {sensor}/>
     <actuatorfrc actuator="drive" {sensor}/>
     <accelerometer site="tip" {sensor}/>
+    {sensors}
   </sensor>
 </mujoco>
 """
 SERVO = '<position name="drive" joint="y" kp="30" ctrlrange="-1 1" {}/>'
-NONE = dict.fromkeys(("option", "joint", "world", "tendon", "actuator", "actuators", "sensor"), "")
+NONE = dict.fromkeys(("option", "joint", "world", "tendon", "actuator", "actuators", "sensor", "sensors"), "")
 PLAIN = NONE | {"integrator": "implicitfast", "actuators": SERVO.format("")}
 
 
@@ -255,6 +256,7 @@ def test_the_models_have_what_they_are_for() -> None:
     ("changes", "why"),
     [
         ({"option": '<flag sleep="enable"/>'}, "sleeping"),
+        ({"option": '<flag energy="enable"/>', "sensors": "<e_kinetic/>"}, "e_kinetic"),
         ({"option": '<flag ipc="enable"/>', "integrator": "discrete", "world": flex(ELASTIC.format(""))}, "ipc"),
     ],
 )
