@@ -68,6 +68,7 @@ def test_episodes(id: str, request: pytest.FixtureRequest) -> None:
     long = request.config.getoption("--long")
     ours, theirs = pair(id)
     assert ours.observation_space == theirs.observation_space
+    assert list(ours.observation_space) == list(theirs.observation_space)  # the order of gymnasium.spaces.flatten
     assert ours.action_space == theirs.action_space
     assert mjenv.spec(f"mazes/{id}").max_episode_steps == gymnasium.spec(id).max_episode_steps
     limit = gymnasium.spec(id).max_episode_steps or 0
