@@ -516,8 +516,8 @@ MJENV_API mjenv_status mjenv_seed_row(mjenv_env *env, int64_t row, const uint64_
  * rows that have none. Errors: VALUE (row), SIZE, NOT_RESET (neither seeded nor reset). */
 MJENV_API mjenv_status mjenv_get_stream(mjenv_env *env, int64_t row, uint64_t *words, int64_t count);
 
-/* Sets a row's random stream to words[count] of mjenv_get_stream. Errors: VALUE (row, or words that are no stream, such
- * as an even inc), SIZE. With MJENV_ALL_ROWS, words[rows][6]; zeros leave a row's stream as it is. */
+/* Sets a row's random stream to words[count] of mjenv_get_stream. With MJENV_ALL_ROWS, words[rows][6]; zeros leave a row's
+ * stream as it is. Errors: VALUE (row, or words that are no stream, such as an even inc), SIZE. */
 MJENV_API mjenv_status mjenv_set_stream(mjenv_env *env, int64_t row, const uint64_t *words, int64_t count);
 
 /* Draws from streams that mjenv_get_stream has read, as methods of NumPy's Generator of each, for tasks over all rows.
