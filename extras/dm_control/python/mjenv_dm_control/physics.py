@@ -104,7 +104,7 @@ class PhysicsModel(Model):
     @property
     def name(self) -> str:
         """The name of the model."""
-        return self.names.split(b"\0")[0].decode()
+        return str(self.names.split(b"\0")[0].decode())
 
     def name2id(self, name: str, object_type: str | int) -> int:
         """The index of the object of that name. object_type: "body", "joint", "material" and so on, or an mjtObj."""
