@@ -3,6 +3,7 @@
 import warnings
 
 import gymnasium
+import mjenv_sb3
 import numpy as np
 import torch
 from stable_baselines3 import PPO, SAC, HerReplayBuffer
@@ -11,8 +12,6 @@ from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecMonitor, VecNormalize
 
-import mjenv
-import mjenv.sb3
 from common import ON_MJENV, digest, id_of, show
 
 warnings.simplefilter("ignore")
@@ -42,9 +41,9 @@ def main():
         "SAC",
         weights(SAC("MlpPolicy", make_vec_env(ID, 1, seed=0), learning_starts=100, seed=0, device="cpu").learn(200)),
     )
-    # On Gymnasium with its DummyVecEnv, of which mjenv.sb3.VecEnv gives the bits.
-    own = mjenv.sb3.VecEnv("HalfCheetah-v5", 4) if ON_MJENV else DummyVecEnv([lambda: gymnasium.make(ID)] * 4)
-    show("PPO, mjenv.sb3.VecEnv", weights(ppo(VecMonitor(own))))
+    # On Gymnasium with its DummyVecEnv, of which mjenv_sb3.VecEnv gives the bits.
+    own = mjenv_sb3.VecEnv("HalfCheetah-v5", 4) if ON_MJENV else DummyVecEnv([lambda: gymnasium.make(ID)] * 4)
+    show("PPO, mjenv_sb3.VecEnv", weights(ppo(VecMonitor(own))))
     import gymnasium_robotics
     import mjenv_mazes  # noqa: F401
 

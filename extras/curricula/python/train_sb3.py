@@ -34,7 +34,7 @@ SETTINGS_ELSEWHERE: dict[str, Any] = {"steps": 500_000, "n_steps": 512, "batch_s
 
 def make(id: str, backend: str) -> Any:
     if backend == "mjenv":
-        from mjenv.sb3 import VecEnv
+        from mjenv_sb3 import VecEnv
 
         return VecEnv(id, ENVS)
     import gymnasium

@@ -6,12 +6,12 @@ Usage: her.py [ID]. Needs PyTorch and Stable-Baselines3.
 import sys
 
 import mjenv_mazes  # noqa: F401 registers the ids
+import mjenv_sb3
 import numpy as np
 import torch
 from stable_baselines3 import SAC, HerReplayBuffer
 
 import mjenv
-import mjenv.sb3
 
 ROWS, STEPS = 16, 30000
 
@@ -19,7 +19,7 @@ ROWS, STEPS = 16, 30000
 def train(id: str, steps: int) -> SAC:
     """Trains a policy from a seed."""
     torch.set_num_threads(1)
-    envs = mjenv.sb3.VecEnv(id, ROWS, num_threads=1, continuing_task=False)
+    envs = mjenv_sb3.VecEnv(id, ROWS, num_threads=1, continuing_task=False)
     replay = {"n_sampled_goal": 4, "goal_selection_strategy": "future"}
     model = SAC(
         "MultiInputPolicy",

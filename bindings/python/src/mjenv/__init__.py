@@ -67,8 +67,8 @@ _NAMES = {
     "registration": "engine engines ids load_tasks model_xml options register spec version",
     "task": "Task",
 }
-# Modules that need a package which can be missing, so dir does not list them.
-_OPTIONAL = {"jit": "mjenv.task.jit", "sb3": "mjenv.sb3"}
+# A module that needs a package which can be missing, so dir does not list it.
+_OPTIONAL = {"jit": "mjenv.task.jit"}
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [

@@ -24,7 +24,7 @@ def view(
 ) -> View:
     """Shows an environment in a browser while the program steps it: ``with mjenv.view(envs): train(envs)``.
 
-    env: from make or make_vec, also inside of Gymnasium's wrappers, or from mjenv.sb3. rows: the first `rows` rows are
+    env: from make or make_vec, also inside of Gymnasium's wrappers, or from mjenv_sb3. rows: the first `rows` rows are
     drawn. port: of the page; None: the first free port from 8080 on. host: the address at which the page is served, by
     default that of this computer alone. share: the part of the program's time that drawing may take. quiet: do not
     print the page's address, which the attribute `address` has: it ends in a random token, without which the server

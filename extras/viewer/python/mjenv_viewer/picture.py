@@ -29,7 +29,7 @@ SWITCHES = {"tendons": True, "joints": False, "centres of mass": False, "contact
 
 def rows_of(env: Any) -> tuple[Any, ...]:
     """The rows of a vector environment, or the one of a single environment."""
-    while hasattr(env, "envs"):  # mjenv.sb3's environments hold a vector environment
+    while hasattr(env, "envs"):  # mjenv_sb3's environments hold a vector environment
         env = env.envs
     return tuple(env) if isinstance(env, Sequence) else (env,)
 

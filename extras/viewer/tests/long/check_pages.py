@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mjenv_sb3 import VecEnv
 from stable_baselines3 import PPO
 
 import mjenv
 from commands import Command
-from mjenv.sb3 import VecEnv
 from mjenv_learn.training import Training
 from mjenv_viewer.controls import Page
 

@@ -47,7 +47,7 @@ class Pool:
         self.stale = False
         self._obs_dtype, self._final = obs_dtype, final
         # None for a row that was never seeded.
-        self._seeds: NDArray[np.object_] = np.full(rows.count, None, dtype=object)
+        self._last_seeds: NDArray[np.object_] = np.full(rows.count, None, dtype=object)
         self._prepare()
 
     def _prepare(self) -> None:
@@ -65,7 +65,7 @@ class Pool:
 
     def __getstate__(self) -> dict[str, Any]:
         self.check_settled()
-        kept = ("rows", "pictures", "count", "frame_skip", "stale", "_obs_dtype", "_final", "_seeds")
+        kept = ("rows", "pictures", "count", "frame_skip", "stale", "_obs_dtype", "_final", "_last_seeds")
         state = {name: self.__dict__[name] for name in kept}
         outputs = self.outputs
         return {**state, "_written": (outputs.obs.copy(), outputs.status.copy(), outputs.exported.copy())}
@@ -188,15 +188,15 @@ class Pool:
         First seeds the rows that were never seeded.
         """
         self.reseed(None, None)
-        return tuple(self._seeds)
+        return tuple(self._last_seeds)
 
     def seed_of(self, row: int) -> int:
         """The same for one row."""
-        if self._seeds[row] is None:
+        if self._last_seeds[row] is None:
             seed = int.from_bytes(os.urandom(8), "little")
             self.rows.seed(row, seed)
-            self._seeds[row] = seed
-        given: int = self._seeds[row]  # a bool stays one, as in Gymnasium
+            self._last_seeds[row] = seed
+        given: int = self._last_seeds[row]  # a bool stays one, as in Gymnasium
         return given
 
     def reseed(self, seed: int | Sequence[int | None] | None, mask: BoolArray | None) -> None:
@@ -211,7 +211,7 @@ class Pool:
             found[~mask] = None
         for value in found:
             check_seed(value)
-        new = _missing(found) & _missing(self._seeds)
+        new = _missing(found) & _missing(self._last_seeds)
         if mask is not None:
             new &= mask
         found[new] = np.frombuffer(os.urandom(8 * int(new.sum())), np.uint64).tolist()
@@ -224,15 +224,15 @@ class Pool:
             self.seed_of(row)
         else:
             self.rows.seed(row, seed)
-            self._seeds[row] = seed
+            self._last_seeds[row] = seed
 
     def copy_seed(self, source: int, mask: BoolArray) -> None:
         """Notes that the masked rows now have the stream of the row `source`."""
-        self._seeds[mask] = self._seeds[source]
+        self._last_seeds[mask] = self._last_seeds[source]
 
     def forget_seed(self, row: int | None) -> None:
         """Notes that the stream of a row, of all rows if None, came from a snapshot."""
-        self._seeds[slice(None) if row is None else row] = UNKNOWN_SEED
+        self._last_seeds[slice(None) if row is None else row] = UNKNOWN_SEED
 
     def _listed(self, seed: Any) -> list[Any]:
         if seed is None:
@@ -259,7 +259,7 @@ class Pool:
         self.rows.seed_rows(words, small)
         for row in np.flatnonzero(given & ~small):
             self.rows.seed(int(row), seeds[row])
-        self._seeds[given] = seeds[given]
+        self._last_seeds[given] = seeds[given]
 
 
 def _missing(seeds: NDArray[np.object_]) -> BoolArray:

@@ -1,7 +1,4 @@
-"""mjenv.sb3.VecEnv with Stable-Baselines3 itself. Needs stable-baselines3 (and so torch); not part of the plain run:
-
-python -m pytest bindings/python/tests/long/check_sb3.py
-"""
+"""mjenv_sb3.VecEnv with Stable-Baselines3 itself. Needs stable-baselines3 (and so torch); not part of the plain run."""
 
 import functools
 import os
@@ -11,13 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from mjenv_sb3 import VecEnv
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 import mjenv
-from mjenv.sb3 import VecEnv
-from mjenv_command import main
 
 pytestmark = pytest.mark.filterwarnings("default")
 
@@ -74,6 +70,7 @@ def test_evaluation() -> None:
 
 def test_saved_policies_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """mjenv play loads a policy, and its episode is the policy's."""
+    main = pytest.importorskip("mjenv_command").main
     os.environ.setdefault("MUJOCO_GL", "egl")
     env = mjenv.make("Hopper-v5")
     model = SAC("MlpPolicy", env, seed=1, device="cpu")
@@ -92,6 +89,7 @@ def test_saved_policies_play(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 def test_saved_normalizers_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """mjenv play normalizes observations by the file of --normalizer."""
+    main = pytest.importorskip("mjenv_command").main
     os.environ.setdefault("MUJOCO_GL", "egl")
     envs = VecNormalize(VecEnv("Hopper-v5", 2))
     model = PPO("MlpPolicy", envs, n_steps=64, seed=1, device="cpu")

@@ -1,4 +1,4 @@
-"""mjenv.sb3.VecEnv without Stable-Baselines3, whose base class a stand-in replaces; tests/long/check_sb3.py has it."""
+"""mjenv_sb3.VecEnv without Stable-Baselines3, whose base class a stand-in replaces; check_sb3.py has it."""
 
 import importlib
 import pickle
@@ -44,14 +44,14 @@ class Base:
 
 @pytest.fixture
 def sb3(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """The module mjenv.sb3 on the stand-in."""
+    """The module mjenv_sb3 on the stand-in."""
     names = "stable_baselines3", "stable_baselines3.common", "stable_baselines3.common.vec_env"
     for name in names:
         monkeypatch.setitem(sys.modules, name, types.ModuleType(name))
     sys.modules[names[-1]].VecEnv = Base  # type: ignore[attr-defined]
-    monkeypatch.delitem(sys.modules, "mjenv.sb3", raising=False)
-    yield importlib.import_module("mjenv.sb3")
-    sys.modules.pop("mjenv.sb3", None)
+    monkeypatch.delitem(sys.modules, "mjenv_sb3", raising=False)
+    yield importlib.import_module("mjenv_sb3")
+    sys.modules.pop("mjenv_sb3", None)
 
 
 def same(a: Any, b: Any) -> bool:
@@ -132,13 +132,13 @@ def test_the_rest_of_the_interface(sb3: Any) -> None:
 
 
 def test_without_stable_baselines3() -> None:
-    """mjenv itself does not need it; mjenv.sb3 says what to install."""
+    """mjenv itself does not need it; mjenv_sb3 says what to install."""
     script = """
 import sys
 sys.modules["stable_baselines3"] = None
 import mjenv
 try:
-    import mjenv.sb3
+    import mjenv_sb3
 except ImportError as error:
     assert "pip install stable-baselines3" in str(error)
 else:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from ctypes import byref
 from typing import Any, NoReturn
 
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
+import mjenv
 from mjenv.capi.declarations import Role
-from mjenv.gym.make_vec import make_vec
-from mjenv.rows.arguments import AutoresetMode
 from mjenv.rows.row import Row
 from mjenv.rows.step import Info, Step, infos_of_rows
 
 try:
     from stable_baselines3.common.vec_env import VecEnv as _VecEnv  # type: ignore[import-not-found, unused-ignore]
 except ImportError as error:
-    raise ImportError(f"mjenv.sb3 needs Stable-Baselines3: pip install stable-baselines3 ({error})") from error
+    raise ImportError(f"mjenv_sb3 needs Stable-Baselines3: pip install stable-baselines3 ({error})") from error
 
 Indices = int | Iterable[int] | None
 Results = tuple[Any, NDArray[np.float32], NDArray[np.bool_], list[Info]]
@@ -32,15 +32,16 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
 
     def __init__(self, id: str | EnvSpec, num_envs: int = 1, **options: Any) -> None:
         """options: those of mjenv.make_vec except autoreset_mode."""
-        self.envs = make_vec(id, num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options)
+        self.envs = mjenv.make_vec(id, num_envs, autoreset_mode=mjenv.AutoresetMode.SAME_STEP, **options)
         super().__init__(self.envs.num_envs, self.envs.single_observation_space, self.envs.single_action_space)
         self.metadata = self.envs.metadata
         self.actions: Any = None
         self._prepare()
 
     def _prepare(self) -> None:
-        pool = self.envs._pool
-        self._stepper = Step(pool.rows, pool.shape, pool.out, self._step_results, pool.outputs.resets)
+        rows, outputs = self.envs.handle, self.envs.outputs
+        shape, out = (rows.count, outputs.nu), byref(outputs.struct)
+        self._stepper = Step(rows, shape, out, self._step_results, outputs.resets)
 
     def reset(self) -> Any:
         obs, _ = self.envs.reset(seed=self._seeds)
@@ -60,11 +61,11 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
 
     def _step_results(self, dtype: np.dtype[Any]) -> Callable[[], Results]:
         """The function that copies the outputs of a step with actions of this dtype."""
-        outputs = self.envs._pool.outputs
-        fields = self.envs._pool.rows.fields(Role.INFO)
+        outputs, fields = self.envs.outputs, self.envs.handle.fields(Role.INFO)
+        observations = outputs.observations.copy if self.envs.copy else outputs.observations.view
 
         def results() -> Results:
-            obs = self.envs._observations()
+            obs = observations(outputs.obs)
             dones = outputs.terminated | outputs.truncated
             infos = infos_of_rows(fields, outputs.info, self.num_envs, dtype, slice(None))
             ended = np.flatnonzero(dones)
@@ -81,9 +82,8 @@ class VecEnv(_VecEnv):  # type: ignore[misc, unused-ignore]
         return results
 
     def _infos_of_reset(self, rows: Any) -> list[Info]:
-        pool = self.envs._pool
-        float64 = np.dtype(np.float64)
-        return infos_of_rows(pool.rows.fields(Role.RESET_INFO), pool.outputs.reset_info, self.num_envs, float64, rows)
+        fields, values = self.envs.handle.fields(Role.RESET_INFO), self.envs.outputs.reset_info
+        return infos_of_rows(fields, values, self.num_envs, np.dtype(np.float64), rows)
 
     def close(self) -> None:
         self.envs.close()
