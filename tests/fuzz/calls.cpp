@@ -198,6 +198,23 @@ class Calls {
     check(mjenv_compute_reward(s.env.get(), maybe(goals), maybe(goals), numbers, maybe(rewards), integer()));
     check(mjenv_set_stream(s.env.get(), row(), maybe(seeds.data()), size(4)));
     check(mjenv_seed_actions(s.env.get(), seeds[0]));
+    draw(seeds);
+  }
+
+  // Of two streams, which may be none. What is refused changes nothing.
+  void draw(std::vector<std::uint64_t> words) {
+    for (std::size_t i = 0; i < words.size() && bytes_.below(8); i += 6) words[i + 2] |= 1, words[i + 4] &= 1;
+    const auto before = words;
+    const auto kind = static_cast<mjenv_distribution>(bytes_.below(8) ? bytes_.below(3) : integer());
+    const double low = bytes_.flag() ? static_cast<double>(integer()) : bytes_.take<double>(),
+                 high = bytes_.flag() ? static_cast<double>(integer()) : bytes_.take<double>();
+    std::vector<double> drawn(4, 0.25);
+    const auto streams = static_cast<std::int64_t>(at_most(2)), count = static_cast<std::int64_t>(at_most(4));
+    const mjenv_status status =
+        check(mjenv_draw(maybe(words.data()), streams, kind, low, high, maybe(drawn.data()), count));
+    REQUIRE(status == MJENV_OK || (words == before && drawn == std::vector<double>(4, 0.25)));
+    for (std::int64_t i = 0; status == MJENV_OK && kind == MJENV_DISTRIBUTION_INTEGERS && i < count; ++i)
+      REQUIRE(drawn[i] >= low && drawn[i] < high);
   }
 
   void step() {
