@@ -22,6 +22,7 @@ from mjenv_command.arguments import (
     positive,
     seconds,
 )
+from mjenv_learn.saved import stages_of
 from mjenv_learn.settings import Settings, bounds_of, described
 from mjenv_learn.training import (
     CHECKPOINT,
@@ -70,6 +71,9 @@ def add(commands: Commands) -> None:
         metavar=("STEPS", "NAME=VALUE"),
         help="a part of the training and its options, in addition to those of --option; repeatable",
     )
+    command.add_argument(
+        "--stages", type=Path, metavar="FILE", help="a JSON file of stages, which come before those of --stage"
+    )
     command.add_argument("--out", type=Path, help="the folder that is written (default: trained/ID)")
     command.add_argument(
         "--resume",
@@ -111,7 +115,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.engine is not None:
         options["engine"] = arguments.engine
     options |= arguments.randomize
-    stages = [stage_of(arguments.id, words, arguments.engine) for words in arguments.stage]
+    stages = stages_of(arguments.stages) if arguments.stages else []
+    stages += [stage_of(arguments.id, words, arguments.engine) for words in arguments.stage]
     given = {name: getattr(arguments, name) for name in _described()}
     settings = {name: value for name, value in given.items() if value is not None}
     steps = settings.pop("steps", None)

@@ -234,6 +234,8 @@ def text_of(function: Any, *arguments: Any) -> bytes:
 
 def space_of(rows: Rows, role: Role) -> Any:
     """The mjenv_space of a role. Its bounds belong to the environment."""
+    if not isinstance(rows, Rows):  # an OtherVector
+        return rows.space(role)
     space = sized(mjenv_space)
     rows.call(rows.engine.mjenv_space_of, role, byref(space))
     return space

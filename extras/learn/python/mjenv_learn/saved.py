@@ -35,10 +35,19 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of a training: a number of steps, and the options of the environments in it."""
+    """A part of a training: a number of steps, and the options of the environments in it. until: the mean return with
+    which it ends early; its steps then belong to the next part."""
 
     steps: int
     options: Mapping[str, Any] = field(default_factory=dict)
+    until: float | None = None
+
+    @classmethod
+    def of(cls, given: Any) -> Stage:
+        """From JSON. Raises TypeError if this is none."""
+        stage = cls(**_checked(dict, given))
+        _checked(int, stage.steps), _checked(dict, stage.options), _checked((int, float, type(None)), stage.until)
+        return stage
 
 
 @dataclass(frozen=True)
@@ -73,7 +82,7 @@ class Description:
                 seed=_checked(int, found["seed"]),
                 tasks=[_checked(str, task) for task in _checked(list, found["tasks"])],
                 options=_checked(dict, found["options"]),
-                stages=[Stage(_checked(int, one["steps"]), _checked(dict, one["options"])) for one in found["stages"]],
+                stages=[Stage.of(one) for one in found["stages"]],
                 stage=max(0, _checked(int, found["stage"])),
                 changed=_checked(dict, found["changed"]),
                 settings=_checked(dict, found["settings"]),
@@ -95,9 +104,17 @@ def without_trust(options: Mapping[str, Any]) -> dict[str, Any]:
     return {**options, **({"trust_xml": "no"} if any(name in options for name in MODEL_OPTIONS) else {})}
 
 
-def _checked(kind: type[T], value: Any) -> T:
+def stages_of(path: Path) -> list[Stage]:
+    """The stages in a file: JSON as that of training.json's "stages"."""
+    try:
+        return [Stage.of(one) for one in _checked(list, json.loads(path.read_bytes()))]
+    except (RecursionError, TypeError, ValueError) as error:
+        raise errors.InvalidValueError(f"{path} is no list of stages: {error}") from None
+
+
+def _checked(kind: Any, value: T) -> T:
     if not isinstance(value, kind):
-        raise TypeError(f"{value!r} is no {kind.__name__}")
+        raise TypeError(f"{value!r} is no {getattr(kind, '__name__', 'number')}")
     return value
 
 

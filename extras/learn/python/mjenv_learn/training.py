@@ -44,12 +44,12 @@ if TYPE_CHECKING:
     from mjenv.gym import make_vec, vector
     from mjenv.gym.vector import VectorEnv
     from mjenv_learn import policy as policies
-    from mjenv_learn import svg
+    from mjenv_learn import svg, vectors
     from mjenv_learn.policy import Policy
 else:
     np, errors = map(lazy, ("numpy", "mjenv.errors"))
     make_vec, svg = map(lazy, ("mjenv.gym.make_vec", "mjenv_learn.svg"))
-    policies, vector = map(lazy, ("mjenv_learn.policy", "mjenv.gym.vector"))
+    policies, vector, vectors = map(lazy, ("mjenv_learn.policy", "mjenv.gym.vector", "mjenv_learn.vectors"))
 
 SAVE_SECONDS = 10.0  # how often a training with a folder saves
 
@@ -161,7 +161,8 @@ class Training:
     def set_options(self, **options: Any) -> None:
         """Continues in new environments with other options: the next lesson of a curriculum."""
         spec = self.envs.spec
-        assert spec is not None
+        if spec is None or not isinstance(self.envs, vector.VectorEnv):
+            raise errors.OptionError("options can change in environments of mjenv alone", Status.E_TYPE)
         given = {name: value for name, value in spec.kwargs.items() if name not in ("vectorization_mode", "num_envs")}
         self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
         self.changed.update(options)
@@ -185,6 +186,8 @@ class Training:
 
     def _policy_text(self, best: bool) -> str:
         rows = _rows_of(self._envs)
+        if not isinstance(rows, Rows):  # the observation's terms have no names
+            return self._learner.policy(Learned.BEST if best else Learned.LAST)
         known = {*Options(rows.engine, rows.id).schema(), *RANDOMIZING}
         about = {
             "engine": rows.engine.name,
@@ -213,7 +216,8 @@ class Training:
     def description(self) -> Description:
         """What a checkpoint and training.json keep of the training."""
         tasks, settings = loaded_tasks(), dict(self.settings)
-        engine = {"engine": _rows_of(self._envs).engine.name}
+        rows = _rows_of(self._envs)
+        engine = {"engine": rows.engine.name} if isinstance(rows, Rows) else {}
         options, stages = {**self.options, **engine}, [*self.stages]
         return Description(self.id, self.seed, tasks, options, stages, self.stage, self.changed, settings)
 
@@ -275,21 +279,21 @@ def train(
 ) -> Training:
     """Trains a policy by PPO in the library's own learner, and returns the Training, with its curve and policy.
 
-    id: one of ids(), or a VectorEnv whose autoreset_mode is SAME_STEP. steps: of all rows together; the default depends
-    on the id. seconds: stop after so many seconds. seed: by default 1. threads: of the environments and the networks;
-    they change no bit. settings: a Settings, or some of its values. stages: parts of the training, whose options are
-    added to `options`; their steps replace `steps`. out: a folder. It receives policy.txt, curve.csv, curve.svg and a
-    checkpoint from time to time and at the end. If Ctrl-C or an error ends the training, policy.txt is the best policy
-    so far. resume: continue from the checkpoint in `out`, with its seed and with the settings, stages and options that
-    are not given here; a model that only the checkpoint names is read with trust_xml="no", and a NumPy task begins new
-    episodes. overwrite: replace the training in `out`, which is otherwise refused. callback: called with the Training
-    after each `every` updates; it may change its settings, options and environments, or stop it. view: show the
-    environments in a browser. options: those of make_vec.
+    id: one of ids(), or a gymnasium.vector.VectorEnv of any library, whose autoreset mode is SAME_STEP. steps: of all
+    rows together; the default depends on the id. seconds: stop after so many seconds. seed: by default 1. threads: of
+    the environments and the networks; they change no bit. settings: a Settings, or some of its values. stages: parts of
+    the training, whose options are added to `options`; their steps replace `steps`. out: a folder. It receives
+    policy.txt, curve.csv, curve.svg and a checkpoint from time to time and at the end. If Ctrl-C or an error ends the
+    training, policy.txt is the best policy so far. resume: continue from the checkpoint in `out`, with its seed and
+    with the settings, stages and options that are not given here; a model that only the checkpoint names is read with
+    trust_xml="no", and a NumPy task begins new episodes. overwrite: replace the training in `out`, which is otherwise
+    refused. callback: called with the Training after each `every` updates; it may change its settings, options and
+    environments, or stop it. view: show the environments in a browser. options: those of make_vec.
     """
-    envs = None if isinstance(id, str) or not isinstance(id, vector.VectorEnv) else id
+    envs: VectorEnv | None = None if isinstance(id, str) else vectors.taken(id)
     if envs is not None and (options or stages):
         raise errors.OptionError("options and stages need an id, not environments", Status.E_TYPE)
-    name = _rows_of(envs).id if envs is not None else own_id(id)
+    name = own_id(_rows_of(envs).id if envs is not None else id)
     folder = Path(out) if out is not None else None
     if resume and folder is None:
         raise errors.OptionError("resume needs the folder `out`", Status.E_TYPE)
@@ -366,16 +370,34 @@ class _Run:
                 self.training.write(self._folder)
 
     def _stages(self) -> None:
+        training = self.training
         for index in range(self._first, len(self._parts)):
             if index > self._first:
-                self.training.set_envs(self._make(self._parts[index], {}))
-                self.training.stage, self.training.changed = index, {}
-            end = sum(part.steps for part in self._parts[: index + 1])
+                training.set_envs(self._make(self._parts[index], {}))
+                training.stage, training.changed = index, {}
+            before = self._episodes_before(index)
             with self._shown():
-                while self.training.steps < end and not self._is_over():
+                while not self._is_over() and not (
+                    training.curve and self._has_ended(index, before, training.curve[-1])
+                ):
                     self._update()
             if self._is_over():  # resumed in this stage
                 return
+
+    def _has_ended(self, index: int, before: int, point: Point) -> bool:
+        """Whether a stage, before which there were so many episodes, has ended with this point."""
+        until = self._parts[index].until
+        enough = point.episodes - before >= self.training.settings.window
+        has_learnt = until is not None and enough and point.mean_return >= until
+        return has_learnt or point.steps >= sum(part.steps for part in self._parts[: index + 1])
+
+    def _episodes_before(self, stage: int) -> int:
+        """How many episodes had ended when the stage began. It may have begun before this call of train."""
+        index = before = 0
+        for point in self.training.curve:
+            if index < stage and self._has_ended(index, before, point):
+                index, before = index + 1, point.episodes
+        return before
 
     def _shown(self) -> Any:
         """A context in which a browser shows the environments, if it is to."""
@@ -499,11 +521,10 @@ def _rows_of(envs: VectorEnv | Rows) -> Rows:
 def _check_mode(envs: VectorEnv | Rows) -> None:
     if isinstance(envs, Rows):  # of _made
         return
-    if envs.autoreset_mode.name != "SAME_STEP":
-        raise errors.OptionError(
-            f"the environments have the autoreset mode {envs.autoreset_mode.name}; training needs SAME_STEP",
-            Status.E_VALUE,
-        )
+    mode = envs.metadata.get("autoreset_mode")
+    if (mode := getattr(mode, "name", mode)) != "SAME_STEP":
+        what = f"the environments have the autoreset mode {mode}; training needs SAME_STEP"
+        raise errors.OptionError(what, Status.E_VALUE)
     if envs.outputs.obs.dtype != np.float64:
         raise errors.OptionError("training needs observations of dtype float64", Status.E_VALUE)
 
@@ -524,7 +545,7 @@ def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
 
 def _given_to(envs: VectorEnv) -> dict[str, Any]:
     """The options with which environments were made."""
-    kwargs = envs.spec.kwargs if envs.spec is not None else {}
+    kwargs = envs.spec.kwargs if envs.spec is not None and isinstance(envs, vector.VectorEnv) else {}
     return {name: value for name, value in kwargs.items() if name not in ("vectorization_mode", "num_envs")}
 
 
@@ -544,7 +565,7 @@ def _kept(folder: Path, id: str, seed: int | None, options: Mapping[str, Any]) -
     return replace(
         kept,
         options={**merged(kept.options), **options},
-        stages=[Stage(stage.steps, merged(stage.options)) for stage in kept.stages],
+        stages=[replace(stage, options=merged(stage.options)) for stage in kept.stages],
         changed=merged(kept.changed),
     )
 
@@ -563,8 +584,8 @@ def _parts_of(stages: Sequence[Stage], steps: int | None, kept: Description | No
     parts = [*stages] or (kept.stages if kept is not None else [])
     if stages or steps is None:
         return parts
-    before, last = parts[:-1], parts[-1].options if parts else {}
+    before, last = parts[:-1], parts[-1] if parts else Stage(steps)
     left = steps - sum(part.steps for part in before)
     if left < 1 and before:
         raise errors.InvalidValueError(f"steps is {steps}, but the last stage begins after {steps - left} steps")
-    return [*before, Stage(left, last)]
+    return [*before, replace(last, steps=left)]

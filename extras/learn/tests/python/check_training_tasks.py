@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,9 @@ import numpy as np
 import pytest
 
 import mjenv
+from mjenv_command import main
 from mjenv_command.policies import policy_of
+from mjenv_learn.policy import Policy
 from mjenv_learn.training import Training
 
 SHORT: dict[str, Any] = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "epochs": 2, "hidden": (16,)}
@@ -80,6 +84,48 @@ def test_own_task() -> None:
     assert (evaluation.lengths == 200).all()
     again = mjenv.evaluate(training.policy(), 40, rows=16)
     assert np.array_equal(again.returns, evaluation.returns)
+
+
+TASKS = """
+import mjenv
+import numpy as np
+
+class Slide(mjenv.Task):
+    model = {model!r}
+    time_limit = 20
+    state = {{"goal": ()}}
+
+    def reset(self, rng, rows):
+        return rng.uniform(-1, 1, (rows, 1)), np.zeros((rows, 1)), {{"goal": rng.uniform(-1, 1, rows)}}
+
+    def observe(self, sim):
+        return np.concatenate([sim.qpos, sim.qvel, sim.goal[:, None]], 1)
+
+    def step(self, sim, action):
+        return -np.abs(sim.qpos[:, 0] - sim.goal), np.zeros(len(action), bool), {{}}
+
+mjenv.register("FileSlide-v0", Slide)
+"""
+
+
+def test_the_command_trains_tasks_of_a_file(tmp_path: Path) -> None:
+    """A task in NumPy with draws and stages; its training goes on, and its policy plays, where the command names the
+    file."""
+    file, folder = tmp_path / "slide.py", tmp_path / "trained"
+    file.write_text(TASKS.format(model=Slide.model))
+    (tmp_path / "draws.json").write_text('{"randomize": {"geom_friction": {"kind": "scale", "low": 0.5, "high": 1}}}')
+    words = ["--tasks", str(file), "--out", str(folder), "--rows=8", "--rollout-steps=32", "--minibatch-size=100"]
+    begin = ["train", "FileSlide-v0", *words, "--randomize", str(tmp_path / "draws.json")]
+    assert main([*begin, "--stage", "256", "--stage", "256", "frame_skip=5"]) == 0
+    assert main(["train", "FileSlide-v0", *words, "--resume", "--steps", "1024"]) == 0
+    assert len((folder / "curve.csv").read_text().splitlines()) == 5
+    options = Policy.load(folder / "policy.txt").about["options"]
+    assert (options["frame_skip"], options["randomize"]["geom_friction"]["low"]) == (5, 0.5)
+    assert mjenv.evaluate(folder / "policy.txt", 3).lengths.tolist() == [20] * 3
+    alone = [sys.executable, "-m", "mjenv", "train", "FileSlide-v0", "--out", str(folder), "--resume"]
+    refused = subprocess.run(alone, capture_output=True, text=True, check=False)
+    assert refused.returncode == 2
+    assert f"it continues by mjenv train FileSlide-v0 --out {folder} --resume --tasks {file}" in refused.stderr
 
 
 def test_groups(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -26,6 +27,7 @@ from mjenv.capi.engine import ENGINES
 from mjenv_command import main
 from mjenv_learn import learner, training
 from mjenv_learn.policy import Input, Policy
+from mjenv_learn.saved import stages_of
 from mjenv_learn.training import Settings, Stage, Training
 from systems import not_on_windows
 
@@ -180,7 +182,8 @@ def test_a_training_is_not_lost(tmp_path: Path) -> None:
         (None, "JSONDecodeError"),
         ([], "TypeError"),
         ({"seed": "1"}, "'1' is no int"),
-        ({"stages": [{}]}, "KeyError"),
+        ({"stages": [{}]}, "TypeError"),
+        ({"stages": [{"steps": 1, "until": "5"}]}, "'5' is no number"),
         ({"stages": 3}, "TypeError"),
         ({"options": 3}, "3 is no dict"),
         ({"stage": -5, "seed": 2**64}, "a seed is"),
@@ -282,6 +285,66 @@ def test_the_curve_of_returns_that_cannot_be_drawn(tmp_path: Path) -> None:
         picture = (tmp_path / "curve.svg").read_text()
         assert picture.endswith("</svg>\n")
         assert not re.search("inf|nan", picture)
+
+
+def test_stages_end_with_a_return(tmp_path: Path) -> None:
+    """A stage ends early with its mean return over a whole window of its own episodes, also if it was resumed."""
+    stages: list[dict[str, Any]] = [
+        {"steps": 9 * BATCH, "options": {"max_episode_steps": 5}, "until": -100},
+        {"steps": BATCH, "options": {"noise": {"action": 0.1}}, "until": 1e9},
+        {"steps": BATCH},
+    ]
+    file = tmp_path / "stages.json"
+    file.write_text(json.dumps(stages))
+    settings, folder = {**SHORT, "window": 100}, tmp_path / "trained"
+    words = [f"--{name.replace('_', '-')}={str(value).strip('(,)')}" for name, value in settings.items()]
+    assert main(["train", "Hopper-v5", *words, "--stages", str(file), "--out", str(folder)]) == 0
+    with (folder / "curve.csv").open() as table:
+        points = [*csv.DictReader(table)]
+    assert [int(point["steps"]) for point in points] == [BATCH * (update + 1) for update in range(11)]
+    # Each update has 48 episodes of 5 steps, so the third one has a window of 100.
+    lengths = [float(point["mean_length"]) for point in points]
+    assert lengths[:3] == [5, 5, 5]
+    assert all(length > 5 for length in lengths[3:])
+    whole = (folder / "policy.txt").read_text()
+    parts = [Stage.of(one) for one in stages]
+    for updates in (2, 3, 4):
+        stopped = tmp_path / str(updates)
+        mjenv.train("Hopper-v5", settings=settings, stages=parts, out=stopped, callback=stop_after(updates))
+        mjenv.train("Hopper-v5", out=stopped, resume=True)
+        assert (stopped / "policy.txt").read_text() == whole
+    for text, message in (
+        ("{}", "is no list"),
+        ('[{"step": 1}]', "step"),
+        ("[", "Expecting value"),
+        ('[{"steps": 0}]', "one step"),
+    ):
+        file.write_text(text)
+        with pytest.raises(mjenv.InvalidValueError, match=message):
+            mjenv.train("Hopper-v5", stages=stages_of(file))
+
+
+def test_vectors_of_other_libraries(tmp_path: Path) -> None:
+    """Gymnasium's vector has the bits of mjenv's; the terms of its observations have no names."""
+
+    def vector(mode: str = "SameStep") -> Any:
+        return gymnasium.vector.SyncVectorEnv([lambda: mjenv.make("Hopper-v5")] * 8, autoreset_mode=mode)
+
+    expected = trained(max_episode_steps=None)
+    found = mjenv.train(vector(), steps=4 * BATCH, settings=SHORT, seed=3, out=tmp_path, callback=stop_after(2))
+    assert len(found.curve) == 2
+    found = mjenv.train(vector(), steps=4 * BATCH, seed=3, out=tmp_path / "whole", settings=SHORT)
+    assert found.curve == expected.curve
+    assert found.policy() == dataclasses.replace(expected.policy(), inputs=[], about={})
+    assert mjenv.evaluate(found.policy(), 2).returns.tolist() == mjenv.evaluate(expected.policy(), 2).returns.tolist()
+    assert mjenv.train(vector(), steps=4 * BATCH, out=tmp_path, resume=True).steps == 4 * BATCH
+    with pytest.raises(mjenv.OptionError, match="mode NEXT_STEP; training needs SAME_STEP"):
+        mjenv.train(vector("NextStep"))
+    with pytest.raises(mjenv.OptionError, match="options can change in environments of mjenv alone"):
+        found.set_options(frame_skip=2)
+    discrete = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make("CartPole-v1")], autoreset_mode="SameStep")
+    with pytest.raises(mjenv.OptionError, match=r"a Box of actions, not Discrete\(2\)"):
+        mjenv.train(discrete)
 
 
 def test_stages_and_callbacks(tmp_path: Path) -> None:
