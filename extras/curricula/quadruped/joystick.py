@@ -14,6 +14,18 @@ from mjenv.task.locomotion import Terrain, air_time, touching
 ID = "QuadrupedJoystickNumPy-v0"
 LEVELS, TYPES, PATCH, EPISODE = 6, 3, 6, 500
 COMMANDS = ("command_forward", "command_left", "command_turn")
+# The terms of the observation and their lengths, named as in joystick.cpp, so that policies of one play in the other.
+POLICY = {
+    "up": 3,
+    "velocity": 3,
+    "spin": 3,
+    "joints": 12,
+    "joint_speeds": 12,
+    "last_action": 12,
+    "command": 3,
+    "clock": 2,
+}
+TRUE = {f"true_{name}": length for name, length in POLICY.items() if name != "last_action"}
 GRID = [(0.2 * i, 0.2 * j) for i in range(-2, 3) for j in range(-1, 2)]
 
 Array = NDArray[np.float64]
@@ -51,6 +63,10 @@ class Joystick(mjenv.Task):
         *("model.geom_friction", "model.body_mass", "model.actuator_gainprm"),
     )
     max_contacts = 32
+    observation_fields = {
+        "policy": POLICY,
+        "critic": {**TRUE, "heights": len(GRID), "feet": 4, "friction": 1, "mass": 1, "kp": 1},
+    }
     options = {
         "command_forward": Setting((-0.4, 0.8), "range of the commanded velocity forward, m/s", live=True),
         "command_left": Setting((-0.3, 0.3), "range of the commanded velocity to the left, m/s", live=True),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ import joystick  # noqa: E402
 import terrain  # noqa: E402
 from evaluate_joystick import evaluate  # noqa: E402
 from joystick_options import ID, OPTIONS  # noqa: E402
+from train_joystick import SETTINGS  # noqa: E402
 
 FRICTION, MASS, KP = -3, -2, -1  # in the critic's observation
 
@@ -88,6 +90,14 @@ def test_the_twin_in_numpy_has_equal_bits(engine: str, threads: int, of_training
                 assert_same(told[name], expected_told[name])
                 compared += 1
     assert compared > 400
+
+
+def test_the_twin_learns_the_same_policy(engine: str) -> None:
+    cpp, numpy = (
+        mjenv.train(id, steps=3 * 4096, settings=SETTINGS, engine=engine, **OPTIONS).policy()
+        for id in (ID, joystick.ID)
+    )
+    assert cpp == replace(numpy, id=ID)
 
 
 def test_commands_change_in_an_episode_and_can_be_set() -> None:
