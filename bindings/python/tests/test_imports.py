@@ -1,7 +1,6 @@
 """Which modules importing the package imports."""
 
 import ast
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -28,12 +27,6 @@ def test_names_are_imported_when_they_are_used() -> None:
     assert set(mjenv.__all__) <= set(dir(mjenv))
     assert all(getattr(mjenv, name) is getattr(mjenv, name) for name in mjenv.__all__)
     assert not hasattr(mjenv, "nothing")
-    # Each of these modules is there, or says what it needs.
-    for load in (lambda: mjenv.task.jit, lambda: mjenv.jit, lambda: mjenv.task.locomotion):
-        try:
-            assert load().__doc__
-        except ImportError as error:
-            assert re.search(r"mjenv\.task\.jit needs .*pip install", str(error))  # noqa: PT017
     command = [sys.executable, "-c", "import sys, mjenv; print(*sys.modules); mjenv.errors.Error; mjenv.Kind"]
     imported = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     assert "mjenv.capi.engine" in imported

@@ -67,8 +67,6 @@ _NAMES = {
     "registration": "engine engines ids load_tasks model_xml options register spec version",
     "task": "Task",
 }
-# A module that needs a package which can be missing, so dir does not list it.
-_OPTIONAL = {"jit": "mjenv.task.jit"}
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
@@ -131,8 +129,8 @@ if not TYPE_CHECKING:  # with this function, type checkers would accept every na
             value = getattr(importlib.import_module(f"mjenv.{_MODULES[name]}"), name)
             globals()[name] = value  # so that only the first use calls this function
             return value
-        if name in _NAMES or name in _OPTIONAL:
-            return importlib.import_module(_OPTIONAL.get(name, f"mjenv.{name}"))
+        if name in _NAMES:
+            return importlib.import_module(f"mjenv.{name}")
         if name.startswith("__"):
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         return value_of(name)  # of a program beside this package

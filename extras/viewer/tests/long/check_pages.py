@@ -59,7 +59,7 @@ def rust_plugin() -> Path:
         ("OwnHopper-v5", lambda: PLUGINS / "libhopper_c.so"),
         ("CppAnt-v5", lambda: PLUGINS / "libant_cpp.so"),
         ("RustHopper-v5", rust_plugin),
-        ("NumbaHopper-v5", lambda: TESTS / "check_numba_tasks.py"),
+        ("NumbaHopper-v5", lambda: ROOT / "extras/numba/tests/check_numba_tasks.py"),
         ("NumpyHopper-v5", lambda: TESTS / "check_python_tasks.py"),
     ],
 )
@@ -140,5 +140,5 @@ def test_mjenv_train_shows_what_it_trains(tmp_path: Path, tab: Any) -> None:
 
 
 def test_numba_tasks_can_be_loaded() -> None:
-    mjenv.load_tasks(TESTS / "check_numba_tasks.py")
+    mjenv.load_tasks(ROOT / "extras/numba/tests/check_numba_tasks.py")
     assert "NumbaLive-v0" in mjenv.ids()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import importlib
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -21,14 +20,6 @@ from mjenv.capi.dtypes import DTYPES, Float64Array
 from mjenv.capi.handle import encoded, pointer_to
 from mjenv.capi.pointers import POINTER
 from mjenv.errors import InvalidValueError
-
-
-def __getattr__(name: str) -> Any:
-    """The modules of this package, which are imported when they are first used: jit needs numba."""
-    if name in ("jit", "locomotion"):
-        return importlib.import_module(f"{__name__}.{name}")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
 
 # ---- What a task declares ----
 
@@ -101,7 +92,7 @@ class Task:
     `current`), or a reset in machine code."""
     own: ClassVar[Sequence[str]] = ()
     """The arrays of mjModel that the task writes for its rows: NumPy in reset_row (`start.own`, which needs `current`)
-    and in step (`sim.own`), machine code in reset and step (jit.own). Machine code also "qfrc_applied" and
+    and in step (`sim.own`), machine code in reset and step. Machine code also "qfrc_applied" and
     "xfrc_applied", which before_step, before_substep and step write. The numbers are float64; where MuJoCo has float32
     (hfield_data, geom_rgba), they are rounded."""
     action_bounds: Sequence[tuple[float, float]] = ()

@@ -65,6 +65,8 @@ class Terrain:
         first = int(model.array("hfield_adr")[field])
         self._part = slice(first, first + self._rows * self._columns)
         self._data = model.array("hfield_data").copy()
+        # What machine code computes heights from.
+        self.numbers = [*map(float, (first, self._rows, self._columns, *self._size[:3], *self._position))]
 
     def height(self, x: ArrayLike, y: ArrayLike, data: NDArray[Any] | None = None) -> NDArray[np.float64]:
         """The heights of the surface at x and y, m; all in the world's frame.

@@ -3,6 +3,8 @@
 The decorators reset, reset_info, carry, observe, step, before_step, before_substep and compute_reward turn functions
 into callbacks of mjenv/task.h:
 
+    import mjenv_numba as jit
+
     class Reach(mjenv.Task):
         @jit.observe
         def observe(self, sim, observation):
@@ -36,7 +38,7 @@ from typing import Any
 try:
     import numba
 except ImportError as error:
-    raise ImportError(f"mjenv.task.jit needs the package numba: pip install numba ({error})") from None
+    raise ImportError(f"mjenv_numba needs the package numba: pip install numba ({error})") from None
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -105,7 +107,7 @@ def _call(context: Any, builder: Any, struct: Any, name: str, result: Any, argum
 
 
 def _intrinsic(kind: str, name: str, function: Callable[..., Any]) -> Any:
-    """numba's intrinsic of the function, with a name and a text for help(mjenv.task.jit)."""
+    """numba's intrinsic of the function, with a name and a text for help(mjenv_numba)."""
     function.__name__ = name
     function.__doc__ = f"The function {name} of mjenv_task_api, in mjenv/task.h. Its first argument is an mjenv_{kind}."
     return intrinsic(function)
@@ -291,9 +293,7 @@ def air_time(time: Any, foot: Any, touches: Any, dt: Any) -> Any:
 
 def terrain(model: Model, geom: str) -> list[float]:
     """The numbers that height and height_around need of a height field; build appends them to what it returns."""
-    field = Terrain(model, geom)
-    sizes = [field._part.start, field._rows, field._columns, *field._size[:3], *field._position]
-    return [model.array_index("hfield_data"), *map(float, sizes)]
+    return [model.array_index("hfield_data"), *Terrain(model, geom).numbers]
 
 
 @numba.njit  # type: ignore[misc]

@@ -5,14 +5,14 @@ import pydoc
 from pathlib import Path
 from typing import Any
 
+import mjenv_numba as jit
 import numpy as np
 import pytest
+from tasks_of_numba import NumbaHopper
 
 import mjenv
 import mjenv.task
 from check_python_tasks import check_steps, flat, pair
-from mjenv.task import jit
-from tasks_of_numba import NumbaHopper
 
 mjenv.register("NumbaHopper-v5", NumbaHopper)
 
@@ -494,7 +494,7 @@ def test_a_method_in_python_among_machine_code() -> None:
 
 
 def test_help_names_and_describes_every_function() -> None:
-    text = pydoc.render_doc(mjenv.jit, renderer=pydoc.plaintext)
+    text = pydoc.render_doc(jit, renderer=pydoc.plaintext)
     assert "lambda" not in text
     for name, value in vars(jit).items():
         if type(value) is type(jit.fail) and not name.startswith("_"):

@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
+import mjenv_numba as jit
 import numpy as np
 
 from mjenv.capi.declarations import Dtype
-from mjenv.task import Model, jit
+from mjenv.task import Model
 from tasks_of_python import CodeHopper
 
 _FLOAT32 = int(Dtype.FLOAT32)
