@@ -47,10 +47,6 @@ class Vector(TypedDict, total=False):
     autoreset_mode: AutoresetMode | str
     dtype: DTypeLike
     copy: bool
-    pixels: tuple[int, int] | None
-    camera: int | str | None
-    action_repeat: int
-    frame_stack: int
 
 class Common(Rendering, Randomizing, total=False):
     engine: str | None

@@ -103,10 +103,10 @@ def mjenv_rows(task: str) -> Task:
     return mjenv_vector(task, ENVS)
 
 
-def mjenv_vector(task: str, rows: int, **keywords: Any) -> Task:
+def mjenv_vector(task: str, rows: int, make: Any = None, **keywords: Any) -> Task:
     import mjenv
 
-    envs = mjenv.make_vec(f"dm_control/{task}-v0", rows, num_threads=1, **keywords)
+    envs = (make or mjenv.make_vec)(f"dm_control/{task}-v0", rows, num_threads=1, **keywords)
     envs.reset(seed=1)
     space = envs.single_action_space
 
@@ -145,8 +145,10 @@ def dm_control_pixels(task: str) -> Task:
 
 def mjenv_pixels(rows: int) -> Callable[[str], Task]:
     def open_task(task: str) -> Task:
+        from mjenv_dm_control.pixels import PixelVectorEnv
+
         size = PIXELS["height"], PIXELS["width"]
-        return mjenv_vector(task, rows, pixels=size, camera=PIXELS["camera_id"], action_repeat=REPEAT)
+        return mjenv_vector(task, rows, PixelVectorEnv, pixels=size, camera=PIXELS["camera_id"], action_repeat=REPEAT)
 
     return open_task
 

@@ -1,4 +1,4 @@
-"""make_vec(..., pixels=...): the pictures, rewards and ends of dm_control with repeated actions and stacked pictures,
+"""PixelVectorEnv: the pictures, rewards and ends of dm_control with repeated actions and stacked pictures,
 as agents that learn from pixels add them to it."""
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dm_control import suite
 
 import mjenv
 from conftest import actions
+from mjenv_dm_control.pixels import PixelVectorEnv
 
 SIZE = (40, 56)
 SEEDS = [1, 2, 3]
@@ -46,7 +47,7 @@ class Original:
 def pair(task: str, mode: str, limit: float = 10.0, **keywords: Any) -> tuple[mjenv.VectorEnv, list[Original]]:
     repeat, stack = keywords.get("action_repeat", 1), keywords.get("frame_stack", 1)
     steps = round(limit / mjenv.make(f"dm_control/{task}-v0").dt)
-    envs = mjenv.make_vec(
+    envs = PixelVectorEnv(
         f"dm_control/{task}-v0", 3, pixels=SIZE, camera=0, autoreset_mode=mode, max_episode_steps=steps, **keywords
     )
     return envs, [Original(task, seed, limit, repeat, stack, 0) for seed in SEEDS]
@@ -99,8 +100,8 @@ def test_ends(mode: str) -> None:
 
 def test_errors() -> None:
     with pytest.raises(ValueError, match="action_repeat is 0"):
-        mjenv.make_vec("dm_control/cheetah-run-v0", pixels=SIZE, action_repeat=0)
+        PixelVectorEnv("dm_control/cheetah-run-v0", pixels=SIZE, action_repeat=0)
     with pytest.raises(ValueError, match="camera_id is -2"):
-        mjenv.make_vec("dm_control/cheetah-run-v0", pixels=SIZE, camera=-2).reset()
-    with pytest.raises(TypeError, match="unexpected keyword argument 'frame_stack'"):
-        mjenv.make_vec("dm_control/cheetah-run-v0", frame_stack=3)
+        PixelVectorEnv("dm_control/cheetah-run-v0", pixels=SIZE, camera=-2).reset()
+    with pytest.raises(TypeError, match="unexpected keyword argument 'frame_stacks'"):
+        PixelVectorEnv("dm_control/cheetah-run-v0", pixels=SIZE, frame_stacks=3)

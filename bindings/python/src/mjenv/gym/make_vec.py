@@ -12,7 +12,6 @@ from numpy.typing import DTypeLike
 from mjenv.capi.engine import ENGINES
 from mjenv.capi.handle import Rows
 from mjenv.gym.make import spec_asked
-from mjenv.gym.pixels import PixelVectorEnv
 from mjenv.gym.vector import VectorEnv
 from mjenv.registration import spec as spec_of
 from mjenv.rows.arguments import AutoresetMode
@@ -36,8 +35,6 @@ def make_vec(
     for the CPUs this process may use. dtype: of the observations, float64 or float32 (rounded to nearest). copy=False:
     observations are views of an array that the next call overwrites. max_episode_steps, disable_env_checker, options:
     as in make, engine="4.0" and randomize too; arrays="xpos sensordata" exports these arrays of mjData with each step.
-    pixels=(height, width): observations are the last frame_stack pictures of the camera `camera`; a step repeats its
-    actions action_repeat times (PixelVectorEnv).
     """
     asked = spec_asked(id, options.get("engine"))
     given = deepcopy(asked.kwargs)
@@ -72,8 +69,7 @@ def around(rows: Rows) -> VectorEnv:
 
 def _built(asked: EnvSpec, num_envs: int, chosen: dict[str, Any], rows: Rows | None = None) -> VectorEnv:
     own = spec_of(asked.id, chosen.get("engine"))
-    kind = VectorEnv if chosen.get("pixels") is None else PixelVectorEnv
-    made = kind(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen}, rows=rows)
+    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen}, rows=rows)
     # gymnasium.make_vec(made.spec) builds the same environments.
     own.max_episode_steps = asked.max_episode_steps
     own.kwargs = {**chosen, "vectorization_mode": "vector_entry_point"}

@@ -17,10 +17,7 @@ from mjenv.rows.simulation import TaskSimulation
 from mjenv.rows.step import Info, infos_of_rows
 
 # The keywords of make_vec, and of gymnasium.make_vec, that make lacks.
-_OF_VECTORS = (
-    "num_envs vectorization_mode vector_kwargs num_threads autoreset_mode dtype copy pixels camera action_repeat "
-    "frame_stack"
-).split()
+_OF_VECTORS = "num_envs vectorization_mode vector_kwargs num_threads autoreset_mode dtype copy".split()
 
 
 class Row(TaskSimulation):

@@ -1,4 +1,4 @@
-"""make_vec(..., pixels=(height, width)): observations that are pictures, for agents that learn from pixels."""
+"""Observations that are pictures of any id, for agents that learn from pixels."""
 
 from __future__ import annotations
 
@@ -10,24 +10,25 @@ from gymnasium.spaces import Box
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from mjenv.errors import InvalidValueError
-from mjenv.gym.vector import Results, VectorEnv
-from mjenv.rows.arguments import AutoresetMode, autoreset_mode_of, reset_mask_of
+import mjenv
+from mjenv import AutoresetMode
+from mjenv.gym.vector import Results
+from mjenv.rows.arguments import autoreset_mode_of, reset_mask_of
 from mjenv.rows.step import Info
 
 Frames = NDArray[np.uint8]
 _COLOURS = 3
 
 
-class PixelVectorEnv(VectorEnv):
+class PixelVectorEnv(mjenv.VectorEnv):
     """A VectorEnv whose observations are the last frame_stack pictures of each row, the oldest first.
 
     They are uint8[num_envs, frame_stack * 3, height, width]. After a reset, all pictures of a row are the first one.
 
     A step repeats the action of each row action_repeat times, or until the row's episode ends, and adds up the rewards.
-    infos["state"] has what a VectorEnv of the same id observes. send, recv and rollout are those of VectorEnv and
-    return no pictures. After them, and after restore or copy_row, call observe(): it replaces the rows' pictures by
-    those of their present states.
+    infos["state"] has what a VectorEnv of the same id observes. send, recv, rollout and resets of single rows are those
+    of VectorEnv and return no pictures. After them, and after restore or copy_row, call observe(): it replaces the
+    rows' pictures by those of their present states.
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class PixelVectorEnv(VectorEnv):
         named: dict[str, Any] = {"camera_name" if isinstance(camera, str) else "camera_id": camera}
         # This class resets the rows, because an episode may end before all repetitions of an action.
         super().__init__(
-            id,
+            mjenv.spec(id).id,
             num_envs,
             max_episode_steps,
             autoreset_mode=AutoresetMode.DISABLED,
@@ -78,18 +79,11 @@ class PixelVectorEnv(VectorEnv):
         self._fill(rows)
         return self._pictures(), {**infos, "state": state}
 
-    def _reset_row(self, row: int, seed: int | None) -> Frames:
-        super()._reset_row(row, seed)
-        rows = np.array([row])
-        self._ended[rows] = False
-        self._fill(rows)
-        frames: Frames = self._pictures()[row].copy()
-        return frames
-
     def step(self, actions: ArrayLike) -> Results:
         """Takes a step in every row. Returns the pictures, the sums of rewards, terminations, truncations and infos."""
-        chosen = self._pool.actions(np.asarray(actions), self._pool.shape)
-        count = self.num_envs
+        chosen, count = np.asarray(actions), self.num_envs
+        if chosen.shape != self.action_space.shape:
+            raise mjenv.InvalidValueError(f"the actions have the shape {chosen.shape}, not {self.action_space.shape}")
         is_late = self.autoreset_mode == AutoresetMode.NEXT_STEP
         resets: NDArray[np.bool_] = self._ended if is_late else np.zeros(count, np.bool_)
         active = ~resets
@@ -126,7 +120,7 @@ class PixelVectorEnv(VectorEnv):
     def _push(self, row: int) -> None:
         """Appends the row's present picture, and drops the oldest."""
         self._frames[row, :-_COLOURS] = self._frames[row, _COLOURS:]
-        picture: Any = self._pool.pictures.draw(row)
+        picture: Any = self.envs[row].render()
         self._frames[row, -_COLOURS:] = picture.transpose(2, 0, 1)
 
     def _fill(self, rows: NDArray[np.int64]) -> None:
@@ -150,5 +144,5 @@ class PixelVectorEnv(VectorEnv):
 def _at_least_one(name: str, value: int) -> int:
     count = operator.index(value)
     if count < 1:
-        raise InvalidValueError(f"{name} is {count}, but must be at least 1")
+        raise mjenv.InvalidValueError(f"{name} is {count}, but must be at least 1")
     return count
