@@ -41,8 +41,7 @@ if TYPE_CHECKING:
         UnknownIdError,
         UnknownNameError,
     )
-    from mjenv.gym.classes import gymnasium_classes
-    from mjenv.gym.env import Environment, MujocoEnv
+    from mjenv.gym.env import Environment
     from mjenv.gym.vector import VectorEnv
     from mjenv.randomization import Delay, Noise, Offset, Push, Same, Scale, Value
     from mjenv.registration import engine, engines, ids, load_tasks, model_xml, options, register, spec, version
@@ -54,8 +53,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "capi.declarations": "Kind Status",
     "capi.schema": "EngineInfo Option",
-    "gym.classes": "gymnasium_classes",
-    "gym.env": "Environment MujocoEnv",
+    "gym.env": "Environment",
     "gym.make": "make",
     "gym.make_vec": "make_vec",
     "gym.vector": "VectorEnv",
@@ -85,7 +83,6 @@ __all__ = [
     "Kind",
     "ModelError",
     "ModelFileError",
-    "MujocoEnv",
     "NoAsyncCallError",
     "Noise",
     "Offset",
@@ -109,7 +106,6 @@ __all__ = [
     "VectorEnv",
     "engine",
     "engines",
-    "gymnasium_classes",
     "ids",
     "load_tasks",
     "make",

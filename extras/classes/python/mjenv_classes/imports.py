@@ -9,8 +9,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from mjenv.gym.env import MujocoEnv
 from mjenv.rows.arrays import Data, Model
+from mjenv_classes import MujocoEnv
 
 # Functions of the mujoco package that are methods here.
 _METHODS = ("mj_resetData", "mj_forward", "mj_step", "mj_name2id", "mj_id2name")
