@@ -6,6 +6,7 @@ import gc
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
 from pathlib import Path
@@ -448,8 +449,6 @@ def test_bools_in_infos() -> None:
 
 
 class Pendulum(mjenv.Task):
-    """Fails as its attribute `fault` says."""
-
     model = PENDULUM
     needs = ("qpos", "qvel", "xpos", "time")
     state = {"goal": (2,), "count": ()}  # noqa: RUF012
@@ -458,28 +457,14 @@ class Pendulum(mjenv.Task):
     reach: float
 
     def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
-        if self.fault == "reset":
-            raise ZeroDivisionError("in reset")
-        qpos = rng.normal(0.0, 0.1, (rows, self.nq + (self.fault == "qpos")))
+        qpos = rng.normal(0.0, 0.1, (rows, self.nq))
         goal = {"goal": rng.uniform(0, self.reach, (rows, 2)), "count": rng.integers(0, 5, rows)}
-        return qpos, np.zeros((rows, self.nv)), {} if self.fault == "state" else goal
+        return qpos, np.zeros((rows, self.nv)), goal
 
     def observe(self, sim: Sim) -> Any:
-        if self.fault == "observe":
-            raise ZeroDivisionError("in observe")
         return np.concatenate([sim.qpos, sim.qvel, sim.goal, sim.count[:, None]], 1)
 
     def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
-        if self.fault == "step":
-            raise ZeroDivisionError("in step")
-        if self.fault == "terminated":
-            return sim.time, np.zeros(len(action)), {}
-        if self.fault == "NaN":
-            return sim.time * np.nan, sim.time < 0, {"place": sim.xpos[:, 1]}
-        if self.fault == "write":
-            sim.qpos[0] = 1
-        if self.fault == "info":
-            return sim.time, sim.time < 0, {"place": sim.xpos[:, 0], "other": sim.time}
         sim.count[...] += 1
         return sim.time, sim.time > 1, {"place": sim.xpos[:, 1]}
 
@@ -558,47 +543,140 @@ def test_tasks_see_the_rows_own_values_of_the_model() -> None:
     np.testing.assert_array_equal(envs.observe()[:, 2:], obs[:, 2:])
 
 
-@pytest.mark.parametrize(
-    ("fault", "error", "message"),
-    [
-        ("step", ZeroDivisionError, "in step"),
-        ("observe", ZeroDivisionError, "in observe"),
-        ("terminated", mjenv.TaskError, r"step: terminated is float64 of the shape \(3,\), not bool"),
-        ("NaN", mjenv.TaskError, "row 0: Pendulum-v0: step: the reward is NaN"),
-        ("info", mjenv.TaskError, r"step: the infos have the shapes \{'place': \(3, 3\), .* not \{'place': \(3, 3\)\}"),
-        ("write", ValueError, "read-only"),
-    ],
-)
-def test_a_step_that_fails(fault: str, error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    envs = mjenv.make_vec("Pendulum-v0", 3)
-    envs.reset(seed=0)
-    with monkeypatch.context() as patch:
-        patch.setattr(Pendulum, "fault", fault)
-        with pytest.raises(error, match=message):
-            envs.step(np.zeros((3, 1)))
-    envs.step(np.zeros((3, 1)))
-    envs.reset(seed=0)
+class Faulty(mjenv.Task):
+    """Its methods return what `spoil` makes of their results."""
+
+    model = PENDULUM
+    needs = ("qpos", "qvel")
+    state = {"count": ()}  # noqa: RUF012
+    state_bounds = {"count": (0, 9)}  # noqa: RUF012
+    own = ("body_mass",)
+    current = True
+    action_bounds = ((-1.0, 1.0),)
+    spoil: Any = staticmethod(lambda method, found: tuple(found) if isinstance(found, list) else found)
+
+    def reset(self, rng: Random, rows: int) -> tuple[Any, ...]:
+        return self.spoil("reset", [rng.uniform(0, 1, (rows, 1)), np.zeros((rows, 1)), {"count": np.zeros(rows)}])
+
+    def observe(self, sim: Sim) -> Any:
+        return self.spoil("observe", np.concatenate([sim.qpos, sim.count[:, None]], 1))
+
+    def before_step(self, sim: Sim, action: Any) -> Any:
+        return self.spoil("before_step", action.astype(float))
+
+    def step(self, sim: Sim, action: Any) -> tuple[Any, ...]:
+        sim.count[...] += 1
+        self.spoil("sim", sim)
+        return self.spoil("step", [sim.qpos[:, 0].copy(), sim.qpos[:, 0] > 9, {"count": sim.count.copy()}])
+
+    def carry(self, sim: Sim) -> None:
+        self.spoil("carry", sim)
+
+    def reset_info(self, sim: Sim) -> Any:
+        return self.spoil("reset_info", {"count": sim.count.copy()})
+
+
+class FaultyRow(Faulty):
+    reset = mjenv.Task.reset
+
+    def reset_row(self, start: Any) -> Any:
+        return self.spoil("reset_row", {"count": 0.0})
+
+
+mjenv.register("Faulty-v0", Faulty)
+mjenv.register("Faulty-v1", FaultyRow)
+
+
+def put(part: Any, index: Any, value: Any) -> Callable[[Any], Any]:
+    """Writes a value into a part of what a method returns, or of sim."""
+
+    def spoil(found: Any) -> Any:
+        where = found if part is None else getattr(found, part) if isinstance(part, str) else found[part]
+        where[index] = value
+        return found
+
+    return spoil
+
+
+def fail(found: Any) -> Any:
+    raise ZeroDivisionError("in a method")
 
 
 @pytest.mark.parametrize(
-    ("fault", "error", "message"),
+    ("method", "spoil", "error", "message"),
     [
-        ("reset", ZeroDivisionError, "in reset"),
-        ("qpos", mjenv.TaskError, r"reset: qpos is float64 of the shape \(3, 2\), not numbers of the shape \(3, 1\)"),
-        ("state", mjenv.TaskError, r"reset: the state is \[\], not a dict of \['count', 'goal'\]"),
+        *[(method, fail, ZeroDivisionError, "in a method") for method in ("reset", "observe", "before_step", "step")],
+        *[(method, fail, ZeroDivisionError, "in a method") for method in ("carry", "reset_info", "reset_row")],
+        (
+            "reset",
+            lambda found: found[:2],
+            mjenv.TaskError,
+            "returned 2 values, not qpos, qvel and a dict of the state",
+        ),
+        ("reset", put(2, "goal", 0), mjenv.TaskError, r"the state is \['count', 'goal'\], not a dict of \['count'\]"),
+        (
+            "reset",
+            lambda found: [np.ones((3, 2)), *found[1:]],
+            mjenv.TaskError,
+            r"qpos is float64 of the shape \(3, 2\)",
+        ),
+        ("reset", put(0, (2, 0), np.nan), mjenv.TaskError, "row 2: .*: qpos has a number that is not finite"),
+        (
+            "reset",
+            lambda found: [*found[:2], {"count": np.array([0, 10, 0])}],
+            mjenv.TaskError,
+            "row 1: .* 10.0, not 0",
+        ),
+        ("reset_row", lambda found: None, mjenv.TaskError, r"row 0: .*: the state is \[\], not a dict of \['count'\]"),
+        ("reset_row", put(None, "count", [1.0]), mjenv.TaskError, r"row 0: .*: count is float64 of the shape \(1,\)"),
+        ("reset_row", put(None, "count", np.nan), mjenv.TaskError, "row 0: .*: the state 'count' has nan, not 0 to 9"),
+        ("observe", lambda found: found[:1], mjenv.TaskError, r"float64 of the shape \(1, 2\), not .* \(3, n\)"),
+        ("observe", lambda found: found[:, :1], mjenv.TaskError, "returned 1 numbers a row, not 2"),
+        ("observe", lambda found: {"a": found}, mjenv.TaskError, r"returned the groups \{'a': 2\}, but at first \{\}"),
+        ("observe", put(None, (2, 1), np.nan), mjenv.TaskError, r"row 2: .*: observation\[1\] is NaN"),
+        ("before_step", lambda found: found[:1], mjenv.TaskError, r"ctrl is float64 of the shape \(1, 1\)"),
+        ("before_step", put(None, (2, 0), np.nan), mjenv.TaskError, r"row 2: .*: ctrl\[0\] is nan"),
+        ("step", lambda found: found[0], mjenv.TaskError, r"returned float64 .*, not a reward, terminated and an info"),
+        ("step", put(0, 2, np.nan), mjenv.TaskError, "row 2: .*: the reward is NaN"),
+        ("step", lambda found: [found[0], found[0], {}], mjenv.TaskError, r"terminated is float64 .*, not bool"),
+        ("step", put(2, "new", np.ones(3)), mjenv.TaskError, r"the infos have the shapes .*'new': \(3,\)"),
+        (
+            "sim",
+            put("count", 1, 12),
+            mjenv.TaskError,
+            "row 1: .*: step or carry: the state 'count' has 12.0, not 0 to 9",
+        ),
+        ("sim", put("kick", (1, 0), np.nan), mjenv.InvalidValueError, r"row 1: qvel\[0\] is nan, but must be finite"),
+        ("sim", lambda sim: put(None, (1, 1), -1)(sim.own["body_mass"]), mjenv.InvalidValueError, "row 1: body_mass"),
+        ("sim", put("qpos", 0, 1), ValueError, "read-only"),
+        ("carry", put("count", 2, np.nan), mjenv.TaskError, "row 2: .*: step or carry: the state 'count' has nan"),
+        ("reset_info", lambda found: {}, mjenv.TaskError, r"the infos have the shapes \{\}, not \{'count': \(3,\)\}"),
     ],
 )
-def test_a_reset_that_fails(fault: str, error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    envs, other = mjenv.make_vec("Pendulum-v0", 3), mjenv.make_vec("Pendulum-v0", 3)
-    envs.reset(seed=0)
+def test_methods_that_fail(
+    method: str, spoil: Any, error: type[Exception], message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The error names the method, the cause and, if it is one row's, the row. The environment can be used again."""
+    resets, id = method.startswith("reset"), f"Faulty-v{int(method == 'reset_row')}"
+    envs, other = mjenv.make_vec(id, 3), mjenv.make_vec(id, 3)
+    obs, _ = envs.reset(seed=0)
     other.reset(seed=0)
     with monkeypatch.context() as patch:
-        patch.setattr(Pendulum, "fault", fault)
-        with pytest.raises(error, match=message):
-            envs.reset()
-        with pytest.raises(error):
-            mjenv.make_vec("Pendulum-v0", 3)
-    assert flat(envs.reset()) == flat(other.reset())
+
+        def spoiled(now: str, found: Any) -> Any:
+            found = spoil(found) if now == method else found
+            return tuple(found) if isinstance(found, list) else found
+
+        patch.setattr(Faulty, "spoil", staticmethod(spoiled))
+        with pytest.raises(error, match=message) as raised:
+            envs.reset() if resets else envs.step(np.zeros((3, 1)))
+        named = {"sim": "step or carry", "carry": "step or carry"}.get(method, method)
+        assert error is not mjenv.TaskError or f"{id}: {named}: " in str(raised.value)
+    if method in ("sim", "carry"):
+        np.testing.assert_array_equal(envs.observe()[:, 1], obs[:, 1])  # the state is as it was
+    if method in ("reset", "reset_row"):
+        assert flat(envs.reset()) == flat(other.reset())
+    envs.step(np.zeros((3, 1)))
 
 
 def changed(**attributes: Any) -> type[mjenv.Task]:

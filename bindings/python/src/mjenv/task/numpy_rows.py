@@ -266,9 +266,7 @@ class NumpyRows(Rows):
         """Simulates a step of the playing rows, and calls the task's step. Returns which rows it has advanced."""
         mask = None if playing is None else pointer_to(playing, c_uint8)
         seen = self._act(mask, action)
-        # What the task writes for rows that are not stepped is undone below. A reset replaces all but what is kept.
-        spared = self._task.kept if playing is None else self._state
-        before = {name: self._state[name].copy() for name in spared}
+        before = {name: values.copy() for name, values in self._state.items()}
         ctrl, size = None, 0
         if self._maps:
             mapped = self._checked.before_step(self._sim, seen).astype(np.float64, copy=False)
@@ -279,17 +277,20 @@ class NumpyRows(Rows):
         if playing is not None:
             advanced &= playing
         self._kick[...] = 0
-        with self._drawing, self._shown_own as own:
-            reward, terminated, infos = self._checked.step(self._sim, seen)
-            self._write_own(own, advanced)
-            self._apply_kicks(advanced)
-            self._drawing.keep(advanced)
-        self._given.reward[...] = reward
-        self._given.ended[0] = terminated
-        self._put(Role.INFO, "step", infos, slice(None))
-        self._carried(np.flatnonzero(advanced))
-        for name, values in before.items():
-            self._state[name][~advanced] = values[~advanced]
+        undone = np.ones(self.count, np.bool_)  # the rows whose state the task does not change: all, if it fails
+        try:
+            with self._drawing, self._shown_own as own:
+                reward, terminated, infos = self._checked.step(self._sim, seen)
+                self._write_own(own, advanced)
+                self._apply_kicks(advanced)
+                self._drawing.keep(advanced)
+            self._given.reward[...], self._given.ended[0] = reward, terminated
+            self._put(Role.INFO, "step", infos, slice(None))
+            self._carried(np.flatnonzero(advanced))
+            undone = ~advanced
+        finally:
+            for name, values in before.items():
+                self._state[name][undone] = values[undone]
         return advanced
 
     def _simulate(self, function: Callable[..., int], *arguments: Any) -> None:
@@ -334,8 +335,8 @@ class NumpyRows(Rows):
             kept = {name: self._state[name][chosen] for name in self._task.kept}
             parameters = {name: values[chosen] for name, values in self._parameters.items()}
             draws = _RowDraws(self, chosen, kept, parameters)
-            qpos, qvel, state = self._checked.reset(draws)
-            self._checked.bounded("reset", state)
+            qpos, qvel, state = self._checked.reset(draws, chosen)
+            self._checked.bounded("reset", state, chosen)
             draws.keep(np.ones(len(chosen), np.bool_))
             self._qpos[chosen], self._qvel[chosen] = qpos, qvel
             self._begin_masked(resets, self._qpos, self._qvel)
@@ -343,7 +344,7 @@ class NumpyRows(Rows):
                 self._state[name][chosen] = values
         else:
             for row in chosen.tolist():
-                self._resetting.error = None
+                self._resetting.row, self._resetting.error = row, None
                 self._begin_masked(np.arange(self.count) == row)
                 if self._resetting.error is not None:
                     raise self._resetting.error
@@ -378,7 +379,7 @@ class NumpyRows(Rows):
             sim = Sim(arrays, state, parameters, own, Random(()), np.zeros((len(chosen), self._task.nv)))
         if len(chosen):
             self._task.carry(sim)
-            self._checked.bounded("step or carry", state)
+            self._checked.bounded("step or carry", state, chosen)
         if sim is not self._sim:
             for name, values in state.items():
                 self._state[name][chosen] = values
