@@ -11,6 +11,10 @@ import gymnasium
 
 from mjenv.capi.declarations import Status
 
+_FOUND = gymnasium.__version__
+if int(_FOUND.split(".")[0]) < 1:  # from whose classes those of mjenv cannot be derived
+    raise ImportError(f'mjenv needs Gymnasium 1.0 or newer, not {_FOUND}: pip install "gymnasium>=1.0"')
+
 
 class Error(gymnasium.error.Error):
     """Base class of all exceptions of mjenv.

@@ -6,23 +6,21 @@ import os
 import sys
 from dataclasses import replace
 from functools import partial
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from gymnasium.envs.registration import EnvSpec
+
+from mjenv import errors
 from mjenv.capi import handle
 from mjenv.capi.declarations import Status
 from mjenv.capi.engine import ENGINES, Engine
-from mjenv.capi.lazy import lazy
 from mjenv.capi.schema import EngineInfo, Option
 from mjenv.gym import namespace
-
-if TYPE_CHECKING:
-    from gymnasium.envs.registration import EnvSpec
-
-    from mjenv import errors
-    from mjenv.task import Task
-else:
-    errors = lazy("mjenv.errors")
+from mjenv.task import Task
+from mjenv.task.numpy_rows import NumpyRows
+from mjenv.task.registered import Registered
 
 _TASKS: dict[str, None] = {}  # the files that load_tasks has loaded, in their order
 
@@ -81,8 +79,6 @@ def spec(id: str, engine: str | None = None) -> EnvSpec:
 
     Environments that are made from the spec use the engine, if one is given.
     """
-    from gymnasium.envs.registration import EnvSpec
-
     id = own_id(id)
     description = namespace.description(ENGINES.get(engine), id)
     return EnvSpec(id=id, **description, kwargs={} if engine is None else {"engine": engine})
@@ -132,8 +128,6 @@ def _load_plugin(file: bytes | None) -> None:
 
 
 def _import(file: Path) -> None:
-    from importlib.util import module_from_spec, spec_from_file_location
-
     spec = spec_from_file_location(file.stem, file)
     assert spec
     assert spec.loader
@@ -168,10 +162,6 @@ def register(id: str, task: type[Task]) -> None:
 
     A child process that was not forked has to import the module that calls this function.
     """
-    from mjenv.task import Task
-    from mjenv.task.numpy_rows import NumpyRows
-    from mjenv.task.registered import Registered
-
     if not isinstance(task, type) or not issubclass(task, Task):
         raise errors.OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)
     registered = Registered(id, task)

@@ -10,25 +10,20 @@ from collections.abc import Mapping, Sequence
 from ctypes import byref, c_char_p, c_double, c_float, c_int64, c_uint8, c_void_p
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 import mjenv
+from mjenv import errors
 from mjenv.capi.declarations import Role, mjenv_batch, mjenv_space
+from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.handle import Rows, encoded, pointer_to
-from mjenv.capi.lazy import lazy
 from mjenv.capi.owned import Owned
 from mjenv_learn import declarations
 from mjenv_learn.declarations import Learned, Precision
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from mjenv import errors
-    from mjenv.capi.dtypes import Float64Array
-else:
-    np, errors = map(lazy, ("numpy", "mjenv.errors"))
 
 FILE = "libmjenv-learn.dll" if sys.platform == "win32" else "libmjenv-learn.so"
 

@@ -9,19 +9,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, is_dataclass
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, TypeVar
+from typing import IO, Any, TypeVar
 
+from mjenv import errors
 from mjenv.capi.declarations import Status
-from mjenv.capi.lazy import lazy
 from mjenv_learn.learner import note_of
 
 if sys.platform != "win32":
     import fcntl
-
-if TYPE_CHECKING:
-    from mjenv import errors
-else:
-    errors = lazy("mjenv.errors")
 
 CHECKPOINT, CURVE, PICTURE, POLICY, DESCRIPTION = "checkpoint", "curve.csv", "curve.svg", "policy.txt", "training.json"
 LOCK = "lock"

@@ -5,17 +5,12 @@ from __future__ import annotations
 import numbers
 from collections.abc import Iterator, Mapping
 from ctypes import byref
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from mjenv import errors
 from mjenv.capi.declarations import Kind, Status, mjenv_option
 from mjenv.capi.handle import encoded
-from mjenv.capi.lazy import lazy
 from mjenv_learn.learner import library, sized, text_of
-
-if TYPE_CHECKING:
-    from mjenv import errors
-else:
-    errors = lazy("mjenv.errors")
 
 # Arguments of their own of train and Training.
 OWN_ARGUMENTS = ("seed", "threads")

@@ -12,19 +12,26 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import errors
 from mjenv.capi.counts import count_of, seed_of, time_limit_of
 from mjenv.capi.declarations import Role, Status
+from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.engine import ENGINES
 from mjenv.capi.handle import Options, Rows, open_rows, spec_of
 from mjenv.capi.keywords import RANDOMIZING
-from mjenv.capi.lazy import lazy
 from mjenv.capi.schema import Field
+from mjenv.gym.make_vec import around, make_vec
+from mjenv.gym.vector import VectorEnv
 from mjenv.registration import loaded_tasks, own_id
-from mjenv_learn import saved
+from mjenv_learn import saved, svg, vectors
 from mjenv_learn.declarations import Learned, Precision
 from mjenv_learn.learner import Learner, PolicyHandle, space_of, terms_of
+from mjenv_learn.policy import Policy
 from mjenv_learn.saved import CHECKPOINT as CHECKPOINT
 from mjenv_learn.saved import CURVE, DESCRIPTION
 from mjenv_learn.saved import MODEL_OPTIONS as MODEL_OPTIONS
@@ -34,22 +41,6 @@ from mjenv_learn.saved import Description as Description
 from mjenv_learn.saved import Stage as Stage
 from mjenv_learn.settings import Settings as Settings
 from mjenv_learn.settings import words_of
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from mjenv import errors
-    from mjenv.capi.dtypes import Float64Array
-    from mjenv.gym import make_vec, vector
-    from mjenv.gym.vector import VectorEnv
-    from mjenv_learn import policy as policies
-    from mjenv_learn import svg, vectors
-    from mjenv_learn.policy import Policy
-else:
-    np, errors = map(lazy, ("numpy", "mjenv.errors"))
-    make_vec, svg = map(lazy, ("mjenv.gym.make_vec", "mjenv_learn.svg"))
-    policies, vector, vectors = map(lazy, ("mjenv_learn.policy", "mjenv.gym.vector", "mjenv_learn.vectors"))
 
 SAVE_SECONDS = 10.0  # how often a training with a folder saves
 
@@ -130,7 +121,7 @@ class Training:
     def envs(self) -> VectorEnv:
         """The environments. A callback may write their live parameters and rows."""
         if isinstance(self._envs, Rows):
-            self._envs = make_vec.around(self._envs)
+            self._envs = around(self._envs)
         return self._envs
 
     @property
@@ -161,7 +152,7 @@ class Training:
     def set_options(self, **options: Any) -> None:
         """Continues in new environments with other options: the next lesson of a curriculum."""
         spec = self.envs.spec
-        if spec is None or not isinstance(self.envs, vector.VectorEnv):
+        if spec is None or not isinstance(self.envs, VectorEnv):
             raise errors.OptionError("options can change in environments of mjenv alone", Status.E_TYPE)
         given = {name: value for name, value in spec.kwargs.items() if name not in ("vectorization_mode", "num_envs")}
         self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
@@ -182,7 +173,7 @@ class Training:
 
     def policy(self, *, best: bool = False) -> Policy:
         """The deterministic policy of the last update. best: that of the rollout with the greatest mean return."""
-        return policies.Policy.parse(self._policy_text(best))
+        return Policy.parse(self._policy_text(best))
 
     def _policy_text(self, best: bool) -> str:
         rows = _rows_of(self._envs)
@@ -437,7 +428,7 @@ def evaluate(
     gives the bits of Policy.act, "float32" is faster and computes as the learner does. options: those of make_vec; the
     others are those with which the policy was trained, if it names them.
     """
-    chosen = policy if isinstance(policy, policies.Policy) else policies.Policy.load(policy)
+    chosen = policy if isinstance(policy, Policy) else Policy.load(policy)
     precisions = {"float64": Precision.FLOAT64, "float32": Precision.FLOAT32}
     if precision not in precisions:
         raise errors.InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
@@ -448,7 +439,7 @@ def evaluate(
     name = own_id(id or chosen.id)
     if name == own_id(chosen.id):
         options = chosen.keywords(**options)
-    envs = vector.VectorEnv(
+    envs = VectorEnv(
         name,
         max(1, min(rows, episodes)),
         num_threads=threads,
@@ -535,7 +526,7 @@ def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
     given = {"lanes": "max", **options, "autoreset_mode": "same_step"}
     engine = ENGINES.get(given.get("engine"))
     if not given.keys() <= {*Options(engine, id).schema(), *RANDOMIZING, "engine"}:
-        return make_vec.make_vec(id, count, **given)
+        return make_vec(id, count, **given)
     given.pop("engine", None)
     limit = given.pop("max_episode_steps", None)
     if limit is not None:
@@ -545,7 +536,7 @@ def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
 
 def _given_to(envs: VectorEnv) -> dict[str, Any]:
     """The options with which environments were made."""
-    kwargs = envs.spec.kwargs if envs.spec is not None and isinstance(envs, vector.VectorEnv) else {}
+    kwargs = envs.spec.kwargs if envs.spec is not None and isinstance(envs, VectorEnv) else {}
     return {name: value for name, value in kwargs.items() if name not in ("vectorization_mode", "num_envs")}
 
 

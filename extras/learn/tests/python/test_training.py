@@ -601,22 +601,6 @@ def test_a_policy_of_a_stranger() -> None:
             Policy.parse(text)
 
 
-def test_the_command_starts_without_numpy(tmp_path: Path) -> None:
-    """Importing NumPy or Gymnasium would take longer than the command needs until its first update."""
-    code = (
-        "import atexit, runpy, sys; atexit.register(lambda: print(*sys.modules)); "
-        "runpy.run_module('mjenv', {}, '__main__')"
-    )
-    small = ["--rows", "8", "--rollout-steps", "32", "--minibatch-size", "64", "--option", "frame_skip=2"]
-    command = [sys.executable, "-c", code, "train", "Hopper-v5", "--out", str(tmp_path), *small]
-    for words in (["--steps", "256"], ["--steps", "512", "--resume"]):
-        run = subprocess.run([*command, *words], capture_output=True, text=True, check=True, timeout=120)
-        imported = {*run.stdout.splitlines()[-1].split()}
-        assert {"mjenv", "mjenv_learn.command", "mjenv_learn.training"} <= imported
-        assert not imported & {"numpy", "gymnasium", "torch"}
-    assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
-
-
 def test_environments_are_made_around_the_rows_of_the_learner() -> None:
     """A callback that reads them sees the episodes that the learner plays, and changes no bit."""
     found: list[Any] = []

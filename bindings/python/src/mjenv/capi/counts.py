@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import operator
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from mjenv import errors
 from mjenv.capi.declarations import Status
-from mjenv.capi.lazy import lazy
-
-if TYPE_CHECKING:
-    from mjenv import errors
-else:
-    errors = lazy("mjenv.errors")
 
 
 def count_of(num_envs: Any) -> int:

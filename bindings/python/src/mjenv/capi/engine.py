@@ -15,18 +15,12 @@ from collections.abc import Callable
 from ctypes import byref, c_void_p
 from itertools import filterfalse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from mjenv import errors
 from mjenv.capi import declarations
 from mjenv.capi.declarations import Status
-from mjenv.capi.lazy import lazy
 from mjenv.capi.owned import Owned
 from mjenv.capi.turns import Lock
-
-if TYPE_CHECKING:
-    from mjenv import errors
-else:
-    errors = lazy("mjenv.errors")
 
 # The library of each engine, the default engine first. Windows has only one engine.
 _ELSEWHERE = {"win32": {"2.2.2": "mjenv.dll"}}
@@ -149,9 +143,6 @@ class Engines:
         If the function fails now, it is not called again. After an interrupt the next `get` goes on, and may call the
         function again for an engine for which it has succeeded.
         """
-        # Imported before the function is called. This imports Gymnasium, for which mjenv then registers all ids, which
-        # calls all functions; one that fails could not raise its error while that is being imported.
-        failure = errors.Error
         turn = self._lock.take()
         try:
             names = [*self._ready]
@@ -160,7 +151,7 @@ class Engines:
             try:
                 for name in names:
                     self._load(name)
-            except failure:
+            except errors.Error:
                 self._forget(registration)
                 raise
         finally:

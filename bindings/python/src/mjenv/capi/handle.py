@@ -6,37 +6,30 @@ All calls of the library go through this module, except the steps (_step.py) and
 from __future__ import annotations
 
 import ctypes
+import difflib
 import math
 import operator
 import os
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
-from mjenv.capi import declarations
+import numpy as np
+from numpy.typing import NDArray
+
+from mjenv import errors
+from mjenv.capi import declarations, draw_document, dtypes
 from mjenv.capi.declarations import Dtype, Kind, Role, Status
+from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.keywords import RANDOMIZING, Rendering
-from mjenv.capi.lazy import lazy
 from mjenv.capi.owned import Owned
 from mjenv.capi.pointers import POINTER
 from mjenv.capi.schema import Field, Option
 from mjenv.capi.turns import Turn, Turns
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from mjenv import errors
-    from mjenv.capi import draw_document, dtypes
-    from mjenv.capi.dtypes import Float64Array
-else:
-    np, draw_document, dtypes, errors = map(
-        lazy, ("numpy", "mjenv.capi.draw_document", "mjenv.capi.dtypes", "mjenv.errors")
-    )
-
-GoalRewards = Callable[[Any, Any, Any], "NDArray[Any]"]
+GoalRewards = Callable[[Any, Any, Any], NDArray[Any]]
 # What mjenv_get_stream reads of a RandomState.
 _RANDOM_STATE_WORDS = 627
 
@@ -221,8 +214,6 @@ class Options:
 
 def unknown_option(id: str, name: str, schema: Mapping[str, Option]) -> errors.OptionError:
     """The exception for an option that the id does not have. It suggests the three most similar keywords."""
-    import difflib
-
     known = {*schema, *Rendering.__annotations__, *RANDOMIZING, "engine"} - {name}
     similar = " or ".join(map(repr, difflib.get_close_matches(name, sorted(known))))
     hint = f"Did you mean {similar}? " if similar else ""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
-if TYPE_CHECKING:
-    from mjenv.randomization import Delay, Draws, Noise, Push
+from mjenv.randomization import Delay, Draws, Noise, Push
 
 RenderMode = Literal["human", "rgb_array", "depth_array", "rgbd_tuple"]
 RenderList = Literal["rgb_array_list", "depth_array_list", "rgbd_tuple_list"]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from mjenv.capi.declarations import Dtype, Kind
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 @dataclass(frozen=True)
