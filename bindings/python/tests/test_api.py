@@ -284,8 +284,8 @@ def test_fields() -> None:
         assert shapes["body_mass"] == env.model.body_mass.shape
         assert {field.name for field in env.fields("data")} > {"qpos", "qvel", "xpos"}
     ours = mjenv.make("Ant-v5")
-    with pytest.raises(mjenv.UnknownNameError, match="'reward', but of observation, action"):
-        ours.fields("reward")
+    with pytest.raises(mjenv.UnknownNameError, match="'rewards', but of observation, action"):
+        ours.fields("rewards")
     assert mjenv.make_vec("Ant-v5", 2).envs[1].fields("info") == mjenv.make("Ant-v5").fields("info")
 
 

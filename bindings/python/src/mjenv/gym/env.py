@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from ctypes import byref, c_double
 from functools import partial
 from typing import Any
@@ -13,18 +13,16 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
-from mjenv.beside import listed, value_of
 from mjenv.capi.counts import time_limit_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.engine import ENGINES
 from mjenv.capi.handle import Batch, Rows, open_rows, pointer_to
 from mjenv.errors import InvalidValueError, OptionError
-from mjenv.randomization import Delay, Draws, Noise, Push
 from mjenv.rows.arguments import image_of
 from mjenv.rows.observations import Observations
-from mjenv.rows.pictures import GROUPS, MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures, camera_config_of
-from mjenv.rows.simulation import TaskSimulation
+from mjenv.rows.pictures import RENDER_MODES, Picture, Pictures, rendering_of
+from mjenv.rows.simulation import TaskSimulation, Whole
 from mjenv.rows.step import CONVERTERS, Info, Record, Step, views
 
 Results = tuple[Any, float, bool, bool, Info]
@@ -103,7 +101,7 @@ class _Exchange:
             return self.observations.copy(self._reset_batch.obs[0]), self._reset_info.read(self._reset_batch.info)
 
 
-class Environment(TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
+class Environment(Whole, TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
     """An environment of one of mjenv.ids(); mjenv.make builds it.
 
     Observations are new float64 arrays, or dicts of them (the option observation). Pickling and copy.deepcopy keep the
@@ -122,21 +120,13 @@ class Environment(TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
         self,
         id: str,
         max_episode_steps: int | None = None,
-        render_mode: str | None = None,
-        width: int = SIZE,
-        height: int = SIZE,
-        camera_id: int | None = None,
-        camera_name: str | None = None,
-        max_geom: int = MAX_GEOM,
-        visual_options: dict[int, bool] | None = None,
-        render_fast: bool = False,
+        *,
         engine: str | None = None,
         **options: Any,
     ) -> None:
         """Takes the arguments of make. max_episode_steps: None means the id's own limit, -1 no limit."""
         library = ENGINES.get(engine)
-        self.default_camera_config: dict[str, Any] | None = camera_config_of(library, id, options)
-        groups = {name: options.pop(name) for name in GROUPS if name in options}
+        rendering = rendering_of(library, id, options)
         if options.get("autoreset_mode", "disabled") != "disabled":
             raise InvalidValueError("a single environment is reset by its user: autoreset_mode must be 'disabled'")
         if max_episode_steps is not None:
@@ -144,24 +134,11 @@ class Environment(TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
         self._rows = open_rows(library, id, options)
         self._seed: int | None = None
         self._generator: np.random.Generator | None = None
-        self._pictures = Pictures(
-            self._rows,
-            render_mode,
-            width,
-            height,
-            camera_id,
-            camera_name,
-            max_geom,
-            visual_options,
-            render_fast,
-            self.default_camera_config,
-            **groups,
-        )
-        self.render_mode, self._in_window = render_mode, render_mode == "human"
-        self.width: int = width
-        self.height: int = height
-        self.camera_id: int | None = camera_id
-        self.camera_name: str | None = camera_name
+        self._pictures = pictures = Pictures(self._rows, **rendering)
+        self.render_mode, self._in_window = pictures.mode, pictures.mode == "human"
+        self.width, self.height = pictures.width, pictures.height
+        self.camera_id, self.camera_name = pictures.camera_id, pictures.camera_name
+        self.default_camera_config: dict[str, Any] | None = rendering["default_camera_config"]
         self._prepare()
 
         low, high = (bound.astype(np.float32) for bound in self._rows.bounds(Role.ACTION))
@@ -236,20 +213,7 @@ class Environment(TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
         self._rows.close()
         self._pictures.close()
 
-    def _repr_html_(self) -> str | None:
-        """What Jupyter shows, if a program beside mjenv draws it."""
-        return str(value_of("html_of")(self)) if "html_of" in listed("NAMES") else None
-
     # ---- randomisation ----
-
-    def randomize(self, draws: Draws | None) -> None:
-        """Replaces the draws of resets. Takes the values of make's keyword randomize; None: resets draw nothing."""
-        self._rows.randomize(randomize=draws)
-
-    @property
-    def randomization(self) -> dict[str, Any]:
-        """All draws, noise, delays and pushes that are set, as plain values (docs/randomisation.md, the document)."""
-        return self._rows.randomization()
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
         """The parameters of the distribution from which resets draw an array: (n,), for "uniform" low and high.
@@ -262,16 +226,6 @@ class Environment(TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
     def set_draw_range(self, array: str, parameters: ArrayLike, number: int = 0) -> None:
         """Replaces these parameters from the next reset on, for a curriculum. A later randomize replaces them again."""
         self._rows.set_draw_range(array, parameters, number, None)
-
-    def perturb(
-        self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
-    ) -> None:
-        """Ends the present noise, delays and pushes at once; the new ones act from the next reset on.
-
-        Takes the values of make's keywords.
-        """
-        self._rows.randomize(noise=noise, delay=delay, push=push)
-        self._prepare()
 
     # ---- snapshots ----
 

@@ -15,14 +15,12 @@ from gymnasium.spaces import Box, Space
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from mjenv.beside import listed, value_of
 from mjenv.capi.counts import count_of, time_limit_of
 from mjenv.capi.declarations import ALL_ROWS, Role, Status
 from mjenv.capi.dtypes import FLOATS, Float64Array
 from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Batch, GoalRewards, Rows, open_rows
+from mjenv.capi.handle import Batch, Rows, open_rows
 from mjenv.errors import InvalidValueError
-from mjenv.randomization import Delay, Draws, Noise, Push
 from mjenv.rows.arguments import (
     AutoresetMode,
     autoreset_mode_of,
@@ -34,16 +32,17 @@ from mjenv.rows.arguments import (
 )
 from mjenv.rows.arrays import Arrays, Data, Model, Parameters
 from mjenv.rows.outputs import BoolArray, Outputs
-from mjenv.rows.pictures import KEYWORDS, RENDER_MODES, Picture, camera_config_of
+from mjenv.rows.pictures import RENDER_MODES, Picture, rendering_of
 from mjenv.rows.pool import Pool
 from mjenv.rows.row import Row, RowList
+from mjenv.rows.simulation import Whole
 from mjenv.rows.step import Info, Step
 
 Array = NDArray[Any]
 Results = tuple[Any, Float64Array, BoolArray, BoolArray, Info]
 
 
-class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
+class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
     """Environments of one id, one in each row; mjenv.make_vec builds it.
 
     Equal to gymnasium.vector.SyncVectorEnv over the same id: spaces, observations, rewards, flags, infos with their
@@ -74,8 +73,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         """Takes the arguments of make_vec. max_episode_steps=None means the id's own limit, -1 no limit. rows: those of
         a training, which were made with these arguments."""
         library = ENGINES.get(engine)
-        rendering = {name: options.pop(name) for name in KEYWORDS if name in options}
-        rendering["default_camera_config"] = camera_config_of(library, id, options)
+        rendering = rendering_of(library, id, options)
         if max_episode_steps is not None:
             options["max_episode_steps"] = time_limit_of(max_episode_steps)
         self.num_envs: int = count_of(num_envs)
@@ -86,6 +84,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         final = self.autoreset_mode == AutoresetMode.SAME_STEP
         if rows is None:
             rows = open_rows(library, id, options, self.num_envs)
+        self._rows = rows
         self._pool = Pool(rows, obs_dtype, final=final, rendering=rendering)
         self.render_mode = self._pool.pictures.mode
         self._in_windows = self.render_mode == "human"
@@ -103,6 +102,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
             "render_fps": int(np.round(1.0 / self.dt)),
             "autoreset_mode": self.autoreset_mode,
         }
+
+    def _check_settled(self) -> None:
+        self._pool.check_settled()
 
     def _prepare(self) -> None:
         pool = self._pool
@@ -139,11 +141,11 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         mask = reset_mask_of(options, self.num_envs)
         pool.check_settled()
         pool.reseed(seed, mask)
-        pool.rows.flush()
+        self._rows.flush()
         if mask is not None and pool.stale:
             self.observe()
-        with pool.rows.changing():
-            pool.rows.reset(mask, pool.out)
+        with self._rows.changing():
+            self._rows.reset(mask, pool.out)
             pool.stale = False
             results = self._observations(), pool.outputs.reset_infos(mask)
         if self._in_windows:
@@ -155,13 +157,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         pool = self._pool
         pool.check_settled()
         pool.reseed_row(row, seed)
-        pool.rows.flush()
+        self._rows.flush()
         if pool.stale:
             self.observe()
         mask = np.zeros(self.num_envs, bool)
         mask[row] = True
-        with pool.rows.changing():
-            pool.rows.reset(mask, pool.out)
+        with self._rows.changing():
+            self._rows.reset(mask, pool.out)
             pool.stale = False
             obs = pool.outputs.observations.copy(pool.outputs.obs[row])
         if self._in_windows:
@@ -194,10 +196,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         if hasattr(self, "_pool"):  # Gymnasium 1.0 also closes an environment whose __init__ failed
             self._pool.close()
 
-    def _repr_html_(self) -> str | None:
-        """What Jupyter shows, if a program beside mjenv draws it."""
-        return str(value_of("html_of")(self)) if "html_of" in listed("NAMES") else None
-
     # ---- stepping some rows at a time ----
 
     def send(self, actions: ArrayLike, rows: ArrayLike | None = None) -> None:
@@ -218,7 +216,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         if wanted is not None and wanted < 0:
             raise InvalidValueError(f"least is {wanted}, less than 0", Status.E_VALUE)
         pool = self._pool
-        turn = [pool.rows.enter()]
+        turn = [self._rows.enter()]
         try:
             rows, failure = pool.receive(wanted)
             outputs = pool.outputs
@@ -226,9 +224,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
             obs = outputs.observations.view(outputs.obs[rows])
             results = obs, outputs.reward[rows], outputs.terminated[rows], outputs.truncated[rows], infos
         finally:
-            pool.rows.leave(turn.pop())
+            self._rows.leave(turn.pop())
         if not pool.pending:
-            with pool.rows.changing():
+            with self._rows.changing():
                 pass  # writes what was assigned while rows were under way, and shows readers the new state
         if failure:
             failure.results = (rows, *results)
@@ -266,9 +264,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         out.struct.info, out.struct.status = None, None
         if not observations:
             out.struct.obs = None
-        with pool.rows.changing():
+        with self._rows.changing():
             pool.stale = True
-            pool.rows.rollout(action, steps, byref(out.struct))
+            self._rows.rollout(action, steps, byref(out.struct))
         terminated, truncated = out.ended.reshape(2, self.num_envs, steps)
         results = out.reward.reshape(self.num_envs, steps), terminated, truncated
         if not observations:
@@ -278,16 +276,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
     def observe(self) -> Any:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
         pool = self._pool
-        with pool.rows.changing():
-            pool.rows.observe(pool.out)
+        with self._rows.changing():
+            self._rows.observe(pool.out)
             pool.stale = False
             return self._observations()
 
     def _observe_row(self, row: int) -> Any:
         """The observation of one row, for which the library computes those of all rows."""
         pool = self._pool
-        with pool.rows.changing():
-            pool.rows.observe(pool.out)
+        with self._rows.changing():
+            self._rows.observe(pool.out)
             pool.stale = False
             return pool.outputs.observations.copy(pool.outputs.obs[row])
 
@@ -302,23 +300,23 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         pool.check_settled()
         pool.stale = True
         if mask is None:
-            pool.rows.set_state(ALL_ROWS, *states)
+            self._rows.set_state(ALL_ROWS, *states)
             return
         for row, *state in zip(chosen.tolist(), *states, strict=True):
-            pool.rows.set_state(row, *state)
+            self._rows.set_state(row, *state)
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         """Copies the row `source` over the rows where mask is True: state, random stream, step count."""
         row, chosen = self._pool.row(source), bool_mask(mask, self.num_envs, "mask")
         self._pool.check_settled()
-        self._pool.rows.copy_row(row, chosen)
+        self._rows.copy_row(row, chosen)
         self._pool.stale = True
         self._pool.copy_seed(row, chosen)
 
     def snapshot(self, row: int | None = None) -> bytes:
         """An image of a row, of all rows if row is None: state, random stream, step count."""
         self._pool.check_settled()
-        return self._pool.rows.snapshot(ALL_ROWS if row is None else self._pool.row(row))
+        return self._rows.snapshot(ALL_ROWS if row is None else self._pool.row(row))
 
     def restore(self, image: bytes, row: int | None = None) -> None:
         """Continues one row from an image of one row, or all rows from an image of all rows, bit for bit.
@@ -328,7 +326,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         """
         number = ALL_ROWS if row is None else self._pool.row(row)
         self._pool.check_settled()
-        self._pool.rows.restore(number, image_of(image))
+        self._rows.restore(number, image_of(image))
         self._pool.stale = True
         self._pool.forget_seed(row)
 
@@ -356,7 +354,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
         Arrays are (num_envs, ...), of all rows. An array that was written takes memory in every row.
         """
-        return Model(self._pool.rows, ALL_ROWS, self._pool.changed)
+        return Model(self._rows, ALL_ROWS, self._pool.changed)
 
     @cached_property
     def data(self) -> Data:
@@ -365,7 +363,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         Each access to an array reads (num_envs, ...) of all rows, for which the library may have to compute the array
         again. To read arrays in every step, name them in the option arrays.
         """
-        return Data(self._pool.rows, ALL_ROWS, self._pool.changed)
+        return Data(self._rows, ALL_ROWS, self._pool.changed)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -373,7 +371,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
 
         Each access reads (num_envs, ...) of all rows. Resets leave them as they are.
         """
-        return Parameters(Arrays(self._pool.rows, ALL_ROWS, Role.PARAMETERS, self._pool.changed, "parameters."))
+        return Parameters(Arrays(self._rows, ALL_ROWS, Role.PARAMETERS, self._pool.changed, "parameters."))
 
     def set_constants(self) -> None:
         """Calls mj_setConst for every row: computes anew what MuJoCo derives from masses, sizes and qpos0.
@@ -381,30 +379,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         The rows end in the position qpos_spring: reset them, or set their states.
         """
         self._pool.check_settled()
-        self._pool.rows.set_constants(ALL_ROWS)
+        self._rows.set_constants(ALL_ROWS)
         self._pool.changed()
-
-    @property
-    def compute_reward(self) -> GoalRewards:
-        """The same as compute_reward of a single environment."""
-        return self._pool.rows.goal_rewards
-
-    def randomize(self, draws: Draws | None) -> None:
-        """Replaces the draws of resets. Takes the values of make_vec's keyword randomize; None: resets draw nothing."""
-        self._pool.check_settled()
-        self._pool.rows.randomize(randomize=draws)
-
-    @property
-    def randomization(self) -> dict[str, Any]:
-        """All draws, noise, delays and pushes that are set, as plain values (docs/randomisation.md, the document)."""
-        return self._pool.rows.randomization()
 
     def draw_range(self, array: str, number: int = 0) -> Float64Array:
         """The parameters of each row's distribution for an array: (num_envs, n), for "uniform" low and high.
 
         number: the index of the item, if randomize has a list of items for the array.
         """
-        return self._pool.rows.draw_range(array, number)
+        return self._rows.draw_range(array, number)
 
     def set_draw_range(self, array: str, parameters: ArrayLike, mask: BoolArray | None = None, number: int = 0) -> None:
         """Replaces these parameters from the next reset on, for a curriculum: (n,), or (num_envs, n).
@@ -413,17 +396,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         """
         chosen = None if mask is None else bool_mask(mask, self.num_envs, "mask")
         self._pool.check_settled()
-        self._pool.rows.set_draw_range(array, parameters, number, chosen)
-
-    def perturb(
-        self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
-    ) -> None:
-        """Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on.
-
-        Takes the values of make_vec's keywords.
-        """
-        self._pool.check_settled()
-        self._pool.rows.randomize(noise=noise, delay=delay, push=push)
+        self._rows.set_draw_range(array, parameters, number, chosen)
 
     # ---- single rows ----
 
@@ -444,45 +417,14 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Array, Array]):
         return self.call(name)
 
     @property
-    def handle(self) -> Rows:
-        """The rows in the C interface, for programs that call its functions."""
-        return self._pool.rows
-
-    @property
     def outputs(self) -> Outputs:
         """The arrays into which the library writes the results of steps and resets."""
         return self._pool.outputs
 
     @property
-    def engine(self) -> str:
-        """The name of the engine that computes the rows."""
-        return self._pool.rows.engine.name
-
-    @property
-    def lanes(self) -> int:
-        """How many rows each thread steps together in the lanes of the CPU's vector unit; 0: rows step one by one.
-
-        ``lanes_reason`` says why rows are stepped one by one.
-        """
-        return self._pool.rows.lanes()[0]
-
-    @property
-    def lanes_reason(self) -> str:
-        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
-        return self._pool.rows.lanes()[1]
-
-    @property
-    def lane_stages(self) -> dict[str, str]:
-        """How lanes compute each stage of the model's step. Empty if the engine has no lanes.
-
-        The values are "lanes", "row by row: WHY", "lanes; row by row: WHAT" or "absent".
-        """
-        return self._pool.rows.lane_stages()
-
-    @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
-        return self._pool.rows.timestep() * self.frame_skip
+        return self._rows.timestep() * self.frame_skip
 
     # ---- pickle, copy ----
 

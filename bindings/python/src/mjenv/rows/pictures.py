@@ -26,10 +26,9 @@ Picture = Colours | Depth | tuple[Colours, Depth]
 RENDER_MODES: tuple[str, ...] = get_args(RenderMode)
 SIZE = 480  # Gymnasium's default, pixels
 MAX_GEOM = 1000  # Gymnasium's default
-# default_camera_config is missing here, because some ids refuse it: see camera_config_of.
-KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
-# The keywords, and arrays of mjvOption, that choose the groups of objects that are drawn.
-GROUPS = ("geomgroup", "sitegroup", "jointgroup", "tendongroup", "actuatorgroup", "skingroup")
+# default_camera_config is missing here, because some ids refuse it: see rendering_of.
+_KEYWORDS = tuple(name for name in Rendering.__annotations__ if name != "default_camera_config")
+GROUPS = tuple(name for name in Rendering.__annotations__ if name.endswith("group"))  # of mjvOption, too
 _FREE = declarations.CAMERA_FREE
 # The camera that draws if no camera is named: the free one, and in Gymnasium before 1.4 the model's camera "track".
 _UNNAMED = "track" if tuple(map(int, gymnasium.__version__.split(".")[:2])) < (1, 4) else None
@@ -231,14 +230,16 @@ class _Window:
         self._engine.check(self._engine.mjenv_window_draw(self._pointer, row))
 
 
-def camera_config_of(engine: Engine, id: str, options: dict[str, Any]) -> dict[str, Any] | None:
-    """The environment's default_camera_config.
+def rendering_of(engine: Engine, id: str, options: dict[str, Any]) -> dict[str, Any]:
+    """The arguments of Pictures, which it removes from the options.
 
-    Removes the keyword from the options, unless Gymnasium's class of the id lacks it. Then it is refused as an unknown
-    option.
+    It leaves default_camera_config if Gymnasium's class of the id lacks it, which is then refused as an unknown option.
     """
     config = camera_config(engine, id)
-    return config if id in _WITHOUT_CONFIG else options.pop("default_camera_config", config)
+    if id not in _WITHOUT_CONFIG:
+        config = options.pop("default_camera_config", config)
+    given = {name: options.pop(name) for name in _KEYWORDS if name in options}
+    return {**given, "default_camera_config": config}
 
 
 def _show_groups(name: str, flags: Any, given: Groups) -> None:

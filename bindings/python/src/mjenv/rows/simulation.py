@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cached_property
 from typing import Any
@@ -10,35 +11,103 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mjenv.beside import listed, value_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.handle import GoalRewards, Rows
 from mjenv.capi.schema import Field
 from mjenv.errors import InvalidValueError, UnknownNameError
+from mjenv.randomization import Delay, Draws, Noise, Push
 from mjenv.rows.arrays import Arrays, Data, Model, Parameters
 
 # Attributes that are set when an environment is built, and have no effect later.
 _FIXED = ("frame_skip", "width", "height", "camera_id", "camera_name", "render_mode")
 
 
-class Simulation:
-    """Access to the simulation of one row."""
+class OfRows:
+    """What environments, vector environments and their rows say of the library's rows."""
 
     _rows: Rows
-    _row: int = 0
-    _is_alone: bool = False  # whether no row has another reader (Arrays)
-    frame_skip: int
 
     def _check_settled(self) -> None:
         """Called before the whole state is read or changed. Raises if that is not allowed now."""
-
-    def _changed(self) -> None:
-        """Called after the state was changed other than by a step or a reset."""
 
     @property
     def handle(self) -> Rows:
         """The rows in the C interface, for programs that call its functions."""
         return self._rows
+
+    @property
+    def engine(self) -> str:
+        """The name of the engine that computes the rows: its version of MuJoCo."""
+        return self._rows.engine.name
+
+    @property
+    def compute_reward(self) -> GoalRewards:
+        """compute_reward(achieved_goal, desired_goal, info): the rewards (...) of goals (..., n) by the task's
+        compute_reward, as gymnasium-robotics' GoalEnv has it. Environments of other tasks lack this attribute."""
+        return self._rows.goal_rewards
+
+    @property
+    def lanes(self) -> int:
+        """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone."""
+        return self._rows.lanes()[0]
+
+    @property
+    def lanes_reason(self) -> str:
+        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
+        return self._rows.lanes()[1]
+
+    @property
+    def lane_stages(self) -> dict[str, str]:
+        """How lanes compute each stage of the model's step. Empty if the engine has no lanes.
+
+        The values are "lanes", "row by row: WHY", "lanes; row by row: WHAT" or "absent".
+        """
+        return self._rows.lane_stages()
+
+
+class Whole(OfRows):
+    """What single and vector environments have, and rows of vectors lack."""
+
+    def _prepare(self) -> None:
+        """Prepares the calls of steps, which depend on what they draw."""
+
+    def randomize(self, draws: Draws | None) -> None:
+        """Replaces the draws of resets. Takes the values of make's keyword randomize; None: resets draw nothing."""
+        self._check_settled()
+        self._rows.randomize(randomize=draws)
+
+    @property
+    def randomization(self) -> dict[str, Any]:
+        """All draws, noise, delays and pushes that are set, as plain values (docs/randomisation.md, the document)."""
+        return self._rows.randomization()
+
+    def perturb(
+        self, noise: Noise | None = None, delay: Delay | None = None, push: Push | Sequence[Push] | None = None
+    ) -> None:
+        """Ends the present noise, delays and pushes at once; the new ones act on each row from its next reset on.
+
+        Takes the values of make's keywords.
+        """
+        self._check_settled()
+        self._rows.randomize(noise=noise, delay=delay, push=push)
+        self._prepare()
+
+    def _repr_html_(self) -> str | None:
+        """What Jupyter shows, if a program beside mjenv draws it."""
+        return str(value_of("html_of")(self)) if "html_of" in listed("NAMES") else None
+
+
+class Simulation(OfRows):
+    """Access to the simulation of one row."""
+
+    _row: int = 0
+    _is_alone: bool = False  # whether no row has another reader (Arrays)
+    frame_skip: int
+
+    def _changed(self) -> None:
+        """Called after the state was changed other than by a step or a reset."""
 
     @cached_property
     def data(self) -> Data:
@@ -66,11 +135,6 @@ class Simulation:
         self._check_settled()
         self._rows.set_constants(self._row)
         self._changed()
-
-    @property
-    def engine(self) -> str:
-        """The name of the engine that computes the row: its version of MuJoCo."""
-        return self._rows.engine.name
 
     @property
     def dt(self) -> float:
@@ -152,30 +216,6 @@ class TaskSimulation(Simulation):
         return Parameters(Arrays(self._rows, self._row, Role.PARAMETERS, self._changed, "parameters."))
 
     @property
-    def compute_reward(self) -> GoalRewards:
-        """compute_reward(achieved_goal, desired_goal, info): the rewards (...) of goals (..., n) by the task's
-        compute_reward, as gymnasium-robotics' GoalEnv has it. Environments of other tasks lack this attribute."""
-        return self._rows.goal_rewards
-
-    @property
-    def lanes(self) -> int:
-        """How many rows each thread steps together, in the lanes of the CPU's vector unit; 0: each row alone."""
-        return self._rows.lanes()[0]
-
-    @property
-    def lanes_reason(self) -> str:
-        """Why rows are stepped one by one and not in lanes; "" if all are stepped in lanes."""
-        return self._rows.lanes()[1]
-
-    @property
-    def lane_stages(self) -> dict[str, str]:
-        """How lanes compute each stage of the model's step. Empty if the engine has no lanes.
-
-        The values are "lanes", "row by row: WHY", "lanes; row by row: WHAT" or "absent".
-        """
-        return self._rows.lane_stages()
-
-    @property
     def init_qpos(self) -> Any:
         """The model's positions, float64[nq], to which a reset adds noise; read-only."""
         return self._rows.init_qpos
@@ -199,12 +239,11 @@ class TaskSimulation(Simulation):
         kind: "observation", "action", "info" or "reset_info" for the named parts, "data" or "model" for the arrays of
         MuJoCo, "parameters" for the live parameters, "groups" for the groups of the observation's terms.
         """
-        roles = {"observation": Role.OBSERVATION, "action": Role.ACTION, "info": Role.INFO}
-        roles |= {"reset_info": Role.RESET_INFO, "data": Role.DATA, "model": Role.MODEL, "parameters": Role.PARAMETERS}
-        roles |= {"groups": Role.GROUPS}
-        if kind not in roles:
-            raise UnknownNameError(f"there are no fields of {kind!r}, but of {', '.join(roles)}", Status.E_NAME)
-        return self._rows.fields(roles[kind])
+        role = Role.__members__.get(str(kind).upper())
+        if role is None:
+            known = ", ".join(Role.__members__).lower()
+            raise UnknownNameError(f"there are no fields of {kind!r}, but of {known}", Status.E_NAME)
+        return self._rows.fields(role)
 
     # ---- the attributes in which Gymnasium's classes keep their options ----
 
