@@ -10,10 +10,10 @@ import difflib
 import math
 import operator
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
-from functools import cached_property, partial
-from typing import Any, Protocol
+from functools import cached_property, partial, wraps
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ from mjenv.capi.pointers import POINTER
 from mjenv.capi.schema import Field, Option
 from mjenv.capi.turns import Turn, Turns
 
+P = ParamSpec("P")
+T = TypeVar("T")
 GoalRewards = Callable[[Any, Any, Any], NDArray[Any]]
 # What mjenv_get_stream reads of a RandomState.
 _RANDOM_STATE_WORDS = 627
@@ -276,6 +278,20 @@ class Changing:
             self._rows.leave(self._turn.pop())
 
 
+def in_turn(method: Callable[Concatenate[Any, P], T]) -> Callable[Concatenate[Any, P], T]:
+    """The method of rows, which takes the turn to call the library."""
+
+    @wraps(method)
+    def called(self: Any, /, *given: P.args, **named: P.kwargs) -> T:
+        turn = [self.enter()]
+        try:
+            return method(self, *given, **named)
+        finally:
+            self.leave(turn.pop())
+
+    return called
+
+
 class Rows:
     """An owned environment handle of one or many rows. Pickling keeps every row's episode and random stream.
 
@@ -338,13 +354,10 @@ class Rows:
             raise self.gone()
         return self._pointer
 
+    @in_turn
     def call(self, function: Callable[..., int], *arguments: Any) -> None:
         """Calls function(handle, *arguments) and raises unless it returns MJENV_OK."""
-        turn = [self.enter()]
-        try:
-            self.check(function(self.pointer, *arguments))
-        finally:
-            self.leave(turn.pop())
+        self.check(function(self.pointer, *arguments))
 
     def flush(self) -> None:
         """Writes what readers have changed in arrays. Called before every call that depends on the state."""
@@ -386,13 +399,10 @@ class Rows:
     def gone(self) -> errors.ClosedError:
         return errors.ClosedError(f"this {self.id} was closed")
 
+    @in_turn
     def close(self) -> None:
         """Frees the handle. Closing twice is fine."""
-        turn = [self.enter()]
-        try:
-            self.closed, self._pointer, self._owned = True, None, None
-        finally:
-            self.leave(turn.pop())
+        self.closed, self._pointer, self._owned = True, None, None
 
     # ---- outputs of all rows; the caller must have the turn ----
 
@@ -443,26 +453,19 @@ class Rows:
 
     def lanes(self) -> tuple[int, str]:
         """How many rows a thread steps together, and why rows are stepped one by one."""
-        turn = [self.enter()]
-        try:
-            info = self._info()
-            return info.lanes, _text(info.lanes_reason)
-        finally:
-            self.leave(turn.pop())
+        info = self._info()
+        return info.lanes, _text(info.lanes_reason)
 
+    @in_turn
     def lane_stages(self) -> dict[str, str]:
         """How lanes compute each stage of a step."""
-        turn = [self.enter()]
-        try:
-            text = self.engine.mjenv_lane_stages_of(self.pointer)
-            if text is None:
-                raise self.engine.last_error(Status.E_ARGUMENT)
-            return dict(line.split(": ", 1) for line in _text(text).splitlines())
-        finally:
-            self.leave(turn.pop())
+        text = self.engine.mjenv_lane_stages_of(self.pointer)
+        if text is None:
+            raise self.engine.last_error(Status.E_ARGUMENT)
+        return dict(line.split(": ", 1) for line in _text(text).splitlines())
 
+    @in_turn
     def _info(self) -> Any:
-        """The mjenv_info. The caller must have the turn."""
         info = _struct(declarations.mjenv_info)
         self.check(self.engine.mjenv_info_of(self.pointer, byref(info)))
         return info
@@ -470,19 +473,17 @@ class Rows:
     def fields(self, role: Role) -> tuple[Field, ...]:
         """The fields of a role. They are read once, because DATA and MODEL have hundreds."""
         if role not in self._fields:
-            turn = [self.enter()]
-            try:
-                self._fields[role] = tuple(self._read_fields(role))
-            finally:
-                self.leave(turn.pop())
+            self._fields[role] = tuple(self._read_fields(role))
         return self._fields[role]
 
-    def _read_fields(self, role: Role) -> Iterator[Field]:
-        field = _struct(declarations.mjenv_field)
+    @in_turn
+    def _read_fields(self, role: Role) -> list[Field]:
+        field, found = _struct(declarations.mjenv_field), []
         for i in range(self.engine.mjenv_field_count(self.pointer, role)):
             self.check(self.engine.mjenv_field_at(self.pointer, role, i, byref(field)))
-            shape = tuple(field.shape[: field.ndim])
-            yield Field(_text(field.name), shape, field.offset, field.count, Dtype(field.dtype), _text(field.doc))
+            given = field.offset, field.count, Dtype(field.dtype), _text(field.doc)
+            found.append(Field(_text(field.name), tuple(field.shape[: field.ndim]), *given))
+        return found
 
     def array(self, role: Role, name: str) -> Field | None:
         """The array of mjData (Role.DATA) or mjModel (Role.MODEL) with MuJoCo's name."""
@@ -496,17 +497,14 @@ class Rows:
         assert field is not None
         return self.read(row, field)
 
+    @in_turn
     def bounds(self, role: Role) -> tuple[Float64Array, Float64Array]:
         """The lower and the upper bounds of the space of observations or actions, in its shape."""
         space = _struct(declarations.mjenv_space)
-        turn = [self.enter()]
-        try:
-            self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
-            low, high = (np.array(bounds[: space.count], np.float64) for bounds in (space.low, space.high))
-            shape = tuple(space.shape[: space.ndim])
-            return low.reshape(shape), high.reshape(shape)
-        finally:
-            self.leave(turn.pop())
+        self.check(self.engine.mjenv_space_of(self.pointer, role, byref(space)))
+        low, high = (np.array(bounds[: space.count], np.float64) for bounds in (space.low, space.high))
+        shape = tuple(space.shape[: space.ndim])
+        return low.reshape(shape), high.reshape(shape)
 
     def timestep(self, row: int = 0) -> float:
         """The seconds that one mj_step simulates."""
@@ -517,15 +515,12 @@ class Rows:
         self.call(self.engine.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
         return index.value
 
+    @in_turn
     def object_name(self, kind: str, index: int) -> str:
         name = c_char_p()
-        turn = [self.enter()]
-        try:
-            status = self.engine.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
-            self.check(Status.E_NAME if status == Status.E_VALUE else status)
-            return _text(name.value)
-        finally:
-            self.leave(turn.pop())
+        status = self.engine.mjenv_object_name(self.pointer, kind.encode(), _int64(index), byref(name))
+        self.check(Status.E_NAME if status == Status.E_VALUE else status)
+        return _text(name.value)
 
     # ---- random streams ----
 
@@ -582,14 +577,13 @@ class Rows:
     def is_written(self, field: Field) -> bool:
         """Whether the library writes the array. It checks the name before the count, here one too many."""
         if field.name not in self._written:
-            values = np.empty(field.count + 1)
-            turn = [self.enter()]
-            try:
-                given = field.name.encode(), pointer_to(values, c_double), values.size
-                self._written[field.name] = self.engine.mjenv_write_row(self.pointer, 0, *given) == Status.E_SIZE
-            finally:
-                self.leave(turn.pop())
+            self._written[field.name] = self._writes(field.name, np.empty(field.count + 1))
         return self._written[field.name]
+
+    @in_turn
+    def _writes(self, name: str, values: Float64Array) -> bool:
+        given = name.encode(), pointer_to(values, c_double), values.size
+        return bool(self.engine.mjenv_write_row(self.pointer, 0, *given) == Status.E_SIZE)
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)

@@ -21,7 +21,7 @@ from mjenv.capi import declarations
 from mjenv.capi.declarations import Distribution, Dtype, Role, Status
 from mjenv.capi.dtypes import BOOL, FLOATS, Float64Array
 from mjenv.capi.engine import ENGINES, Engine
-from mjenv.capi.handle import Batch, Options, Rows, check_goals, open_rows, pcg64_of, pointer_to, words_of
+from mjenv.capi.handle import Batch, Options, Rows, check_goals, in_turn, open_rows, pcg64_of, pointer_to, words_of
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.schema import Field
 from mjenv.capi.turns import Turn
@@ -220,10 +220,10 @@ class NumpyRows(Rows):
         what = "is a NumPy task, which computes all rows at once: send works only with tasks in machine code"
         raise TaskError(f"{self.id} {what}", Status.E_TASK)
 
-    def _read_fields(self, role: Role) -> Iterator[Field]:
-        for field in super()._read_fields(role):
-            is_bool = role in (Role.INFO, Role.RESET_INFO) and field.type == Dtype.UINT8
-            yield replace(field, type=BOOL) if is_bool else field
+    def _read_fields(self, role: Role) -> list[Field]:
+        has_bools = role in (Role.INFO, Role.RESET_INFO)
+        fields = super()._read_fields(role)
+        return [replace(one, type=BOOL) if has_bools and one.type == Dtype.UINT8 else one for one in fields]
 
     def _step(self, action: NDArray[Any], out: _Out) -> int:
         self._begin_call()
@@ -492,12 +492,9 @@ class NumpyRows(Rows):
 
     def _refresh(self, rows: Iterable[int], name: str | None = None) -> None:
         if name is not None and name.startswith(_PREFIX):
-            return self._read_parameters(rows)
-        turn = [self.enter()]
-        try:
-            self._read_model(self._named(name), rows)
-        finally:
-            self.leave(turn.pop())
+            self._read_parameters(rows)
+        else:
+            in_turn(NumpyRows._read_model)(self, self._named(name), rows)
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
@@ -512,13 +509,10 @@ class NumpyRows(Rows):
         super().simulate(row, ctrl, frames)
         self._changed(row)
 
+    @in_turn
     def _changed(self, row: int) -> None:
-        turn = [self.enter()]
-        try:
-            self._read_row(row)
-            self._carried(np.array([row]))
-        finally:
-            self.leave(turn.pop())
+        self._read_row(row)
+        self._carried(np.array([row]))
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
@@ -543,15 +537,15 @@ class NumpyRows(Rows):
             for values, first, end in zip(self._state.values(), ends, ends[1:], strict=False):
                 values[of_row] = carried[first:end].reshape(values.shape[1:])
         self._read_parameters(rows)
-        turn = [self.enter()]
-        try:
-            self._read_model(self._named(None), rows)
-            if row == declarations.ALL_ROWS:
-                self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
-            else:
-                self._read_row(row)
-        finally:
-            self.leave(turn.pop())
+        self._read_all(row, rows)
+
+    @in_turn
+    def _read_all(self, row: int, rows: Iterable[int]) -> None:
+        self._read_model(self._named(None), rows)
+        if row == declarations.ALL_ROWS:
+            self.check(self.engine.mjenv_observe(self.pointer, byref(self._inner.struct)))
+        else:
+            self._read_row(row)
 
     def __reduce__(self) -> tuple[Any, ...]:
         image = self.snapshot(declarations.ALL_ROWS)
