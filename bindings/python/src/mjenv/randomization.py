@@ -16,8 +16,21 @@ Numbers = float | Sequence[float] | Mapping[str, float | Sequence[float]]
 DistributionName = Literal["uniform", "log_uniform", "normal", "truncated_normal", "choice"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Drawn:
+    body: Names = None
+    geom: Names = None
+    joint: Names = None
+    actuator: Names = None
+    site: Names = None
+    tendon: Names = None
+    elements: Sequence[int] | None = None
+    columns: int | Sequence[int] | None = None
+    set_constants: bool = False
+
+
 @dataclass(frozen=True)
-class Value:
+class Value(_Drawn):
     """Resets draw the values of an array.
 
     low, high: the bounds of uniform, log_uniform and truncated_normal. mean, std: of normal and truncated_normal.
@@ -36,16 +49,7 @@ class Value:
     mean: float | None = None
     std: float | None = None
     choices: Sequence[float] | None = None
-    body: Names = None
-    geom: Names = None
-    joint: Names = None
-    actuator: Names = None
-    site: Names = None
-    tendon: Names = None
-    elements: Sequence[int] | None = None
-    columns: int | Sequence[int] | None = None
     shared: bool = False
-    set_constants: bool = False
     kind: str = field(default="value", init=False, repr=False)
 
 
@@ -64,7 +68,7 @@ class Offset(Value):
 
 
 @dataclass(frozen=True)
-class Same:
+class Same(_Drawn):
     """Uses the draws of the item before it in randomize for another array, too.
 
     Element i takes draw i, or the shared draw, times factor, as a value, a scale or an offset like the item before. If
@@ -75,15 +79,6 @@ class Same:
     """
 
     factor: float = 1.0
-    body: Names = None
-    geom: Names = None
-    joint: Names = None
-    actuator: Names = None
-    site: Names = None
-    tendon: Names = None
-    elements: Sequence[int] | None = None
-    columns: int | Sequence[int] | None = None
-    set_constants: bool = False
     kind: str = field(default="same", init=False, repr=False)
 
 

@@ -205,17 +205,14 @@ class Pool:
         seed: an int seeds row i with seed + i; a sequence has a seed for each row, or None to keep the row's stream. A
         row that would have no seed, and never had one, gets one from the operating system.
         """
-        found = np.empty(self.count, dtype=object)
-        found[:] = self._listed(seed)
-        if mask is not None:
-            found[~mask] = None
-        for value in found:
-            check_seed(value)
-        new = _missing(found) & _missing(self._last_seeds)
-        if mask is not None:
-            new &= mask
-        found[new] = np.frombuffer(os.urandom(8 * int(new.sum())), np.uint64).tolist()
-        self._give(found)
+        seeds = self._listed(seed)
+        rows = range(self.count) if mask is None else np.flatnonzero(mask).tolist()
+        for row in rows:
+            check_seed(seeds[row])
+        new = [row for row in rows if seeds[row] is None and self._last_seeds[row] is None]
+        for row, drawn in zip(new, np.frombuffer(os.urandom(8 * len(new)), np.uint64).tolist(), strict=True):
+            seeds[row] = drawn
+        self._give({row: seeds[row] for row in rows if seeds[row] is not None})
 
     def reseed_row(self, row: int, seed: int | None) -> None:
         """The same for one row, at a cost that does not depend on how many there are."""
@@ -247,23 +244,16 @@ class Pool:
             raise InvalidValueError(f"{len(seeds)} seeds for {self.count} rows", Status.E_SIZE)
         return seeds
 
-    def _give(self, seeds: NDArray[np.object_]) -> None:
-        """Seeds the rows whose element is not None."""
-        given = ~_missing(seeds)
-        if not given.any():
-            return
-        small = given.copy()
-        small[given] = np.less(seeds[given], 2**64)
-        words = np.zeros(self.count, np.uint64)
-        words[small] = seeds[small].astype(np.uint64)
-        self.rows.seed_rows(words, small)
-        for row in np.flatnonzero(given & ~small):
-            self.rows.seed(int(row), seeds[row])
-        self._last_seeds[given] = seeds[given]
-
-
-def _missing(seeds: NDArray[np.object_]) -> BoolArray:
-    return np.fromiter((seed is None for seed in seeds), np.bool_, len(seeds))
+    def _give(self, seeds: Mapping[int, int]) -> None:
+        small = {row: seed for row, seed in seeds.items() if seed < 2**64}
+        if small:
+            words, mask = np.zeros(self.count, np.uint64), np.zeros(self.count, np.bool_)
+            words[[*small]], mask[[*small]] = [*small.values()], True
+            self.rows.seed_rows(words, mask)
+        for row in seeds.keys() - small.keys():
+            self.rows.seed(row, seeds[row])
+        for row, seed in seeds.items():
+            self._last_seeds[row] = seed
 
 
 def _close(rows: weakref.ref[Rows]) -> None:

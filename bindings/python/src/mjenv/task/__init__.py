@@ -384,15 +384,17 @@ def _memory(address: int | None, shape: tuple[int, ...]) -> Float64Array:
     return np.ctypeslib.as_array((c_double * size).from_address(address)).reshape(shape)
 
 
-class Draws:
-    """The row's stream in reset_row: methods of numpy.random.Generator that draw one number."""
-
+class _Stream:
     def __init__(self, start: Start) -> None:
         self._start = start
 
     def _draw(self, name: str, *arguments: Any) -> Any:
         start = self._start.opened()
         return getattr(start._api, name)(start._struct.random, *arguments)
+
+
+class Draws(_Stream):
+    """The row's stream in reset_row: methods of numpy.random.Generator that draw one number."""
 
     def random(self) -> float:
         return float(self._draw("random"))
@@ -410,15 +412,8 @@ class Draws:
         return int(self._draw("integers", low, high))
 
 
-class StateDraws:
+class StateDraws(_Stream):
     """The row's RandomState in reset_row: methods of numpy.random.RandomState that draw one number."""
-
-    def __init__(self, start: Start) -> None:
-        self._start = start
-
-    def _draw(self, name: str, *arguments: Any) -> Any:
-        start = self._start.opened()
-        return getattr(start._api, name)(start._struct.random, *arguments)
 
     def rand(self) -> float:
         return float(self._draw("state_rand"))
@@ -481,10 +476,7 @@ class Random:
         return len(self._streams)
 
     def random(self, size: Size) -> Float64Array:
-        drawn: Float64Array = self._draw(
-            size, lambda stream, shape: stream.random(shape), Distribution.UNIFORM, 0.0, 1.0
-        )
-        return drawn
+        return self.uniform(0.0, 1.0, size)  # the same draws
 
     def uniform(self, low: Any, high: Any, size: Size) -> Float64Array:
         kind = None if np.ndim(low) or np.ndim(high) else Distribution.UNIFORM
@@ -532,18 +524,9 @@ class Model:
         self._builder = builder
         self._api = builder.contents.api.contents
         sim = builder.contents.sim.contents
-        self.nq: int = sim.nq
-        self.nv: int = sim.nv
-        self.na: int = sim.na
-        self.nu: int = sim.nu
-        self.nbody: int = sim.nbody
-        self.njnt: int = sim.njnt
-        self.ngeom: int = sim.ngeom
-        self.nsite: int = sim.nsite
-        self.ntendon: int = sim.ntendon
-        self.nsensordata: int = sim.nsensordata
-        self.timestep: float = sim.timestep
-        self.dt: float = sim.dt
+        self.nq, self.nv, self.na, self.nu, self.nbody, self.njnt = sim.nq, sim.nv, sim.na, sim.nu, sim.nbody, sim.njnt
+        self.ngeom, self.nsite, self.ntendon, self.nsensordata = sim.ngeom, sim.nsite, sim.ntendon, sim.nsensordata
+        self.timestep, self.dt = sim.timestep, sim.dt
         self.qpos0: Float64Array = self.array("qpos0")
 
     def index(self, kind: str, name: str) -> int:
@@ -569,27 +552,10 @@ class Model:
         copied = ctypes.string_at(address, field.count * dtype.itemsize)
         return np.frombuffer(copied, dtype).reshape(shape).copy()
 
-    def need(self, name: str) -> None:
-        self._api.need(self._builder, name.encode())
-
-    def bound_carried(self, first: int, count: int, low: float, high: float) -> None:
-        self._api.carry_bounds(self._builder, first, count, low, high)
-
-    def show_current(self) -> None:
-        self._api.current(self._builder)
-
-    def ask_for_random_state(self) -> None:
-        self._api.random_state(self._builder)
-
-    def own_array(self, name: str) -> None:
-        self._api.own(self._builder, encoded(name, "the name"))
-
-    def bound_actions(self, bounds: Sequence[tuple[float, float]]) -> None:
-        low, high = ((c_double * len(bounds))(*(pair[i] for pair in bounds)) for i in (0, 1))
-        self._api.action(self._builder, len(bounds), low, high)
-
-    def keep_carried(self, first: int, count: int) -> None:
-        self._api.keep(self._builder, first, count)
+    def call(self, function: str, *arguments: Any) -> None:
+        """Calls mjenv_build_FUNCTION of task.h."""
+        given = (encoded(value, "the name") if isinstance(value, str) else value for value in arguments)
+        getattr(self._api, function)(self._builder, *given)
 
     def parameter_index(self, name: str) -> int:
         """The index of a live parameter's first number in mjenv_sim.parameters, for machine code."""

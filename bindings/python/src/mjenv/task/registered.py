@@ -251,15 +251,15 @@ class Registered:
             _check_bounds(task)
             for name in self.needs:
                 if name in ON_DEMAND:
-                    model.need(name)
-            if self.kind.current:
-                model.show_current()
-            if self.kind.random_state:
-                model.ask_for_random_state()
+                    model.call("need", name)
+            for name in ("current", "random_state"):
+                if getattr(self.kind, name):
+                    model.call(name)
             for name in self.kind.own:
-                model.own_array(name)
-            if len(task.action_bounds):
-                model.bound_actions(task.action_bounds)
+                model.call("own", name)
+            if count := len(task.action_bounds):
+                bounds = ((c_double * count)(*ends) for ends in zip(*task.action_bounds, strict=True))
+                model.call("action", count, *bounds)
             (_check_code if self.is_code else _check_numpy)(task)
             self._describe_state(task, model)
             if self.is_code:
@@ -296,9 +296,9 @@ class Registered:
         for name, shape in self.kind.state.items():
             count = math.prod(shape)
             if name in task.state_bounds:
-                model.bound_carried(first, count, *task.state_bounds[name])
+                model.call("carry_bounds", first, count, *task.state_bounds[name])
             if name in self.kind.kept:
-                model.keep_carried(first, count)
+                model.call("keep", first, count)
             first += count
 
     def _describe_code(self, task: Task, model: Model) -> None:
