@@ -5,7 +5,6 @@
 #include <limits>
 #include <new>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "engine/constants.hpp"
@@ -38,16 +37,12 @@ int threads_for(const Options& options, const Task& task, std::int64_t rows) {
   return static_cast<int>(std::min(chosen == 0 ? usable_cpus() : chosen, rows));
 }
 
-constexpr std::int64_t kWords = std::tuple_size<Rng::Words>::value;
+constexpr std::int64_t kWords = Rng::kWords;
 
 void check_stream(std::int64_t count, bool has_random_state) {
   if (count == 4 || count == 6 || (has_random_state && count == kStateWords)) return;
   fail(MJENV_E_SIZE, "count is " + std::to_string(count) + ", not 4 or 6" +
                          (has_random_state ? ", or " + std::to_string(kStateWords) + " for RandomState" : ""));
-}
-
-void check_increment(std::uint64_t word) {
-  if (word % 2 == 0) fail(MJENV_E_VALUE, "the increment words[2] is " + std::to_string(word) + ", but must be odd");
 }
 
 void check_finite(const std::string& array, const double* values, std::size_t count) {
@@ -201,7 +196,7 @@ void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t 
       return std::any_of(of_row, of_row + kWords, [](std::uint64_t word) { return word != 0; });
     };
     for (std::int64_t r = 0; r < rows(); ++r)
-      if (is_given(r)) check_increment(words[r * kWords + 2]);
+      if (is_given(r)) Rng::check_increment(words[r * kWords + 2]);
     for (std::int64_t r = 0; r < rows(); ++r)
       if (is_given(r)) set_stream(r, words + r * kWords, kWords);
     return;
@@ -216,7 +211,7 @@ void Env::set_stream(std::int64_t row, const std::uint64_t* words, std::int64_t 
     rows_.head(row).seeded = true;
     return;
   }
-  check_increment(words[2]);
+  Rng::check_increment(words[2]);
   rows_.head(row).rng =
       Rng::from_words({words[0], words[1], words[2], words[3], count == 6 ? words[4] : 0, count == 6 ? words[5] : 0});
   rows_.head(row).seeded = true;

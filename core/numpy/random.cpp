@@ -73,6 +73,10 @@ Generator Generator::from_seed(const std::uint64_t* seed, std::size_t count) {
                      static_cast<std::uint64_t>(inc), static_cast<std::uint64_t>(inc >> 64), 0, 0});
 }
 
+void Generator::check_increment(std::uint64_t low, const std::string& of) {
+  if (low % 2 == 0) fail(MJENV_E_VALUE, of + "the increment words[2] is " + std::to_string(low) + ", but must be odd");
+}
+
 Generator Generator::from_words(const Words& words) {
   Generator g;
   g.state_low_ = words[0];

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace mjenv::core::np {
 
@@ -17,7 +18,10 @@ class Generator {
   static Generator from_entropy();
 
   // The low and high half of the state, the low and high half of the increment, has_uint32 and uinteger of PCG64.
-  using Words = std::array<std::uint64_t, 6>;
+  static constexpr std::int64_t kWords = 6;
+  using Words = std::array<std::uint64_t, kWords>;
+  // Fails unless the low half of an increment is odd, as NumPy's are.
+  static void check_increment(std::uint64_t low, const std::string& of = "");
   static Generator from_words(const Words& words);
   Words words() const { return {state_low_, state_high_, inc_low_, inc_high_, has_half_, half_}; }
 

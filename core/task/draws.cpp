@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <tuple>
 
 #include "error.hpp"
 #include "numpy/random.hpp"
@@ -11,7 +10,7 @@
 namespace mjenv::core {
 namespace {
 
-constexpr std::int64_t kWords = std::tuple_size<np::Generator::Words>::value;
+constexpr std::int64_t kWords = np::Generator::kWords;
 constexpr double kWhole = 0x1p53;  // up to here, a double holds each integer
 
 void check(const std::uint64_t* words, std::int64_t streams, mjenv_distribution kind, double low, double high,
@@ -21,9 +20,7 @@ void check(const std::uint64_t* words, std::int64_t streams, mjenv_distribution 
     fail(MJENV_E_SIZE,
          "count is " + std::to_string(count) + ", no multiple of the " + std::to_string(streams) + " stream(s)");
   for (std::int64_t i = 0; i < streams; ++i)
-    if (words[i * kWords + 2] % 2 == 0)
-      fail(MJENV_E_VALUE, "stream " + std::to_string(i) + ": the increment words[2] is " +
-                              std::to_string(words[i * kWords + 2]) + ", but must be odd");
+    np::Generator::check_increment(words[i * kWords + 2], "stream " + std::to_string(i) + ": ");
   const auto given = [&] { return "low " + std::to_string(low) + " and high " + std::to_string(high); };
   if (kind == MJENV_DISTRIBUTION_UNIFORM) {
     // NumPy also refuses a difference of -0.

@@ -178,7 +178,7 @@ class Names:
     def of(self, kind: str) -> list[str]:
         """The names of all objects of a kind; "" for those without."""
         if kind not in self._of:
-            text = bytes(self._model.names)
+            text = self._model.names
             starts = np.asarray(getattr(self._model, f"name_{kind}adr")).ravel()
             self._of[kind] = [text[start : text.index(b"\0", start)].decode() for start in starts]
         return self._of[kind]
