@@ -59,6 +59,7 @@ def test_option_tasks() -> None:
         done = run(*words, "info", id, "--json")
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["spaces"]["observation"]["shape"] == [size]
+        assert run("-m", "mjenv", "info", id, "--json", *words[2:]).stdout == done.stdout
     words = "-m", "mjenv", "--tasks", plugin("live"), "--tasks", plugin("groups"), "info"
     found = json.loads(run(*words, "CppLive-v0", "--json").stdout)
     assert [option["name"] for option in found["options"] if option["live"]] == ["speed", "gains"]

@@ -40,13 +40,7 @@ def parser(modules: Sequence[str]) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     made.add_argument("--version", action="version", version=f"mjenv {mjenv.version()}")
-    made.add_argument(
-        "--tasks",
-        action="append",
-        type=tasks_file,
-        metavar="FILE",
-        help="a plug-in or Python file with tasks of your own, whose ids the command then knows; repeatable",
-    )
+    add_tasks(made)
     made.add_argument(
         "--engine",
         type=known_engine,
@@ -57,12 +51,26 @@ def parser(modules: Sequence[str]) -> argparse.ArgumentParser:
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in modules:
         import_module(module).add(commands)
+    for command in commands.choices.values():
+        add_tasks(command)
     return made
+
+
+def add_tasks(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--tasks",
+        action="append",
+        type=tasks_file,
+        metavar="FILE",
+        help="a plug-in or Python file with tasks of your own, whose ids the command then knows; repeatable",
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command line, sys.argv's by default, and returns the exit status."""
-    words = sys.argv[1:] if arguments is None else arguments
+    tasks = argparse.ArgumentParser(prog="mjenv", add_help=False, allow_abbrev=False)
+    add_tasks(tasks)  # which are loaded first, wherever they stand, because other arguments can be their ids
+    words = tasks.parse_known_args(arguments)[1]
     given = parser(modules_for(words)).parse_args(words)
     try:
         status = int(given.run(given))

@@ -48,15 +48,6 @@ def add(commands: Commands) -> None:
         "threads.",
     )
     command.add_argument("id", help="an id, also one of your own tasks or of dm_control's suite")
-    command.add_argument(
-        "--tasks",
-        dest="own_tasks",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="a plug-in, or a Python file that calls mjenv.register; repeatable",
-    )
     command.add_argument("--engine", type=known_engine, default=argparse.SUPPRESS, metavar="NAME", help="2.2.2 or 4.0")
     command.add_argument("--seconds", type=seconds, help="end after so many seconds")
     command.add_argument("--seed", type=not_negative, help="default: 1")
@@ -103,8 +94,6 @@ def _described() -> dict[str, Any]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    for file in arguments.own_tasks:
-        mjenv.load_tasks(file)
     folder = arguments.out or Path("trained") / arguments.id.replace("/", "-")
     try:
         options = options_of(arguments.id, arguments.option, arguments.engine)

@@ -30,15 +30,6 @@ def add(commands: Commands) -> None:
     command.add_argument(
         "id", nargs="?", help="an id (default: that of the learner's policy); Model-v0 with --xml shows a model alone"
     )
-    command.add_argument(
-        "--tasks",
-        dest="own_tasks",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="FILE",
-        help="a plug-in, or a Python file that calls mjenv.register; repeatable",
-    )
     command.add_argument("--engine", type=known_engine, default=argparse.SUPPRESS, metavar="NAME", help="2.2.2 or 4.0")
     command.add_argument("--rows", type=positive, default=1, help="the number of rows, shown in a grid (default: 1)")
     command.add_argument("--seed", type=not_negative, default=0, help="row i is reset with this seed + i (default: 0)")
@@ -77,8 +68,6 @@ def run(arguments: argparse.Namespace) -> int:
     from mjenv_viewer.server import open_browser, viser_module
 
     viser_module()
-    for file in arguments.own_tasks:
-        mjenv.load_tasks(file)
     id, options = environment_of(arguments, **({} if arguments.xml is None else {"xml_file": arguments.xml}))
     policy = acting(arguments, id, options) if arguments.policy else None
     session = Page(
