@@ -9,18 +9,21 @@ import csv
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
 ROOT = Path(__file__).resolve().parents[4]
-sys.path += [str(ROOT / "extras/curricula/python"), str(ROOT / "benchmarks" / "training")]
+sys.path += [str(ROOT / path) for path in ("extras/curricula/python", "benchmarks/training", "bindings/python/tests")]
 
 import compare  # noqa: E402
+import mjenv  # noqa: E402
 import train_cleanrl  # noqa: E402
 from deploy import play  # noqa: E402
 from mjenv_learn.policy import Policy  # noqa: E402
+from tasks_of_python import NumpyHopper, within  # noqa: E402
 
 # What docs/training.md states of the long trainings: the mean return of the last 20 episodes is at least this.
 STATED = {"InvertedPendulum-v5": 1000, "Reacher-v5": -7, "Hopper-v5": 1000}
@@ -106,3 +109,33 @@ def test_stages_have_their_own_options(tmp_path: Path) -> None:
     assert two[0]["mean_return"] == one[0]["mean_return"]
     assert float(two[2]["mean_return"]) == 1
     assert 0 < float(two[0]["reward_survive"]) <= 1
+
+
+class TorchHopper(NumpyHopper):
+    """Hopper-v5 with tensors that share the memory of the simulation's arrays."""
+
+    def observe(self, sim: Any) -> Any:
+        return torch.cat([torch.from_numpy(sim.qpos)[:, 1:], torch.from_numpy(sim.qvel).clamp(-10, 10)], 1)
+
+    def step(self, sim: Any, action: Any) -> Any:
+        qpos, qvel = torch.from_numpy(sim.qpos), torch.from_numpy(sim.qvel)
+        healthy = within(qpos[:, 1], self.healthy_z_range) & within(qpos[:, 2], self.healthy_angle_range)
+        healthy &= within(torch.cat([qpos[:, 2:], qvel], 1), self.healthy_state_range).all(1)
+        velocity = (qpos[:, 0] - torch.from_numpy(sim.x)) / self.dt
+        ctrl = self.ctrl_cost_weight * torch.tensor(action).square().sum(1)
+        return (velocity + healthy * self.healthy_reward) - ctrl, ~healthy, {"x_velocity": velocity}
+
+
+@pytest.mark.filterwarnings("ignore:The given NumPy array is not writable")
+def test_numpy_tasks_may_compute_with_tensors() -> None:
+    mjenv.register("TorchHopper-v5", TorchHopper)
+    ours, built_in = (mjenv.make_vec(id, 16, autoreset_mode="same_step") for id in ("TorchHopper-v5", "Hopper-v5"))
+    np.testing.assert_array_equal(ours.reset(seed=1)[0], built_in.reset(seed=1)[0])
+    rng, ended = np.random.default_rng(0), 0
+    for _ in range(200):
+        action = rng.uniform(-1, 1, (16, 3)).astype(np.float32)
+        got, expected = ours.step(action), built_in.step(action)
+        for index in range(4):
+            assert got[index].tobytes() == expected[index].tobytes()
+        ended += int(expected[2].sum())
+    assert ended > 50
