@@ -180,6 +180,27 @@ def test_rewards_and_observations_are_compiled_with_the_policy(real: Any) -> Non
         obs = np.asarray(found.obs[step])
 
 
+def test_donated_buffers(real: Any) -> None:
+    """A program may give its handle and observations away, for XLA to write the next ones there."""
+    policy, results = weights(real), []
+    for donated in ((), (0, 1)):
+        env = mjenv_jax.make("Hopper-v5", ROWS)
+
+        def step(handle: Any, obs: Any, env: mjenv_jax.Env = env) -> Any:
+            handle, found = env.step(handle, sampled(policy, obs, 1))
+            return handle, found.obs, found.reward
+
+        compiled, (handle, obs), seen = jax.jit(step, donate_argnums=donated), env.reset(3), []
+        for _ in range(30):
+            given = obs
+            handle, obs, reward = compiled(handle, obs)
+            seen += [np.array(obs), np.array(reward)]
+            assert given.is_deleted() == bool(donated)
+        results.append(seen)
+    for got, expected in zip(*results, strict=True):
+        same(got, expected)
+
+
 def test_misuse() -> None:
     env = mjenv_jax.make("Hopper-v5", 2)
     handle, _ = env.reset(1)
@@ -230,3 +251,8 @@ def test_numpy_tasks_may_return_arrays_of_jax() -> None:
     same(infos["height"], rewards)
     with pytest.raises(mjenv.TaskError, match="NumPy task"):
         mjenv_jax.make("Hop-v0", 2)
+    pytest.importorskip("mjenv_learn")
+    settings = {"rows": 8, "rollout_steps": 32, "minibatch_size": 100, "hidden": (16,)}
+    training = mjenv.train("Hop-v0", steps=1024, settings=settings, max_episode_steps=20)
+    assert training.steps == 1024
+    assert mjenv.evaluate(training.policy(), 2, rows=2).returns.min() > 20 * 0.7
