@@ -255,7 +255,7 @@ class Shadow {
         stepper_(mjenv::core::lanes::make_stepper(*model, counting_)) {
     for (int i = 0; i < width; ++i) {
       works_.push_back(std::make_unique<Work>(model));
-      if (c.needs_forces) works_.back()->expect("cfrc_ext");
+      if (c.needs_forces) works_.back()->expect(mjenv::core::part_of("cfrc_ext"));
       all_.push_back(works_.back().get());
       states_.emplace_back(works_.back()->layout().size);
       before_.push_back(states_.back().data());
