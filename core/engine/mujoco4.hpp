@@ -43,7 +43,7 @@ extern "C" void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum
   X(mj_kinematics) X(mj_comPos) X(mj_makeM) X(mj_factorM) X(mj_comVel) X(mj_rne) X(mj_tendon) X(mj_collision) \
   X(mj_makeConstraint) X(mj_island) X(mj_projectConstraint) X(mj_transmission) X(mj_energyPos) X(mj_energyVel) \
   X(mju_mulMatVecSparse) X(mj_passive) X(mj_referenceConstraint) X(mj_fwdActuation) X(mj_fwdAcceleration) \
-  X(mj_fwdConstraint) X(mj_Euler) X(mj_RungeKutta) X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) \
+  X(mj_fwdConstraint) X(mj_Euler) X(mj_implicit) X(mj_RungeKutta) X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) \
   X(mj_addContact) X(mjcb_passive) X(mjcb_control) X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) \
   X(mjcb_act_bias)
 // clang-format on

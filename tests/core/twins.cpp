@@ -78,6 +78,20 @@ constexpr const char* kTrees = R"(<mujoco><worldbody><geom type='plane' size='9 
     <body pos='2 0 0.1'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom size='0.1'/></body>
     </worldbody></mujoco>)";
 
+// A robot with friction, contacts of all dimensions, an equality, and gravity that is compensated for a body. Actuators,
+// some of whose forces reach their limits, are damped.
+constexpr const char* kRobot =
+    R"(<mujoco><option cone='elliptic' impratio='4' integrator='implicitfast'/><default><geom size='0.1'/>
+    <joint damping='0.2' frictionloss='0.3' armature='0.01' range='-40 40'/></default><worldbody><geom type='plane' size='9 9 1' condim='1'/>
+    <body pos='0 0 0.15' gravcomp='0.4'><freejoint/><geom/><geom pos='0.3 0 -0.1' condim='1'/>
+    <body pos='0.3 0 0'><joint name='a' axis='0 1 0'/><geom type='capsule' size='0.05 0.2' condim='4' euler='90 0 0'/>
+    <body pos='0 0.3 0'><joint name='b' axis='1 0 0' frictionloss='0'/><geom condim='6' friction='0.7 0.1 0.05'/></body></body>
+    <body pos='-0.3 0 0'><joint name='c' type='slide' axis='0 0 1' actuatorfrcrange='-9 9' range='-0.2 0.1'/><geom condim='6'/></body></body>
+    <body name='d' pos='2 0 0.1'><joint type='slide' axis='0 0 1' limited='false'/><joint name='e' type='slide' axis='1 0 0' range='-0.1 0.3'/><geom/></body>
+    </worldbody><equality><joint joint1='a' joint2='b' polycoef='0.1 0.5 0 0 0'/></equality>
+    <actuator><position joint='a' kp='20' kv='3' forcerange='-4 3'/><velocity joint='c' kv='8' gear='2'/><motor joint='b'/>
+    <general joint='b' gaintype='affine' gainprm='1 0.2 0.7' biastype='affine' biasprm='0 -1 -0.6' gear='-3'/></actuator></mujoco>)";
+
 // Sensors of motion; %s stands for others.
 constexpr const char* kSensors =
     R"(<mujoco><option %s><flag %s/></option><worldbody><light pos='0 0 3' mode='trackcom'/>
@@ -114,6 +128,17 @@ std::vector<Named> models() {
   springs.replace(springs.find("</worldbody>"), 0,
                   "<body pos='0 2 0'><joint type='ball' stiffness='3'/><geom/></body>");
   found.emplace_back("springs and states", Model::parse("forces", springs));
+  const std::string robot = kRobot;
+  const auto without_part = [](std::string text, const std::string& begin, const std::string& end) {
+    const std::size_t from = text.find(begin);
+    return text.erase(from, text.find(end, from + begin.size()) + end.size() - from);
+  };
+  const std::string alone = without_part(robot, "<body name='d'", "</body>");  // one tree
+  found.emplace_back("robot", Model::parse("robot", robot));
+  found.emplace_back("one robot", Model::parse("robot", alone));
+  found.emplace_back("one robot with pyramids", Model::parse("robot", without_part(alone, "cone='", "' ")));
+  found.emplace_back("robot without equality", Model::parse("robot", without_part(robot, "<equality", "</equality>")));
+  found.emplace_back("robot with Euler", Model::parse("robot", without_part(robot, " integrator='", "'")));
   found.emplace_back("sensors", with_sensors("", "", ""));
   found.emplace_back("sensors with RK4", with_sensors("integrator='RK4'", "contact='disable'", "<force site='t'/>"));
   found.emplace_back("sensors of forces",
@@ -212,7 +237,9 @@ class Twins : public lanes::LaneArrays {
           return std::string(stage.name) + ": " + found;
       gather(stage.party);
     }
-    return m_.opt.integrator == mjINT_EULER && m_.na == 0 ? compare_Euler() : "";
+    if (m_.na > 0 || m_.opt.integrator == mjINT_RK4) return "";
+    return m_.opt.integrator == mjINT_EULER ? compare_integrators(code_.Euler, mj_Euler)
+                                            : compare_integrators(code_.implicitfast, mj_implicit);
   }
 
  private:
@@ -293,13 +320,14 @@ class Twins : public lanes::LaneArrays {
     return "?";
   }
 
-  std::string compare_Euler() {
-    code_.Euler(lanes_);
-    for (const auto& work : works_) mj_Euler(&m_, work->data());
-    if (std::string found = difference(lanes::kIntegration); !found.empty()) return "Euler: " + found;
+  template <typename InLanes, typename OfMuJoCo>
+  std::string compare_integrators(const InLanes& in_lanes, const OfMuJoCo& of_mujoco) {
+    in_lanes(lanes_);
+    for (const auto& work : works_) of_mujoco(&m_, work->data());
+    if (std::string found = difference(lanes::kIntegration); !found.empty()) return "integration: " + found;
     for (const lanes::LaneArray& array : read_[index(lanes::kFactor)])
-      for (int lane = 0; lane < code_.width && lanes_.damped != 0; ++lane)
-        if (differs(array, lane)) return "Euler: " + name_of(array);
+      for (int lane = 0; lane < code_.width && (lanes_.damped != 0 || m_.opt.integrator != mjINT_EULER); ++lane)
+        if (differs(array, lane)) return "integration: " + name_of(array);
     return "";
   }
 };

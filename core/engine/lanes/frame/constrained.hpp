@@ -102,6 +102,8 @@ class Constrained {
     V U[6], T, mu;  // U[0] is N
     Mask is_top, is_bottom;
     Mask is_middle() const { return ~(is_top | is_bottom); }
+    // x times component j of the unit vector along the tangent
+    V tangent(V x, int j) const { return kDividesFirst ? x * (U[j] / T) : x / T * U[j]; }
   };
 
   Cone cone_at(int i, const V* jar) const { return cone_at(i, c_.dims[i], jar); }
@@ -125,7 +127,7 @@ class Constrained {
     const V normal = -cone_D(i, cone.mu) * (cone.U[0] - cone.mu * cone.T) * cone.mu;
     for (int j = 0; j < dim; ++j) {
       const V quadratic = -vectors(c_.D)[i + j] * jar[i + j];
-      const V middle = j == 0 ? normal : -normal / cone.T * cone.U[j] * vectors(c_.scale)[i + j];
+      const V middle = j == 0 ? normal : cone.tangent(-normal, j) * vectors(c_.scale)[i + j];
       force[j] = is_middle ? middle : (cone.is_bottom ? quadratic : V{});
     }
   }

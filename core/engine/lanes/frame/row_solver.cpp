@@ -48,7 +48,8 @@ RowSolver::RowSolver(const Code& code, const mjModel& m, int places, const Count
       memory_(constraints_, code.width, counts(m, places, special)),
       bits_(static_cast<std::size_t>(4 * places)),
       columns_(static_cast<std::size_t>(places * (nv_ + 1))),
-      zeros_(static_cast<std::size_t>(nv_)) {
+      zeros_(static_cast<std::size_t>(nv_)),
+      constraints_at_(static_cast<std::size_t>(code.width * places)) {
   constraints_.quadratic = bits_.data();
   constraints_.old = bits_.data() + places;
   constraints_.dims = bits_.data() + 2 * places;
@@ -77,27 +78,29 @@ void RowSolver::load(std::uint32_t rows, const RowData& data) {
     bounded = std::max(bounded, data[lane]->ne + data[lane]->nf);
   }
   set_size(rows, most, bounded);
-  RowData from{};
-  for (int lane = 0; lane < code_.width; ++lane) load_row(lane, *(from[lane] = data[row_of(lane, rows)]));
-  gather_J(from);
+  for (int lane = 0; lane < code_.width; ++lane)
+    for (int at = 0; at < constraints_.size; ++at)
+      constraint_at(lane, at) = usual_constraint_at(at, data[row_of(lane, rows)]->nefc);
+  load_places(rows, data);
 }
 
-int RowSolver::place(int constraint, int count) const {
-  const int beyond = constraint - in_blocks(count);
-  return beyond < 0 ? constraint : constraints_.size - Constraints::kRest + beyond;
-}
-
-int RowSolver::constraint_at(int place, int count) const {
+int RowSolver::usual_constraint_at(int place, int count) const {
   if (place < in_blocks(count)) return place;
   const int in_rest = place - (constraints_.size - Constraints::kRest);
   return is_dual_ && in_rest >= 0 && in_rest < count - in_blocks(count) ? in_blocks(count) + in_rest : -1;
+}
+
+void RowSolver::load_places(std::uint32_t rows, const RowData& data) {
+  RowData from{};
+  for (int lane = 0; lane < code_.width; ++lane) load_row(lane, *(from[lane] = data[row_of(lane, rows)]));
+  gather_J(from);
 }
 
 void RowSolver::gather_J(const RowData& from) {
   std::array<const double*, kMaxWidth> numbers{};
   for (int at = 0; at < constraints_.size; ++at) {
     for (int lane = 0; lane < code_.width; ++lane) {
-      const int constraint = constraint_at(at, from[lane]->nefc);
+      const int constraint = constraint_at(lane, at);
       numbers[lane] =
           constraint < 0 ? zeros_.data() : from[lane]->efc_J + static_cast<std::ptrdiff_t>(constraint) * nv_;
     }
@@ -107,18 +110,13 @@ void RowSolver::gather_J(const RowData& from) {
 
 void RowSolver::load_row(int lane, const mjData& d) {
   Constraints& c = constraints_;
-  const int count = d.nefc, width = code_.width;
-  for (double* array : {c.D, c.damping, c.spring})
-    for (int at = 0; at < c.size; ++at) array[at * width + lane] = 0;
-  if (is_dual_)
-    for (int at = 0; at < c.size; ++at) c.R[at * width + lane] = 0;
-  for (int i = 0; i < count; ++i) {
-    const int at = place(i, count) * width + lane;
-    const double* const KBIP = d.efc_KBIP + static_cast<std::ptrdiff_t>(4) * i;
-    c.D[at] = d.efc_D[i];
-    c.damping[at] = KBIP[1];
-    c.spring[at] = KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
-    if (is_dual_) c.R[at] = d.efc_R[i];
+  for (int at = 0; at < c.size; ++at) {
+    const int i = constraint_at(lane, at), number = at * code_.width + lane;
+    const double* const KBIP = d.efc_KBIP + static_cast<std::ptrdiff_t>(4) * std::max(i, 0);
+    c.D[number] = i < 0 ? 0 : d.efc_D[i];
+    c.damping[number] = i < 0 ? 0 : KBIP[1];
+    c.spring[number] = i < 0 ? 0 : KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
+    if (is_dual_) c.R[number] = i < 0 ? 0 : d.efc_R[i];
   }
   if (c.bounded > 0) load_bounds(lane, d);
 }
@@ -127,21 +125,17 @@ void RowSolver::load_bounds(int lane, const mjData& d) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity(),
                    kNoBound = std::numeric_limits<double>::quiet_NaN();
   Constraints& c = constraints_;
-  const auto set = [&](int at, double low, double high, double frictionloss, double bend) {
-    const int number = at * code_.width + lane;
-    c.low[number] = low;
-    c.high[number] = high;
-    c.frictionloss[number] = frictionloss;
-    c.bend[number] = bend;
-    if (!is_dual_) return;
-    c.least[number] = frictionloss > 0 ? -frictionloss : (high == 0 ? 0 : -kInfinite);
-    c.greatest[number] = frictionloss > 0 ? frictionloss : kInfinite;
-  };
-  for (int at = 0; at < c.bounded; ++at) set(at, kNoBound, 0, 0, 0);
-  for (int i = 0; i < d.ne; ++i) set(place(i, d.nefc), kNoBound, kNoBound, 0, 0);
-  for (int i = d.ne; i < d.ne + d.nf; ++i) {
-    const double R = d.efc_R[i], loss = d.efc_frictionloss[i];
-    set(place(i, d.nefc), -(R * loss), R * loss, loss, -0.5 * R * loss * loss);
+  for (int at = 0; at < c.bounded; ++at) {
+    const int i = constraint_at(lane, at), number = at * code_.width + lane;
+    const bool is_friction = i >= d.ne && i < d.ne + d.nf, is_equality = i >= 0 && i < d.ne;
+    const double R = is_friction ? d.efc_R[i] : 0, loss = is_friction ? d.efc_frictionloss[i] : 0;
+    c.low[number] = is_friction ? -(R * loss) : kNoBound;
+    c.high[number] = is_friction ? R * loss : is_equality ? kNoBound : 0;
+    c.frictionloss[number] = loss;
+    c.bend[number] = is_friction ? -0.5 * R * loss * loss : 0;
+    if (!is_dual_) continue;
+    c.least[number] = is_friction ? -loss : is_equality ? -kInfinite : 0;
+    c.greatest[number] = is_friction ? loss : kInfinite;
   }
 }
 
@@ -161,18 +155,31 @@ void RowSolver::set_rest(Lanes& lanes, std::uint32_t rows) const {
   }
 }
 
-void RowSolver::write(int lane, mjData& d) const {
+void RowSolver::write_references(int lane, mjData& d) const {
   const Constraints& c = constraints_;
-  for (int i = 0; i < d.nefc; ++i) {
-    const int at = place(i, d.nefc), number = at * code_.width + lane;
+  for (int at = 0; at < c.size; ++at) {
+    const int i = constraint_at(lane, at), number = at * code_.width + lane;
+    if (i < 0) continue;
     d.efc_vel[i] = c.vel[number];
     d.efc_aref[i] = c.aref[number];
     d.efc_b[i] = c.b[number];
-    d.efc_force[i] = c.force[number];
+  }
+}
+
+void RowSolver::write_forces(int lane, mjData& d) const {
+  const Constraints& c = constraints_;
+  int contact = c.cones;  // the first place of the contact at `at`
+  for (int at = 0; at < c.size; ++at) {
+    if (at >= c.cones && at == contact + c.dims[contact]) contact = at;
+    const int i = constraint_at(lane, at);
+    if (i < 0) continue;
+    d.efc_force[i] = c.force[at * code_.width + lane];
     const bool is_friction = i >= d.ne && i < d.ne + d.nf;
     const bool is_quadratic = is_dual_ ? is_quadratic_of(d, i) : (c.quadratic[at] >> lane & 1) != 0;
     if (is_friction && !is_quadratic)
       d.efc_state[i] = d.efc_force[i] > 0 ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_LINEARPOS;
+    else if (at >= c.cones && c.middle[contact] >> lane & 1)
+      d.efc_state[i] = mjCNSTRSTATE_CONE;
     else
       d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
   }

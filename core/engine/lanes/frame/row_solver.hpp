@@ -41,29 +41,37 @@ class RowSolver {
   // aligned, the number of places. bounded: the same for equality and friction constraints alone. cones:
   // Constraints::cones; -1: no aligned cones.
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
-  // The place of a constraint in a row that has `count` constraints.
-  int place(int constraint, int count) const;
+  // The constraint at a lane's place; -1 if there is none.
+  int& constraint_at(int lane, int place) { return constraints_at_[static_cast<std::size_t>(lane * places_ + place)]; }
+  int constraint_at(int lane, int place) const {
+    return constraints_at_[static_cast<std::size_t>(lane * places_ + place)];
+  }
   // The row whose constraints a lane computes: lanes that take no part compute those of the first row that does.
   static int row_of(int lane, std::uint32_t rows) {
     return rows >> lane & 1 ? lane : static_cast<int>(__builtin_ctz(rows));
   }
   // Copies the constraints that MuJoCo has made for these rows (bits) to lanes.
   void load(std::uint32_t rows, const RowData& data);
+  // The second part of it: after set_size, and when constraint_at of all lanes is set.
+  void load_places(std::uint32_t rows, const RowData& data);
+  // The same of one row, without J.
+  void load_row(int lane, const mjData& d);
   // Does what mj_fwdConstraint does for a row without constraints, in all but these rows (bits).
   void set_rest(Lanes& lanes, std::uint32_t rows) const;
-  // Copies what a solver has found to the row's mjData: efc_vel, efc_aref, efc_b, efc_force and efc_state.
-  void write(int lane, mjData& d) const;
+  // Copy what a solver has found to the row's mjData: efc_vel, efc_aref and efc_b; efc_force and efc_state.
+  void write_references(int lane, mjData& d) const;
+  void write_forces(int lane, mjData& d) const;
 
  private:
   Memory<Constraints> memory_;
   std::vector<unsigned char> bits_;
   std::vector<int> columns_;
   std::vector<double> zeros_;  // the row of J at a place without a constraint
+  std::vector<int> constraints_at_;
 
-  // The constraint at a place in a row that has `count` constraints; -1 if there is none.
-  int constraint_at(int place, int count) const;
+  // The constraint at a place in a row that has `count` constraints, without special alignment.
+  int usual_constraint_at(int place, int count) const;
   void gather_J(const RowData& from);
-  void load_row(int lane, const mjData& d);
   void load_bounds(int lane, const mjData& d);
 };
 

@@ -308,11 +308,12 @@ class Primal : protected Constrained {
     const int dim = c_.dims[i];
     const Cone cone = cone_at(i, of(c_.jar));
     const V *const U = cone.U, *const scale = of(c_.scale) + i, mu = cone.mu, N = U[0], T = cone.T;
-    const V Dm = cone_D(i, mu), first = -mu / T, block = mu * N / (T * T * T), diagonal = mu * mu - mu * N / T;
+    const V Dm = cone_D(i, mu), block = mu * N / (T * T * T), ratio = kDividesFirst ? mu * (N / T) : mu * N / T;
     for (int k = 0; k < dim; ++k)
       for (int j = k; j < dim; ++j) {
-        V number = k > 0 ? block * U[j] * U[k] : (j > 0 ? first * U[j] : splat(1));
-        if (k > 0 && j == k) number += diagonal;
+        V number = j > 0 ? cone.tangent(-mu, j) : splat(1);
+        if (k > 0) number = kDividesFirst ? cone.tangent(cone.tangent(ratio, j), k) : block * U[j] * U[k];
+        if (k > 0 && j == k) number += mu * mu - ratio;
         H[j * dim + k] = number * (Dm * scale[k] * scale[j]);
       }
   }

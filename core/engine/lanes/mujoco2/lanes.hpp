@@ -135,6 +135,9 @@ struct ConstraintNumbers {
   double impratio, friction[5];
 };
 
+// Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
+constexpr bool kDividesFirst = false;
+
 // The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
 // lane l is at [i * width + l]. One block of memory holds the arrays pair_..., another one all others.
 struct Lanes : LanesBase {

@@ -274,7 +274,9 @@ void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const
     d.qfrc_constraint[i] = lanes.qfrc_constraint[i * code_.width + lane];
   }
   d.solver_iter = c.iterations[lane];
-  if (is_read) write(lane, d);
+  if (!is_read) return;
+  write_references(lane, d);
+  write_forces(lane, d);
 }
 
 }  // namespace mjenv::core::lanes

@@ -66,6 +66,7 @@ constexpr int kParties = 19;
   ARRAY(qfrc_spring, m.nv, kPassive, kSolved)                                                 \
   ARRAY(qfrc_damper, m.nv, kPassive, kSolved)                                                 \
   ARRAY(qfrc_fluid, m.nv, kPassive, kSolved)                                                  \
+  ARRAY(qfrc_gravcomp, m.nv, kPassive, kSolved)                                               \
   ARRAY(qfrc_passive, m.nv, kPassive, kSolved | kShown)                                       \
   ARRAY(actuator_length, m.nout, kActuation, kShown)                                          \
   ARRAY(actuator_velocity, m.nout, kActuation, kSolved | kShown)                              \

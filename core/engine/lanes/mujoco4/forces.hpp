@@ -1,5 +1,5 @@
 // Actuators and passive forces of MuJoCo 4.0 for several rows at once: actuators without states on slides and hinges,
-// springs of slides and hinges, dampers, and fluids that act on bodies as on boxes.
+// springs of slides and hinges, dampers, fluids that act on bodies as on boxes, and compensation of gravity.
 #pragma once
 
 #include "engine/lanes/frame/actuation.hpp"
@@ -34,6 +34,22 @@ void fwdActuation(Lanes& d) {
   }
 }
 
+// mj_gravcomp, for joints whose compensation is no part of an actuator's force
+void gravcomp(Lanes& d) {
+  const mjModel& m = *d.model;
+  V *const qfrc = vectors(d.qfrc_passive), *const sum = vectors(d.qfrc_gravcomp);
+  const V *const gravity = vectors(d.gravity), torque[3]{};
+  zero(sum, m.nv);
+  for (int i = 1; i < m.nbody; ++i) {
+    if (m.body_gravcomp[i] == 0) continue;
+    const V scale = -(vectors(d.body_mass)[i] * m.body_gravcomp[i]);
+    const V force[3] = {gravity[0] * scale, gravity[1] * scale, gravity[2] * scale};
+    applyFT(d, force, torque, vectors(d.xipos) + 3 * i, i, sum);
+  }
+  const Mask is_there = dot3(gravity, gravity) > V{};
+  for (int i = 0; i < m.nv; ++i) qfrc[i] = is_there ? qfrc[i] + sum[i] : qfrc[i];
+}
+
 // mj_passive. MuJoCo does not write the forces of springs and dampers that are 0.
 void passive(Lanes& d) {
   const mjModel& m = *d.model;
@@ -53,12 +69,15 @@ void passive(Lanes& d) {
     qfrc[i] = spring[i] + damper;
   }
   const unsigned both = mjDSBL_SPRING | mjDSBL_DAMPER;
-  if (!d.has_fluid || (m.opt.disableflags & both) == both) return;
-  const Mask adds_fluid = (*vectors(d.density) != V{}) | (*vectors(d.viscosity) != V{});
-  zero(fluid, m.nv);
-  for (int i = 1; i < m.nbody; ++i)
-    if (any(is_heavy(d, i))) inertiaBoxFluidModel(d, i, fluid);
-  for (int i = 0; i < m.nv; ++i) qfrc[i] = adds_fluid ? qfrc[i] + fluid[i] : qfrc[i];
+  if ((m.opt.disableflags & both) == both) return;
+  if (d.has_fluid) {
+    const Mask adds_fluid = (*vectors(d.density) != V{}) | (*vectors(d.viscosity) != V{});
+    zero(fluid, m.nv);
+    for (int i = 1; i < m.nbody; ++i)
+      if (any(is_heavy(d, i))) inertiaBoxFluidModel(d, i, fluid);
+    for (int i = 0; i < m.nv; ++i) qfrc[i] = adds_fluid ? qfrc[i] + fluid[i] : qfrc[i];
+  }
+  if (m.flg_gravcomp && !(m.opt.disableflags & mjDSBL_GRAVITY)) gravcomp(d);
 }
 
 }  // namespace

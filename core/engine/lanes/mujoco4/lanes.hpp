@@ -13,6 +13,9 @@ struct mjData_;
 
 namespace mjenv::core::lanes {
 
+// Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
+constexpr bool kDividesFirst = true;
+
 // The numbers of several rows side by side. Each array has the name of the array of mjData or mjModel that it holds.
 // Number i of lane l is at [i * width + l].
 struct Lanes : LanesBase {
@@ -83,6 +86,7 @@ struct Contacts {
   FUNCTION(void, solPGS, (DualRow*, int count))                                                             \
   FUNCTION(void, dualFinish, (Lanes&))                                                                      \
   FUNCTION(void, Euler, (Lanes&))                                                                           \
+  FUNCTION(void, implicitfast, (Lanes&))                                                                    \
   /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \
   FUNCTION(void, RungeKutta, (Lanes&, int stage))
 

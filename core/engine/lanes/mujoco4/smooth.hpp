@@ -355,25 +355,64 @@ void fwdAcceleration(Lanes& d) {
   solveLD(m, acc, vectors(d.qLD), vectors(d.qLDiagInv));
 }
 
+// mj_advance, with the acceleration in qacc_integrated
+void advance(Lanes& d) {
+  const mjModel& m = *d.model;
+  const V timestep = *vectors(d.timestep);
+  V* const qvel = vectors(d.qvel);
+  for (int i = 0; i < m.nv; ++i) qvel[i] += vectors(d.qacc_integrated)[i] * timestep;
+  integratePos(m, vectors(d.qpos), qvel, timestep);
+  copy(vectors(d.qacc_warmstart), vectors(d.qacc), m.nv);
+}
+
+// Sets qacc_integrated to the acceleration of bodies with the inertia M, plus a number on the diagonal of each dof.
+template <typename Diagonal>
+void solve_implicit(Lanes& d, const Diagonal& diagonal) {
+  const mjModel& m = *d.model;
+  V *const qH = vectors(d.qH), *const acc = vectors(d.qacc_integrated);
+  copy(qH, vectors(d.M), static_cast<int>(m.nC));
+  for (int i = 0; i < m.nv; ++i) qH[m.M_rowadr[i] + m.M_rownnz[i] - 1] += diagonal(i);
+  factorI(m, qH, vectors(d.qHDiagInv));
+  for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
+  solveLD(m, acc, qH, vectors(d.qHDiagInv));
+}
+
 // mj_Euler. MuJoCo integrates rows without damping explicitly.
 void Euler(Lanes& d) {
   const mjModel& m = *d.model;
-  const V timestep = *vectors(d.timestep);
-  V *const acc = vectors(d.qacc_integrated), *const qvel = vectors(d.qvel);
-  copy(acc, vectors(d.qacc), m.nv);
-  if (d.damped != 0) {
-    V* const qH = vectors(d.qH);
-    copy(qH, vectors(d.M), static_cast<int>(m.nC));
-    for (int i = 0; i < m.nv; ++i) qH[m.M_rowadr[i] + m.M_rownnz[i] - 1] += timestep * vectors(d.dof_damping)[i];
-    factorI(m, qH, vectors(d.qHDiagInv));
-    for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
-    solveLD(m, acc, qH, vectors(d.qHDiagInv));
-    const Mask is_damped = mask_of(d.damped);
-    for (int i = 0; i < m.nv; ++i) acc[i] = is_damped ? acc[i] : vectors(d.qacc)[i];
+  V *const acc = vectors(d.qacc_integrated), *const qacc = vectors(d.qacc);
+  if (d.damped != 0) solve_implicit(d, [&](int i) { return *vectors(d.timestep) * vectors(d.dof_damping)[i]; });
+  const Mask is_damped = mask_of(d.damped);
+  for (int i = 0; i < m.nv; ++i) acc[i] = is_damped ? acc[i] : qacc[i];
+  advance(d);
+}
+
+// mjd_smooth_vel without the bias forces: the derivatives of forces by velocities that mj_implicit takes into account. Joints
+// are hinges and slides where actuators act, so these are the diagonal of a matrix.
+void smooth_vel(Lanes& d, V* derivative) {
+  const mjModel& m = *d.model;
+  zero(derivative, m.nv);
+  for (int i = 0; i < m.nu; ++i) {
+    const int joint = m.actuator_trnid[2 * i], dof = m.jnt_dofadr[joint];
+    const auto is_clamped = [](V force, const V* range) { return (force <= range[0]) | (force >= range[1]); };
+    Mask is_skipped = (vectors(d.actuator_forcelimited)[i] != V{}) &
+                      is_clamped(vectors(d.actuator_force)[i], vectors(d.actuator_forcerange) + 2 * i);
+    if (m.jnt_actfrclimited[joint])
+      is_skipped |= is_clamped(vectors(d.qfrc_actuator)[dof], vectors(d.jnt_actfrcrange) + 2 * joint);
+    const V bias = m.actuator_biastype[i] == mjBIAS_AFFINE ? vectors(d.actuator_biasprm)[mjNBIAS * i + 2] : V{};
+    const V gain = m.actuator_gaintype[i] == mjGAIN_AFFINE ? vectors(d.actuator_gainprm)[mjNGAIN * i + 2] : V{};
+    const V sum = gain == V{} ? bias : bias + gain * vectors(d.ctrl)[i], gear = vectors(d.actuator_gear)[6 * i];
+    derivative[dof] = is_skipped | (sum == V{}) ? derivative[dof] : derivative[dof] + gear * (gear * sum);
   }
-  for (int i = 0; i < m.nv; ++i) qvel[i] += acc[i] * timestep;
-  integratePos(m, vectors(d.qpos), qvel, timestep);
-  copy(vectors(d.qacc_warmstart), vectors(d.qacc), m.nv);
+  for (int i = 0; i < m.nv && !(m.opt.disableflags & mjDSBL_DAMPER); ++i) derivative[i] -= vectors(d.dof_damping)[i];
+}
+
+// mj_implicit with the integrator implicitfast
+void implicitfast(Lanes& d) {
+  V* const derivative = vectors(d.F);
+  smooth_vel(d, derivative);
+  solve_implicit(d, [&](int i) { return derivative[i] * -*vectors(d.timestep); });
+  advance(d);
 }
 
 // The factor of p x (p x v) in turn_velocity, from the square of p's length: (1 - (p/2) / tan(p/2)) / p^2, or a polynomial
@@ -472,6 +511,8 @@ void adopt(Lanes& d) {
   for (int i = 0; i < m.njnt; ++i)
     if (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL)
       d.unlike |= bits(vectors(d.jnt_stiffness)[i] != V{});
+  if (m.opt.integrator == mjINT_IMPLICITFAST)  // whose derivatives of the forces of fluids are not written
+    d.unlike |= bits((*vectors(d.density) > V{}) | (*vectors(d.viscosity) > V{}));
   adopt_fluid(d, [&](const Fluid& fluid, int body) { adopt_box(d, fluid, body); });
 }
 

@@ -15,8 +15,16 @@ bool is_sparse(const mjModel& m) {
 // Whether MuJoCo finds one island with all dofs, if there is a constraint.
 bool has_one_island(const mjModel& m) { return m.ntree == 1; }
 
-Counts<Constraints> special_counts(const mjModel& m) {
-  return {{&Constraints::ls_tolerance, 1}, {&Constraints::qfrc, static_cast<std::size_t>(m.nv)}};
+bool is_elliptic(const mjModel& m) { return m.opt.cone == mjCONE_ELLIPTIC; }
+
+Counts<Constraints> special_counts(const mjModel& m, int places) {
+  const auto nv = static_cast<std::size_t>(m.nv);
+  Counts<Constraints> counts{{&Constraints::ls_tolerance, 1}, {&Constraints::qfrc, nv}};
+  if (is_elliptic(m))
+    counts.insert(counts.end(), {{&Constraints::scale, static_cast<std::size_t>(places)},
+                                 {&Constraints::Hcone, nv * nv},
+                                 {&Constraints::LTJ, 6 * nv}});
+  return counts;
 }
 
 // DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
@@ -56,7 +64,7 @@ const Orders& orders() {
 std::string Solver::unsupported_feature(const mjModel& m) {
   if (m.opt.solver != mjSOL_NEWTON && m.opt.solver != mjSOL_PGS) return "a solver other than Newton and PGS";
   if (is_sparse(m)) return "sparse Jacobians";
-  if (m.opt.cone != mjCONE_PYRAMIDAL) return "elliptic cones";
+  if (is_elliptic(m) && m.opt.solver == mjSOL_PGS) return "elliptic cones with PGS";
   if (m.opt.noslip_iterations > 0) return "noslip";
   if (m.opt.disableflags & mjDSBL_ISLAND) return "no islands (opt.disableflags)";
   if (m.opt.enableflags & mjENBL_DIAGEXACT) return "exact diagonals (opt.enableflags)";
@@ -69,11 +77,11 @@ std::unique_ptr<Solver> Solver::make(const Code& code, const mjModel& m) {
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
-  return unsupported_feature(m).empty() ? RowSolver::bytes(width, m, kMaxConstraints, special_counts(m)) : 0;
+  return unsupported_feature(m).empty() ? RowSolver::bytes(width, m, kMostPlaces, special_counts(m, kMostPlaces)) : 0;
 }
 
 Solver::Solver(const Code& code, const mjModel& m)
-    : RowSolver(code, m, kMaxConstraints, special_counts(m)),
+    : RowSolver(code, m, kMostPlaces, special_counts(m, kMostPlaces)),
       m_(m),
       part_(m),
       columns_(static_cast<std::size_t>(m.nC)),
@@ -88,7 +96,7 @@ bool Solver::prepare(const mjModel& m, mjData& d) {
   const std::int64_t rows = d.nefc, nv = m.nv;
   const std::int64_t needed = 40 * rows + 50 * nv + 3 * nv * nv + 2 * nv * rows + 6 * m.nC;
   const bool is_dual = m.opt.solver == mjSOL_PGS;
-  if (rows == 0 || rows > (is_dual ? DualRow::kMost : kMaxConstraints) || d.ne > 0 || d.nf > 0 ||
+  if (rows == 0 || rows > (is_dual ? DualRow::kMost : kMaxConstraints) || (is_dual && d.ne + d.nf > 0) ||
       !unsupported_feature(m).empty() || static_cast<std::int64_t>(d.narena - d.parena - d.pstack) < 8 * needed)
     return false;
   if (is_dual) {
@@ -123,8 +131,9 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
     solve_dual(lanes, rows, models, data);
     for (int lane = 0; lane < code_.width && is_read; ++lane)
       if (rows >> lane & 1) mj_island(models[lane], data[lane]);
+  } else if (rows != 0 && !load(rows, data)) {
+    lanes.left_to_mujoco |= rows;
   } else if (rows != 0) {
-    RowSolver::load(rows, data);
     set_options(rows, models);
     code_.warmstart(lanes, constraints_);
     constraints_.rows = rows & ~lanes.left_to_mujoco;
@@ -132,7 +141,8 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
       code_.solNewton(lanes, constraints_);
       for (int lane = 0; lane < code_.width && is_read; ++lane) {
         if (!((rows & ~lanes.left_to_mujoco) >> lane & 1)) continue;
-        write(lane, *data[lane]);
+        write_references(lane, *data[lane]);
+        write_forces(lane, *data[lane]);
         mj_island(models[lane], data[lane]);
         data[lane]->solver_niter[0] = constraints_.iterations[lane];
       }
@@ -169,7 +179,7 @@ void Solver::solve_islands(Lanes& lanes, std::uint32_t rows, const RowData& data
   const int width = code_.width;
   for (int lane = 0; lane < width; ++lane) {
     if (!(rows >> lane & 1)) continue;
-    write(lane, *data[lane]);
+    write_references(lane, *data[lane]);
     for (int i = 0; i < nv_; ++i) {
       const int number = i * width + lane;
       if (data[lane]->dof_island[i] < 0) lanes.qacc[number] = lanes.qacc_smooth[number];
@@ -205,21 +215,24 @@ void Solver::solve_island(Lanes& lanes, int first, int count, std::uint32_t rows
                           const std::array<int, kMaxWidth>& islands, const RowData& data) {
   const int width = code_.width;
   Constraints& c = constraints_;
-  int most = 0;
-  for (int lane = 0; lane < width; ++lane)
-    if (rows >> lane & 1) most = std::max(most, data[lane]->island_nefc[islands[lane]]);
-  set_size(rows, most, 0);
+  Lists lists{};
   for (int lane = 0; lane < width; ++lane) {
-    const int row = row_of(lane, rows), island = islands[row];
-    const mjData& d = *data[row];
-    const int* const constraints = d.map_iefc2efc + d.island_iefcadr[island];
-    for (int i = 0; i < most; ++i) {
-      const bool is_there = i < d.island_nefc[island];
-      const int from = is_there ? constraints[i] : 0;
-      const double* const J = d.efc_J + static_cast<std::ptrdiff_t>(from) * nv_ + first;
-      c.D[i * width + lane] = is_there ? d.efc_D[from] : 0;
-      c.aref[i * width + lane] = is_there ? d.efc_aref[from] : 0;
-      for (int k = 0; k < count; ++k) c.J[(i * count + k) * width + lane] = is_there ? J[k] : 0;
+    const int island = islands[row_of(lane, rows)];
+    const mjData& d = *data[row_of(lane, rows)];
+    lists[lane] = {d.map_iefc2efc + d.island_iefcadr[island], d.island_nefc[island]};
+  }
+  if (!lay_out(rows, data, lists)) {
+    lanes.left_to_mujoco |= rows;
+    return;
+  }
+  for (int lane = 0; lane < width; ++lane) {
+    const mjData& d = *data[row_of(lane, rows)];
+    load_row(lane, d);
+    for (int at = 0; at < c.size; ++at) {
+      const int from = constraint_at(lane, at);
+      const double* const J = d.efc_J + static_cast<std::ptrdiff_t>(std::max(from, 0)) * nv_ + first;
+      c.aref[at * width + lane] = from < 0 ? 0 : d.efc_aref[from];
+      for (int k = 0; k < count; ++k) c.J[(at * count + k) * width + lane] = from < 0 ? 0 : J[k];
     }
   }
   begin_part(first, count);
@@ -234,10 +247,72 @@ void Solver::solve_island(Lanes& lanes, int first, int count, std::uint32_t rows
   for (int lane = 0; lane < width; ++lane) {
     if (!((rows & ~lanes.left_to_mujoco) >> lane & 1)) continue;
     mjData& d = *data[lane];
-    const int island = islands[lane], *const constraints = d.map_iefc2efc + d.island_iefcadr[island];
-    for (int i = 0; i < d.island_nefc[island]; ++i) d.efc_force[constraints[i]] = c.force[i * width + lane];
+    const int island = islands[lane];
+    write_forces(lane, d);
     for (int k = 0; k < count; ++k) lanes.qfrc_constraint[(first + k) * width + lane] = c.qfrc[k * width + lane];
     if (island < mjNISLAND) d.solver_niter[island] = c.iterations[lane];
+  }
+}
+
+// Loads all constraints of these rows (bits). Returns false if there are not enough places.
+bool Solver::load(std::uint32_t rows, const RowData& data) {
+  Lists lists{};
+  for (int lane = 0; lane < code_.width; ++lane) lists[lane] = {nullptr, data[row_of(lane, rows)]->nefc};
+  if (!lay_out(rows, data, lists)) return false;
+  load_places(rows, data);
+  return true;
+}
+
+// Chooses the places of these constraints: each belongs to equalities, to friction, or to limits and contacts that make
+// equally many constraints in all lanes. Returns false if there are not enough.
+bool Solver::lay_out(std::uint32_t rows, const RowData& data, const Lists& lists) {
+  enum Kind { equality, friction, other };
+  struct Next {
+    Kind kind;
+    int size;  // how many constraints belong together
+  };
+  std::array<int, kMaxWidth> done{};
+  const auto next = [&](int lane) {
+    const mjData& d = *data[row_of(lane, rows)];
+    const int i = lists[lane].constraint(done[lane]);
+    const bool is_cone = d.efc_type[i] == mjCNSTR_CONTACT_ELLIPTIC;
+    return Next{i < d.ne ? equality : (i < d.ne + d.nf ? friction : other), is_cone ? d.contact[d.efc_id[i]].dim : 1};
+  };
+  int place = 0, bounded = 0;
+  for (const Kind kind : {equality, friction, other}) {
+    for (;;) {
+      int size = 0, most = 0;
+      for (int lane = 0; lane < code_.width; ++lane) {
+        const int left = lists[lane].count - done[lane];
+        if (left <= most || next(lane).kind != kind) continue;
+        most = left;
+        size = next(lane).size;
+      }
+      if (size == 0) break;
+      if (place + size > kMostPlaces) return false;
+      constraints_.dims[place] = static_cast<unsigned char>(size);
+      for (int lane = 0; lane < code_.width; ++lane) {
+        const bool is_there = done[lane] < lists[lane].count && next(lane).kind == kind && next(lane).size == size;
+        for (int k = 0; k < size; ++k)
+          constraint_at(lane, place + k) = is_there ? lists[lane].constraint(done[lane]++) : -1;
+      }
+      place += size;
+    }
+    if (kind == friction) bounded = place;
+  }
+  set_size(rows, place, bounded, is_elliptic(m_) ? bounded : -1);
+  for (int lane = 0; lane < code_.width && is_elliptic(m_); ++lane) load_cones(lane, *data[row_of(lane, rows)]);
+  return true;
+}
+
+void Solver::load_cones(int lane, const mjData& d) {
+  const Constraints& c = constraints_;
+  for (int at = c.cones; at < c.size; at += c.dims[at]) {
+    const int i = constraint_at(lane, at);
+    for (int k = 0; k < c.dims[at] && c.dims[at] > 1; ++k) {
+      const mjContact* const con = i < 0 ? nullptr : d.contact + d.efc_id[i];
+      c.scale[(at + k) * code_.width + lane] = !con ? 0 : (k == 0 ? con->mu : con->friction[k - 1]);
+    }
   }
 }
 

@@ -1,4 +1,5 @@
-// MuJoCo 4.0's Newton and PGS for several rows at once: for dense Jacobians, pyramidal cones, limits and contacts.
+// MuJoCo 4.0's Newton and PGS for several rows at once, for dense Jacobians. PGS is only for pyramidal cones, limits and
+// contacts.
 #pragma once
 
 #include <array>
@@ -38,6 +39,18 @@ class Solver : public RowSolver {
   Solver(const Code& code, const mjModel& m);
   void solve_dual(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data);
   static int first_dof(const mjData& d, int island) { return d.map_idof2dof[d.island_idofadr[island]]; }
+  // A lane has few contacts, but not the same ones as others.
+  static constexpr int kMostPlaces = 2 * kMaxConstraints;
+  // The constraints of a lane: all, or those in the list.
+  struct List {
+    const int* list;
+    int count;
+    int constraint(int i) const { return list ? list[i] : i; }
+  };
+  using Lists = std::array<List, kMaxWidth>;
+  bool load(std::uint32_t rows, const RowData& data);
+  bool lay_out(std::uint32_t rows, const RowData& data, const Lists& lists);
+  void load_cones(int lane, const mjData& d);
   void set_options(std::uint32_t rows, const RowModels& models);
   void solve_islands(Lanes& lanes, std::uint32_t rows, const RowData& data);
   void solve_island(Lanes& lanes, int first, int count, std::uint32_t rows, const std::array<int, kMaxWidth>& islands,

@@ -28,11 +28,6 @@ std::string comparison(const Model& model) {
                  "the comparison of forward and inverse dynamics (opt.enableflags)");
 }
 
-std::string integrators(const Model& model) {
-  const int integrator = model.get()->opt.integrator;
-  return text_if(integrator != mjINT_EULER && integrator != mjINT_RK4, "an integrator other than Euler and RK4");
-}
-
 std::string flexes(const Model& model) { return text_if(model.get()->nflex > 0, "flexes"); }
 std::string mocap(const Model& model) { return text_if(model.get()->nmocap > 0, "mocap bodies"); }
 std::string plastic(const Model& model) { return text_if(model.get()->nplastic > 0, "plastic joints or tendons"); }
@@ -99,12 +94,14 @@ void compute_contacts(Work& work, const mjModel& /*m*/, mjData& d) {
 
 bool has_actuators(const Model& model) { return model.get()->nactuator > 0; }
 
+bool compensates_by_actuators(const mjModel& m) { return m.flg_gravcomp && any(m.jnt_actgravcomp, m.njnt, mjtBool{0}); }
+
 std::string actuation(const Model& model) {
   const mjModel& m = *model.get();
   if (m.na > 0) return "states of actuators";
   if (m.nactuator != m.nu || m.nactuator != m.nout) return "actuators with several inputs or outputs";
   if (m.opt.disableflags & mjDSBL_ACTUATION || m.opt.disableactuator) return "disabled actuators";
-  if (m.flg_gravcomp) return "compensation of gravity";
+  if (compensates_by_actuators(m)) return "compensation of gravity by actuators";
   for (int i = 0; i < m.nactuator; ++i) {
     const int joint = m.actuator_trnid[2 * i];
     const bool is_on_joint = m.actuator_trntype[i] == mjTRN_JOINT || m.actuator_trntype[i] == mjTRN_JOINTINPARENT;
@@ -140,7 +137,7 @@ std::string passive(const Model& model) {
   if (any(m.jnt_stiffnesspoly, m.njnt * mjNPOLY, 0.0)) return "springs that are not linear";
   for (int i = 0; i < m.ngeom; ++i)
     if (m.geom_fluid[mjNFLUID * i] > 0) return "the fluid model of ellipsoids";
-  if (m.flg_gravcomp) return "compensation of gravity";
+  if (compensates_by_actuators(m)) return "compensation of gravity by actuators";
   return m.flg_adhesion ? "adhesion" : "";
 }
 
@@ -178,7 +175,20 @@ void compute_constraints(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_fwdConstraint(&work.stepped(), &d);
 }
 
-std::string activations(const Model& model) { return text_if(model.get()->na > 0, "states of actuators"); }
+std::string integration(const Model& model) {
+  const mjModel& m = *model.get();
+  if (m.na > 0) return "states of actuators";
+  if (m.opt.integrator == mjINT_IMPLICIT) return "the integrator implicit";
+  if (m.opt.integrator != mjINT_IMPLICITFAST) return "";
+  if (m.opt.density > 0 || m.opt.viscosity > 0) return "implicitfast with a fluid";
+  if (any(m.tendon_damping, m.ntendon, 0.0) || any(m.tendon_dampingpoly, m.ntendon * mjNPOLY, 0.0))
+    return "implicitfast with dampers of tendons";
+  if (!actuation(model).empty()) return "implicitfast with actuators that are computed row by row";
+  for (int i = 0; i < m.njnt; ++i)
+    if (m.jnt_type[i] == mjJNT_FREE && m.tree_dofnum[m.dof_treeid[m.jnt_dofadr[i]]] == 6)
+      return "implicitfast with free bodies that have no other joints";
+  return "";
+}
 
 }  // namespace
 
@@ -194,7 +204,6 @@ const std::vector<Obstacle>& obstacles() {
   static const std::vector<Obstacle> list{
       {"no joints", "nothing moves", no_joints},
       {"`fwdinv`", "it reads and writes nearly all of mjData", comparison},
-      {"integrators other than Euler and RK4", "not written yet", integrators},
       {"flexes", "not written yet", flexes},
       {"mocap bodies", "not written yet", mocap},
       {"plastic joints and tendons", "not written yet", plastic},
@@ -274,9 +283,10 @@ const std::vector<Stage>& stages() {
        compute_actuation,
        kActuation},
       {"passive forces",
-       "linear springs of slides and hinges, dampers; the fluid model of boxes",
-       "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, "
-       "compensation of gravity or adhesion",
+       "linear springs of slides and hinges, dampers; the fluid model of boxes; compensation of gravity",
+       "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, adhesion, "
+       "or "
+       "compensation of gravity by actuators",
        {MJENV_SHOW(passive)},
        always,
        passive,
@@ -293,9 +303,10 @@ const std::vector<Stage>& stages() {
        compute_acceleration,
        kAcceleration},
       {"solver",
-       "Newton and PGS, for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
-       "CG and noslip, elliptic cones, sparse Jacobians, islands that are disabled; rows with equalities or friction, "
-       "or with islands whose dofs do not follow each other (PGS: with several islands)",
+       "Newton; PGS for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
+       "CG and noslip, sparse Jacobians, islands that are disabled; rows with islands whose dofs do not follow each "
+       "other; "
+       "PGS with elliptic cones, and rows with equalities, friction or several islands",
        {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solPGS),
         MJENV_FUNCTION(dualFinish)},
        always,
@@ -304,12 +315,17 @@ const std::vector<Stage>& stages() {
        compute_constraints,
        kConstraints},
       {"integration",
-       "Euler and RK4",
-       "all, if actuators have states",
-       {MJENV_FUNCTION(Euler), MJENV_FUNCTION(RungeKutta)},
+       "Euler, RK4 and implicitfast",
+       "implicit; all, if actuators have states; implicitfast with fluids, dampers of tendons, free bodies without "
+       "other "
+       "joints, or "
+       "actuators that are computed row by row",
+       {MJENV_FUNCTION(Euler), MJENV_FUNCTION(implicitfast), MJENV_FUNCTION(RungeKutta)},
        always,
-       activations,
-       never},
+       integration,
+       never,
+       nullptr,
+       kIntegration},
       {"sensors", "", "all", {}, [](const Model& model) { return model.get()->nsensor > 0; }, unwritten, never}};
   return list;
 }

@@ -40,8 +40,9 @@ class MujocoStepper final : public LaneStepper {
  public:
   MujocoStepper(const Model& model, const Code& code)
       : LaneStepper(model, code),
-        is_by_rows_(m_.na > 0),
+        is_by_rows_(!stage_of(kIntegration).obstacle(model).empty()),
         is_RungeKutta_(m_.opt.integrator == mjINT_RK4),
+        is_implicit_(m_.opt.integrator == mjINT_IMPLICIT || m_.opt.integrator == mjINT_IMPLICITFAST),
         solver_(Solver::make(code, m_)),
         contacts_(stage_of(kContacts)),
         collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(m_, code) : nullptr),
@@ -52,8 +53,8 @@ class MujocoStepper final : public LaneStepper {
                        })) {}
 
  private:
-  const bool is_by_rows_, is_RungeKutta_;  // how a step is integrated
-  const std::unique_ptr<Solver> solver_;   // null: the stages' table has its twin
+  const bool is_by_rows_, is_RungeKutta_, is_implicit_;  // how a step is integrated
+  const std::unique_ptr<Solver> solver_;                 // null: the stages' table has its twin
   const Stage& contacts_;
   const std::unique_ptr<Collider> collider_;  // null: the stages' table has its twin
   const SensorNeeds needs_;
@@ -72,7 +73,7 @@ class MujocoStepper final : public LaneStepper {
   void sense(bool is_shown);
   void show_current();
   void integrate(bool is_last);
-  void integrate_by_rows();
+  void integrate_by_rows(bool is_shown);
 };
 
 void MujocoStepper::adopt() {
@@ -113,11 +114,12 @@ void MujocoStepper::advance(bool is_last) {
   // Sensors of positions and velocities are computed again for the new state, if that is shown.
   const bool is_late = needs_ == SensorNeeds::motion && works_[0]->keeps_current();
   const bool senses = is_last && needs_ != SensorNeeds::nothing && !is_late;
-  evaluate((is_last && is_whole_) || (senses && needs_ != SensorNeeds::motion));
+  const bool is_read = (is_last && is_whole_) || (senses && needs_ != SensorNeeds::motion);
+  evaluate(is_read);
   if (live() == 0) return;
   if (senses) sense(needs_ != SensorNeeds::motion);
-  if (is_by_rows_)
-    integrate_by_rows();
+  if (is_by_rows_ || (is_implicit_ && is_last && is_whole_))
+    integrate_by_rows(is_read);
   else
     integrate(is_last);
 }
@@ -209,7 +211,7 @@ void MujocoStepper::show_current() {
 }
 
 void MujocoStepper::integrate(bool is_last) {
-  if (!is_RungeKutta_) return code_.Euler(lanes_);
+  if (!is_RungeKutta_) return is_implicit_ ? code_.implicitfast(lanes_) : code_.Euler(lanes_);
   for (int stage = 1; stage < 4; ++stage) {
     code_.RungeKutta(lanes_, stage);
     leave_bad(lanes_.qpos, m_.nq);
@@ -220,21 +222,29 @@ void MujocoStepper::integrate(bool is_last) {
   code_.RungeKutta(lanes_, 4);
 }
 
-// `step` advances the time.
-void MujocoStepper::integrate_by_rows() {
+// `step` advances the time. is_shown: `show` has been called. Otherwise what it writes for mj_implicit is written here.
+void MujocoStepper::integrate_by_rows(bool is_shown) {
+  const bool shows = is_implicit_ && !is_shown;
+  for (const Party reader : {kMiddle, kSolved, kActuation})
+    if (shows) scatter(reader);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
+    const mjModel& m = works_[row]->stepped();
+    if (shows) mj_transmission(&m, &d);
     const mjtNum time = d.time;
     if (is_RungeKutta_)
-      mj_RungeKutta(&works_[row]->stepped(), &d, 4);
+      mj_RungeKutta(&m, &d, 4);
+    else if (is_implicit_)
+      mj_implicit(&m, &d);
     else
-      mj_Euler(&works_[row]->stepped(), &d);
+      mj_Euler(&m, &d);
     d.time = time;
   });
   gather(kIntegration);
 }
 
 MujocoStepper::Left MujocoStepper::finish() {
-  if (is_whole_ && !is_RungeKutta_ && !is_by_rows_ && lanes_.damped != 0) scatter(kFactor, lanes_.damped);
+  if (is_whole_ && !is_RungeKutta_ && !is_implicit_ && !is_by_rows_ && lanes_.damped != 0)
+    scatter(kFactor, lanes_.damped);
   const bool is_shown = works_[0]->keeps_current() && shows_current_ && !is_whole_;
   if (is_shown) show_current();
   if (!(is_by_rows_ && is_RungeKutta_)) scatter(kShown);
