@@ -221,7 +221,7 @@ class Finder:
             first = children[0]
             if is_constant:
                 children = children[1:]
-            elif first.kind.is_expression():
+            elif first.kind.is_expression() and span(first) != (start, end):  # which is so in a macro
                 self.condition(first)
         for child in children[STATEMENTS[kind]] if kind in STATEMENTS else []:
             if child.kind.is_expression():

@@ -26,9 +26,6 @@ from typing import TypedDict
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-# The topics of tests/core/run.cpp that do not have the name of the file that tests them
-TOPICS = {"lanes": ["few-lanes"], "random_models": []}
-LONG_TOPICS = {**TOPICS, "lanes": ["few-lanes", "lanes"]}
 SEEDS = 24
 # The tests allocate and free much memory. If the C library returned it to the system, they would take twice as long.
 KEEP_MEMORY = {
@@ -62,12 +59,20 @@ def line_of(mutant: Mutant) -> tuple[str, int]:
     return mutant["file"], mutant["line"]
 
 
+def topics_of(source: Path, long: bool) -> list[str]:
+    """The topics of tests/core/run.cpp that this file tests: that of its name, but for those of lanes/."""
+    if source.parent.name == "lanes":
+        return ["few-lanes", "lanes"] if long else ["few-lanes"]
+    return [] if source.stem in ("random_models", "run", "twins") else [source.stem]
+
+
 def tests_of(folder: Path, long: bool, mujoco4: bool) -> list[str]:
     """The arguments of test_core for each test."""
     tests = []
-    for source in sorted((folder / "source/tests/core").glob("twins.cpp" if mujoco4 else "*.cpp")):
-        names = re.findall(r"cmocka_unit_test\w*\(([\w:]+)", source.read_text())
-        for topic in (LONG_TOPICS if long else TOPICS).get(source.stem, [source.stem]):
+    core = folder / "source/tests/core"
+    for source in [core / "twins.cpp"] if mujoco4 else sorted(core.glob("**/*.cpp")):
+        names = re.findall(r"(?:cmocka_unit_test\w*|TEST)\(([\w:]+)", source.read_text())
+        for topic in ["twins"] if mujoco4 else topics_of(source, long):
             tests += [f"{topic} {name}" for name in names]
     if not mujoco4:
         tests += [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
