@@ -42,7 +42,7 @@ extern "C" void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum
   X(mjr_uploadTexture) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler) \
   X(mj_kinematics) X(mj_comPos) X(mj_makeM) X(mj_factorM) X(mj_comVel) X(mj_rne) X(mj_tendon) X(mj_collision) \
   X(mj_makeConstraint) X(mj_island) X(mj_projectConstraint) X(mj_transmission) X(mj_energyPos) X(mj_energyVel) \
-  X(mju_mulMatVecSparse) X(mj_passive) X(mj_referenceConstraint) X(mj_fwdActuation) X(mj_fwdAcceleration) \
+  X(mju_mulMatVecSparse) X(mju_rayGeom) X(mju_normalize3) X(mj_passive) X(mj_referenceConstraint) X(mj_fwdActuation) X(mj_fwdAcceleration) \
   X(mj_fwdConstraint) X(mj_Euler) X(mj_implicit) X(mj_RungeKutta) X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) \
   X(mj_addContact) X(mjcb_passive) X(mjcb_control) X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) \
   X(mjcb_act_bias)

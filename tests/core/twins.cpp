@@ -100,7 +100,10 @@ constexpr const char* kSensors =
     <body name='b' pos='0.3 0 0'><joint name='j' axis='0 1 0' range='-20 20'/><geom type='capsule' size='0.1 0.2'/><site name='t' size='0.2'/></body></body>
     </worldbody><actuator><motor name='m' joint='j' gear='3'/></actuator><sensor><subtreelinvel body='a'/><subtreecom body='a'/><gyro site='s'/>
     <velocimeter site='t'/><framepos objtype='camera' objname='c'/><jointpos joint='j'/><jointvel joint='j'/><actuatorpos actuator='m'/>
-    <actuatorvel actuator='m'/><rangefinder site='s'/><framequat objtype='geom' objname='g'/>%s</sensor></mujoco>)";
+    <actuatorvel actuator='m'/><framequat objtype='geom' objname='g'/><framequat objtype='body' objname='b' reftype='site' refname='s'/>
+    <framelinvel objtype='site' objname='t' reftype='body' refname='a'/><frameangvel objtype='xbody' objname='b' cutoff='0.5'/><subtreeangmom body='a'/>
+    <framezaxis objtype='site' objname='s'/><framexaxis objtype='body' objname='a' reftype='camera' refname='c'/><magnetometer site='t'/>
+    <framepos objtype='body' objname='b' reftype='geom' refname='g'/><clock cutoff='0.003'/>%s</sensor></mujoco>)";
 
 std::shared_ptr<const Model> with_sensors(const std::string& option, const std::string& flag, const std::string& more) {
   std::string text = kSensors;
@@ -141,8 +144,13 @@ std::vector<Named> models() {
   found.emplace_back("robot with Euler", Model::parse("robot", without_part(robot, " integrator='", "'")));
   found.emplace_back("sensors", with_sensors("", "", ""));
   found.emplace_back("sensors with RK4", with_sensors("integrator='RK4'", "contact='disable'", "<force site='t'/>"));
-  found.emplace_back("sensors of forces",
-                     with_sensors("", "", "<touch site='t'/><accelerometer site='s'/><jointactuatorfrc joint='j'/>"));
+  found.emplace_back("sensors of rays", with_sensors("", "", "<rangefinder site='s'/><touch site='t'/>"));
+  const std::string forces =
+      "<accelerometer site='s'/><jointactuatorfrc joint='j'/><actuatorfrc actuator='m' cutoff='1'/>"
+      "<framelinacc objtype='geom' objname='g'/><frameangacc objtype='body' objname='b'/>";
+  found.emplace_back("sensors of forces", with_sensors("", "", forces));
+  found.emplace_back("sensors of touch",
+                     with_sensors("cone='elliptic'", "", forces + "<touch site='t' cutoff='50'/><touch site='s'/>"));
   found.emplace_back("sensors of limits", with_sensors("", "constraint='disable'", "<jointlimitpos joint='j'/>"));
   return found;
 }

@@ -25,28 +25,36 @@ unsigned cholFactor(V* mat, int n) {
   return lost;
 }
 
-// mju_cholUpdate in the lanes in which x is not 0. Returns the lanes, as bits, in which the matrix loses rank.
-// x - y * z has the same bits as x + (-y) * z.
+// The step of mju_cholUpdate for column k, in the lanes in which x is not 0. Returns the lanes, as bits, in which the matrix
+// loses rank. x - y * z has the same bits as x + (-y) * z.
+inline unsigned cholUpdate(V* mat, V* x, int n, Mask plus, int k) {
+  const V vec = x[k];
+  const Mask is_used = vec != V{};
+  if (!any(is_used)) return 0;
+  const V diagonal = mat[k * (n + 1)];
+  V square = diagonal * diagonal + (plus ? vec * vec : -vec * vec);
+  const Mask is_small = square < splat(mjMINVAL);
+  square = is_small ? splat(mjMINVAL) : square;
+  const V r = sqrt(square), c = r / diagonal, inverse = 1.0 / c, s = vec / diagonal, signed_s = plus ? s : -s;
+  mat[k * (n + 1)] = is_used ? r : diagonal;
+  for (int i = k + 1; i < n; ++i) {
+    const V old = mat[i * n + k], next = (old + signed_s * x[i]) * inverse;
+    mat[i * n + k] = is_used ? next : old;
+    x[i] = is_used ? c * x[i] - s * next : x[i];
+  }
+  return bits(is_small & is_used);
+}
+
 unsigned cholUpdate(V* mat, V* x, int n, Mask plus) {
   unsigned lost = 0;
-  for (int k = 0; k < n; ++k) {
-    const V vec = x[k];
-    const Mask is_used = vec != V{};
-    if (!any(is_used)) continue;
-    const V diagonal = mat[k * (n + 1)];
-    V square = diagonal * diagonal + (plus ? vec * vec : -vec * vec);
-    const Mask is_small = square < splat(mjMINVAL);
-    lost |= bits(is_small & is_used);
-    square = is_small ? splat(mjMINVAL) : square;
-    const V r = sqrt(square), c = r / diagonal, inverse = 1.0 / c, s = vec / diagonal, signed_s = plus ? s : -s;
-    mat[k * (n + 1)] = is_used ? r : diagonal;
-    for (int i = k + 1; i < n; ++i) {
-      const V old = mat[i * n + k], next = (old + signed_s * x[i]) * inverse;
-      mat[i * n + k] = is_used ? next : old;
-      x[i] = is_used ? c * x[i] - s * next : x[i];
-    }
-  }
+  for (int k = 0; k < n; ++k) lost |= cholUpdate(mat, x, n, plus, k);
   return lost;
+}
+
+// The same for several vectors. The CPU overlaps the updates of different columns, which do not wait for each other.
+void cholUpdates(V* mat, V* x, int n, int count) {
+  for (int k = 0; k < n; ++k)
+    for (int vec = 0; vec < count; ++vec) cholUpdate(mat, x + vec * n, n, V{} == V{}, k);
 }
 
 // MuJoCo's line search (CGsearch, later PrimalSearch) for one lane. It stops where CGsearch calls CGeval, so that the
@@ -198,8 +206,8 @@ class Primal : protected Constrained {
   virtual void begin_vector(V* vec) { zero(vec, nv_); }
   virtual void add_element(int /*k*/, unsigned /*lanes*/) {}
   virtual unsigned update(V* vec, Mask plus) { return cholUpdate(of(c_.H), vec, nv_, plus); }
-  // Updates Hcone by a vector that has the columns of the constraint at place i, and overwrites the vector.
-  virtual void update_cone(int /*i*/, V* vec) { cholUpdate(of(c_.Hcone), vec, nv_, V{} == V{}); }
+  // Updates Hcone by vectors that have the columns of the constraint at place i, and overwrites the vectors.
+  virtual void update_cone(int /*i*/, V* from, int count) { cholUpdates(of(c_.Hcone), from, nv_, count); }
 
   // The cost that mj_constraintUpdate computes.
   V cost_of(const V* jar) const {
@@ -338,7 +346,7 @@ class Primal : protected Constrained {
           for (int n = 0; n < count; ++n) LTJ[c * nv_ + columns[n]] += row[columns[n]] * scale;
         }
       }
-      for (int r = 0; r < dim; ++r) update_cone(i, LTJ + r * nv_);
+      update_cone(i, LTJ, dim);
     }
   }
 

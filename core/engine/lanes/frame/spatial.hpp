@@ -80,6 +80,12 @@ inline Mask is_null(const V* quat) {
   return (quat[0] == splat(1)) & (quat[1] == V{}) & (quat[2] == V{}) & (quat[3] == V{});
 }
 
+// mju_negQuat
+inline void negQuat(V* res, const V* quat) {
+  res[0] = quat[0];
+  for (int k = 1; k < 4; ++k) res[k] = -quat[k];
+}
+
 // mju_axisAngle2Quat, given the sine and cosine of half the angle.
 template <typename T>
 inline void axisAngle2Quat(V* res, const T* axis, V angle, V sine, V cosine) {

@@ -30,12 +30,6 @@ inline void normalize4(V* vec) {
     for (int i = 0; i < 4; ++i) vec[i] = is_small ? splat(i == 0) : vec[i];
 }
 
-// mju_negQuat
-inline void negQuat(V* res, const V* quat) {
-  res[0] = quat[0];
-  for (int k = 1; k < 4; ++k) res[k] = -quat[k];
-}
-
 // mju_mulQuatAxis
 inline void mulQuatAxis(V* res, const V* quat, const V* axis) {
   res[0] = -quat[1] * axis[0] - quat[2] * axis[1] - quat[3] * axis[2];

@@ -151,8 +151,11 @@ class CGNewton final : Primal<kPlain, false> {
     }
   }
 
-  void update_cone(int i, V* from) override {
-    if (!is_sparse()) return Base::update_cone(i, from);
+  void update_cone(int i, V* from, int count) override {
+    if (!is_sparse()) return Base::update_cone(i, from, count);
+    for (int r = 0; r < count; ++r) update_cone(i, from + r * nv_);
+  }
+  void update_cone(int i, const V* from) {
     V* const vec = of(c_.vec);
     Hcone_.begin_vector(vec);
     for (int n = 0; n < c_.column_counts[i]; ++n) {

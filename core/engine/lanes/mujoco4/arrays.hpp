@@ -25,8 +25,10 @@ enum Party : unsigned {
   kPassive = 1 << 16,       // mj_passive, which does the same
   kContacts = 1 << 17,      // mj_collision and mj_makeConstraint, which do the same
   kMaking = 1 << 18,        // mj_makeConstraint, for limits and contacts
+  kSensed = 1 << 19,        // whoever reads sensordata after a step
+  kCameras = 1 << 20,       // mj_camlight
 };
-constexpr int kParties = 19;
+constexpr int kParties = 21;
 
 // ARRAY(name in mjData, its count in a model m, who writes it there beside lanes, who reads it there)
 #define MJENV_LANES_DATA(ARRAY)                                                               \
@@ -77,28 +79,36 @@ constexpr int kParties = 19;
   ARRAY(qacc, m.nv, kConstraints, kSolved | kShown)                                           \
   ARRAY(qfrc_constraint, m.nv, kConstraints, kSolved | kShown)                                \
   ARRAY(qH, m.nC, kNobody, kFactor)                                                           \
-  ARRAY(qHDiagInv, m.nv, kNobody, kFactor)
+  ARRAY(qHDiagInv, m.nv, kNobody, kFactor)                                                    \
+  ARRAY(cam_xpos, 3 * m.ncam, kCameras, kNobody)                                              \
+  ARRAY(cam_xmat, 9 * m.ncam, kCameras, kNobody)                                              \
+  ARRAY(sensordata, m.nsensordata, kNobody, kSensed)
 
 // ARRAY(name, count): results that lanes keep for themselves: angles of hinges with their sines and cosines; what MuJoCo
-// keeps on its stack, cacc and cfrc_body of mj_rne, qacc of mj_Euler, X, F and dX of mj_RungeKutta; and for each body
+// keeps on its stack, cacc and cfrc_body of mj_rne, qacc of mj_Euler, X, F and dX of mj_RungeKutta; for sensors,
+// accelerations of bodies and velocities of subtrees; and for each body
 // 1 / (mass of its subtree), or 0 if that mass is too small, and the factors by which
 // mj_inertiaBoxFluidModel multiplies velocities: for viscosity, one for torque and one for force; for drag, one for each
 // axis.
-#define MJENV_LANES_RESULTS(ARRAY)  \
-  ARRAY(angle, m.njnt)              \
-  ARRAY(sine, m.njnt)               \
-  ARRAY(cosine, m.njnt)             \
-  ARRAY(rne_cacc, 6 * m.nbody)      \
-  ARRAY(rne_cfrc_body, 6 * m.nbody) \
-  ARRAY(qacc_integrated, m.nv)      \
-  ARRAY(X_qpos, m.nq)               \
-  ARRAY(X_qvel, 4 * m.nv)           \
-  ARRAY(F, 4 * m.nv)                \
-  ARRAY(dX, 2 * m.nv)               \
-  ARRAY(com_scale, m.nbody)         \
-  ARRAY(viscous_torque, m.nbody)    \
-  ARRAY(viscous_force, m.nbody)     \
-  ARRAY(torque_drag, 3 * m.nbody)   \
+#define MJENV_LANES_RESULTS(ARRAY)   \
+  ARRAY(angle, m.njnt)               \
+  ARRAY(sine, m.njnt)                \
+  ARRAY(cosine, m.njnt)              \
+  ARRAY(rne_cacc, 6 * m.nbody)       \
+  ARRAY(rne_cfrc_body, 6 * m.nbody)  \
+  ARRAY(qacc_integrated, m.nv)       \
+  ARRAY(X_qpos, m.nq)                \
+  ARRAY(X_qvel, 4 * m.nv)            \
+  ARRAY(F, 4 * m.nv)                 \
+  ARRAY(dX, 2 * m.nv)                \
+  ARRAY(cacc, 6 * m.nbody)           \
+  ARRAY(body_vel, 6 * m.nbody)       \
+  ARRAY(subtree_linvel, 3 * m.nbody) \
+  ARRAY(subtree_angmom, 3 * m.nbody) \
+  ARRAY(com_scale, m.nbody)          \
+  ARRAY(viscous_torque, m.nbody)     \
+  ARRAY(viscous_force, m.nbody)      \
+  ARRAY(torque_drag, 3 * m.nbody)    \
   ARRAY(force_drag, 3 * m.nbody)
 
 // The numbers that rows may have of their own (Limit).
@@ -113,6 +123,8 @@ constexpr int kParties = 19;
   ARRAY(dof_armature, m.nv, kModerate)                     \
   ARRAY(dof_damping, m.nv, kModerate)                      \
   ARRAY(dof_M0, m.nv, kModerate)                           \
+  ARRAY(sensor_cutoff, m.nsensor, kUnlimited)              \
+  ARRAY(cam_quat, 4 * m.ncam, kUnlimited)                  \
   ARRAY(actuator_gainprm, mjNGAIN* m.nactuator, kModerate) \
   ARRAY(actuator_biasprm, mjNBIAS* m.nactuator, kModerate) \
   ARRAY(actuator_gear, 6 * m.nout, kModerate)              \
@@ -123,6 +135,7 @@ constexpr int kParties = 19;
 #define MJENV_LANES_OWN_OPTIONS(ARRAY) \
   ARRAY(timestep, 1, kModerate)        \
   ARRAY(gravity, 3, kModerate)         \
+  ARRAY(magnetic, 3, kUnlimited)       \
   ARRAY(wind, 3, kModerate)            \
   ARRAY(density, 1, kModerate)         \
   ARRAY(viscosity, 1, kModerate)

@@ -3,6 +3,7 @@
 
 #include "engine/lanes/mujoco4/collision.hpp"
 #include "engine/lanes/mujoco4/forces.hpp"
+#include "engine/lanes/mujoco4/sensor.hpp"
 #include "engine/lanes/mujoco4/smooth.hpp"
 #include "engine/lanes/mujoco4/solver_newton.hpp"
 #include "engine/lanes/mujoco4/solver_pgs.hpp"

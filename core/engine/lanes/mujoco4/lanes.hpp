@@ -85,6 +85,8 @@ struct Contacts {
   FUNCTION(void, solNewton, (Lanes&, Constraints&))                                                         \
   FUNCTION(void, solPGS, (DualRow*, int count))                                                             \
   FUNCTION(void, dualFinish, (Lanes&))                                                                      \
+  /* The sensors of accelerations, or those of positions and velocities */                                  \
+  FUNCTION(void, sensors, (Lanes&, bool are_of_accelerations))                                              \
   FUNCTION(void, Euler, (Lanes&))                                                                           \
   FUNCTION(void, implicitfast, (Lanes&))                                                                    \
   /* Stages 1 to 3 set qpos and qvel to where the derivatives are evaluated next. Stage 4 ends the step. */ \

@@ -7,6 +7,7 @@
 #include "engine/lanes/frame/lane_arrays.hpp"
 #include "engine/lanes/frame/stepper.hpp"
 #include "engine/lanes/mujoco4/collider.hpp"
+#include "engine/lanes/mujoco4/sensing.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
 
 namespace mjenv::core::lanes {
@@ -68,7 +69,6 @@ std::string excess(const Model& model) {
 
 bool always(const Model& /*model*/) { return true; }
 std::string never(const Model& /*model*/) { return ""; }
-std::string unwritten(const Model& /*model*/) { return "not written yet"; }
 
 void compute_places(Work& work, const mjModel& /*m*/, mjData& d) {
   mj_kinematics(&work.stepped(), &d);
@@ -326,7 +326,17 @@ const std::vector<Stage>& stages() {
        never,
        nullptr,
        kIntegration},
-      {"sensors", "", "all", {}, [](const Model& model) { return model.get()->nsensor > 0; }, unwritten, never}};
+      {"sensors",
+       "those of motion and of actuators' forces, if not all of mjData is read after the step",
+       "touch; all, if there are others",
+       {MJENV_FUNCTION(sensors)},
+       [](const Model& model) { return model.get()->nsensor > 0; },
+       [](const Model& model) { return other_sensors(*model.get()); },
+       [](const Model& model) {
+         const mjModel& m = *model.get();
+         return text_if(std::find(m.sensor_type, m.sensor_type + m.nsensor, mjSENS_TOUCH) != m.sensor_type + m.nsensor,
+                        "touch");
+       }}};
   return list;
 }
 

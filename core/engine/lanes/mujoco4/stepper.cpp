@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
 #include "engine/lanes/frame/lane_stepper.hpp"
 #include "engine/lanes/mujoco4/collider.hpp"
+#include "engine/lanes/mujoco4/sensing.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
 #include "engine/mujoco.hpp"
 
@@ -12,24 +14,6 @@ namespace {
 
 bool has_negative_zero(const double* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
-}
-
-// What the model's sensors read. nothing: there are none, or they are disabled. motion: positions and velocities.
-// constraints: also constraints with their forces, or accelerations. early_constraints: also in mj_step1.
-enum class SensorNeeds { nothing, motion, constraints, early_constraints };
-
-SensorNeeds sensor_needs(const mjModel& m) {
-  if (m.nsensor == 0 || m.opt.disableflags & mjDSBL_SENSOR) return SensorNeeds::nothing;
-  SensorNeeds needs = SensorNeeds::motion;
-  for (int i = 0; i < m.nsensor; ++i) switch (m.sensor_type[i]) {
-      case mjSENS_JOINTLIMITPOS:
-      case mjSENS_JOINTLIMITVEL:
-      case mjSENS_TENDONLIMITPOS:
-      case mjSENS_TENDONLIMITVEL: return SensorNeeds::early_constraints;
-      default:
-        if (m.sensor_needstage[i] == mjSTAGE_ACC) needs = SensorNeeds::constraints;
-    }
-  return needs;
 }
 
 const Stage& stage_of(Party party) {
@@ -47,6 +31,8 @@ class MujocoStepper final : public LaneStepper {
         contacts_(stage_of(kContacts)),
         collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(m_, code) : nullptr),
         needs_(sensor_needs(m_)),
+        senses_in_lanes_(other_sensors(m_).empty()),
+        sees_from_cameras_(sees_from_cameras(m_)),
         shows_current_(m_.ntendon == 0 && needs_ != SensorNeeds::early_constraints &&
                        std::all_of(stages().begin(), stages().end(), [&](const Stage& stage) {
                          return !(stage.party & (kActuation | kPassive)) || stage.obstacle(model).empty();
@@ -58,6 +44,7 @@ class MujocoStepper final : public LaneStepper {
   const Stage& contacts_;
   const std::unique_ptr<Collider> collider_;  // null: the stages' table has its twin
   const SensorNeeds needs_;
+  const bool senses_in_lanes_, sees_from_cameras_;
   const bool shows_current_;  // whether lanes compute what callbacks see of a new state
   bool is_whole_ = false;     // all of mjData is read after this step
 
@@ -66,11 +53,15 @@ class MujocoStepper final : public LaneStepper {
   void begin() override;
   void advance(bool is_last) override;
   Left finish() override;
-  void evaluate(bool is_read);
+  bool reads_rows() const {
+    return is_whole_ || !senses_in_lanes_;
+  }  // whether sensors of this step are computed row by row
+  void evaluate(bool is_read, bool is_shown);
   void collide(bool is_read);
   void solve(bool is_read);
   void show();
-  void sense(bool is_shown);
+  void sense(bool are_all);
+  void sense_in_lanes(bool are_all);
   void show_current();
   void integrate(bool is_last);
   void integrate_by_rows(bool is_shown);
@@ -114,26 +105,27 @@ void MujocoStepper::advance(bool is_last) {
   // Sensors of positions and velocities are computed again for the new state, if that is shown.
   const bool is_late = needs_ == SensorNeeds::motion && works_[0]->keeps_current();
   const bool senses = is_last && needs_ != SensorNeeds::nothing && !is_late;
-  const bool is_read = (is_last && is_whole_) || (senses && needs_ != SensorNeeds::motion);
-  evaluate(is_read);
+  const bool is_read = (is_last && is_whole_) || (senses && needs_ >= SensorNeeds::constraints);
+  const bool is_shown = is_read && reads_rows();
+  evaluate(is_read, is_shown);
   if (live() == 0) return;
   if (senses) sense(needs_ != SensorNeeds::motion);
   if (is_by_rows_ || (is_implicit_ && is_last && is_whole_))
-    integrate_by_rows(is_read);
+    integrate_by_rows(is_shown);
   else
     integrate(is_last);
 }
 
 // mj_forward without sensors. The order differs from MuJoCo's where that does not change the results. is_read: whether
-// somebody reads constraints, or all of mjData, afterwards.
-void MujocoStepper::evaluate(bool is_read) {
+// somebody reads constraints afterwards. is_shown: whether somebody reads all of mjData.
+void MujocoStepper::evaluate(bool is_read, bool is_shown) {
   if (live() == 0) return;
   compute();
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
   if (collider_) collide(is_read && is_whole_);
   if (solver_) solve(is_read);
-  if (is_read) show();
+  if (is_shown) show();
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
 }
 
@@ -189,18 +181,43 @@ void MujocoStepper::show() {
   });
 }
 
-// Computes the sensors of positions and velocities. If others are read, too, `show` has been called.
-void MujocoStepper::sense(bool is_shown) {
+// Computes the sensors of positions and velocities, or all. If all are computed row by row, `show` has been called.
+void MujocoStepper::sense(bool are_all) {
+  if (!reads_rows()) return sense_in_lanes(are_all);
   for (const Party reader : {kMiddle, kShown})
-    if (!is_shown) scatter(reader);
+    if (!are_all) scatter(reader);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     const mjModel& m = works_[row]->stepped();
-    if (!is_shown) mj_camlight(&m, &d);
+    if (!are_all) mj_camlight(&m, &d);
     d.flg_subtreevel = d.flg_rnepost = false;
     mj_sensorPos(&m, &d);
     mj_sensorVel(&m, &d);
-    if (is_shown) mj_sensorAcc(&m, &d);
+    if (are_all) mj_sensorAcc(&m, &d);
   });
+}
+
+void MujocoStepper::sense_in_lanes(bool are_all) {
+  if (sees_from_cameras_) {
+    scatter(kMiddle);
+    for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) { mj_camlight(&works_[row]->stepped(), &d); });
+    gather(kCameras);
+  }
+  code_.sensors(lanes_, false);
+  if (are_all) code_.sensors(lanes_, true);
+  const int width = code_.width;
+  for_live_rows([&](int row, const mjModel& m, mjData& d) {
+    d.flg_subtreevel = d.flg_rnepost = false;
+    for (int i = 0; i < m.nsensor; ++i) {
+      if (!is_single(m.sensor_type[i]) || (!are_all && m.sensor_needstage[i] == mjSTAGE_ACC)) continue;
+      std::array<mjtNum, 3> pos{};
+      std::array<mjtNum, 9> mat{};
+      const int site = std::max(0, m.sensor_objid[i]);  // a clock has none
+      for (int k = 0; k < 3 && m.nsite > 0; ++k) pos[k] = lanes_.site_xpos[(3 * site + k) * width + row];
+      for (int k = 0; k < 9 && m.nsite > 0; ++k) mat[k] = lanes_.site_xmat[(9 * site + k) * width + row];
+      lanes_.sensordata[m.sensor_adr[i] * width + row] = sense_singly(m, d, i, pos.data(), mat.data());
+    }
+  });
+  scatter(kSensed);
 }
 
 // Computes the stages of mj_step1 for the new state, except those whose results nobody reads.
@@ -216,7 +233,7 @@ void MujocoStepper::integrate(bool is_last) {
     code_.RungeKutta(lanes_, stage);
     leave_bad(lanes_.qpos, m_.nq);
     leave_bad(lanes_.qvel, m_.nv);
-    evaluate(is_last && is_whole_ && stage == 3);
+    evaluate(is_last && is_whole_ && stage == 3, is_last && is_whole_ && stage == 3);
     if (live() == 0) return;
   }
   code_.RungeKutta(lanes_, 4);
