@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import errors
-from mjenv.capi.counts import count_of, seed_of, time_limit_of
+from mjenv.capi.counts import seed_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import Float64Array
-from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Options, Rows, open_rows, spec_of
+from mjenv.capi.handle import Options, Rows, spec_of
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.schema import Field
-from mjenv.gym.make_vec import around, make_vec
+from mjenv.gym.make_vec import make_vec
 from mjenv.gym.vector import VectorEnv
 from mjenv.registration import loaded_tasks, own_id
 from mjenv_learn import saved, svg, vectors
@@ -90,7 +89,7 @@ class Training:
 
     def __init__(
         self,
-        envs: VectorEnv | Rows,
+        envs: VectorEnv,
         settings: Settings,
         *,
         seed: int = 1,
@@ -107,7 +106,7 @@ class Training:
         self.changed: dict[str, Any] = {}
         self.stopped = False
         self.interrupted = False  # whether an error or Ctrl-C has ended the training
-        rows = _rows_of(envs)
+        rows = envs.handle
         self._here = stepped_here or type(rows) is not Rows
         _check_mode(envs)
         words = f"{words_of(settings)} seed={self.seed} threads={threads}"
@@ -120,13 +119,11 @@ class Training:
     @property
     def envs(self) -> VectorEnv:
         """The environments. A callback may write their live parameters and rows."""
-        if isinstance(self._envs, Rows):
-            self._envs = around(self._envs)
         return self._envs
 
     @property
     def id(self) -> str:
-        return _rows_of(self._envs).id
+        return self._envs.handle.id
 
     @property
     def steps(self) -> int:
@@ -158,11 +155,11 @@ class Training:
         self.set_envs(_made(self.id, self.settings.rows, {**given, **options}))
         self.changed.update(options)
 
-    def set_envs(self, envs: VectorEnv | Rows) -> None:
+    def set_envs(self, envs: VectorEnv) -> None:
         """Continues in other environments with the same spaces and number of rows."""
         _check_mode(envs)
         if not self._here:
-            self._learner.set_rows(_rows_of(envs))
+            self._learner.set_rows(envs.handle)
         self._envs = envs
         if self._here:
             self._learner.restart(self._first())
@@ -176,7 +173,7 @@ class Training:
         return Policy.parse(self._policy_text(best))
 
     def _policy_text(self, best: bool) -> str:
-        rows = _rows_of(self._envs)
+        rows = self._envs.handle
         if not isinstance(rows, Rows):  # the observation's terms have no names
             return self._learner.policy(Learned.BEST if best else Learned.LAST)
         known = {*Options(rows.engine, rows.id).schema(), *RANDOMIZING}
@@ -207,7 +204,7 @@ class Training:
     def description(self) -> Description:
         """What a checkpoint and training.json keep of the training."""
         tasks, settings = loaded_tasks(), dict(self.settings)
-        rows = _rows_of(self._envs)
+        rows = self._envs.handle
         engine = {"engine": rows.engine.name} if isinstance(rows, Rows) else {}
         options, stages = {**self.options, **engine}, [*self.stages]
         return Description(self.id, self.seed, tasks, options, stages, self.stage, self.changed, settings)
@@ -284,7 +281,7 @@ def train(
     envs: VectorEnv | None = None if isinstance(id, str) else vectors.taken(id)
     if envs is not None and (options or stages):
         raise errors.OptionError("options and stages need an id, not environments", Status.E_TYPE)
-    name = own_id(_rows_of(envs).id if envs is not None else id)
+    name = own_id(envs.handle.id if envs is not None else id)
     folder = Path(out) if out is not None else None
     if resume and folder is None:
         raise errors.OptionError("resume needs the folder `out`", Status.E_TYPE)
@@ -307,14 +304,14 @@ def train(
             raise errors.InvalidValueError("a training, and each of its stages, needs at least one step")
         chosen = chosen.with_values({"steps": sum(part.steps for part in parts)})
 
-        def make(part: Stage, changed: Mapping[str, Any]) -> VectorEnv | Rows:
+        def make(part: Stage, changed: Mapping[str, Any]) -> VectorEnv:
             if envs is not None:
                 return envs
             return _made(name, chosen.rows, {"num_threads": threads, **options, **part.options, **changed})
 
         first, changed = (min(kept.stage, len(parts) - 1), kept.changed) if kept is not None else (0, {})
         first_envs = make(parts[first], changed)
-        chosen = _with_groups(chosen, _rows_of(first_envs))
+        chosen = _with_groups(chosen, first_envs.handle)
         number = kept.seed if kept is not None else 1 if seed is None else seed
         training = Training(first_envs, chosen, seed=number, threads=threads, stepped_here=view)
         training.options, training.stages, training.stage, training.changed = options, parts, first, changed
@@ -338,7 +335,7 @@ class _Run:
         training: Training,
         parts: Sequence[Stage],
         first: int,
-        make: Callable[[Stage, Mapping[str, Any]], VectorEnv | Rows],
+        make: Callable[[Stage, Mapping[str, Any]], VectorEnv],
         seconds: float | None,
         callback: Callable[[Training], None] | None,
         every: int,
@@ -505,13 +502,7 @@ def _with_groups(settings: Settings, rows: Rows) -> Settings:
     return settings.with_values(masks)
 
 
-def _rows_of(envs: VectorEnv | Rows) -> Rows:
-    return envs if isinstance(envs, Rows) else envs.handle
-
-
-def _check_mode(envs: VectorEnv | Rows) -> None:
-    if isinstance(envs, Rows):  # of _made
-        return
+def _check_mode(envs: VectorEnv) -> None:
     mode = envs.metadata.get("autoreset_mode")
     if (mode := getattr(mode, "name", mode)) != "SAME_STEP":
         what = f"the environments have the autoreset mode {mode}; training needs SAME_STEP"
@@ -520,18 +511,9 @@ def _check_mode(envs: VectorEnv | Rows) -> None:
         raise errors.OptionError("training needs observations of dtype float64", Status.E_VALUE)
 
 
-def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv | Rows:
-    """Environments with the options of make_vec: rows alone if all of these are options of the library."""
+def _made(id: str, count: int, options: Mapping[str, Any]) -> VectorEnv:
     # max: as many lanes as the CPU has. Their memory is small beside the learner's.
-    given = {"lanes": "max", **options, "autoreset_mode": "same_step"}
-    engine = ENGINES.get(given.get("engine"))
-    if not given.keys() <= {*Options(engine, id).schema(), *RANDOMIZING, "engine"}:
-        return make_vec(id, count, **given)
-    given.pop("engine", None)
-    limit = given.pop("max_episode_steps", None)
-    if limit is not None:
-        given["max_episode_steps"] = time_limit_of(limit)
-    return open_rows(engine, id, given, count_of(count))
+    return make_vec(id, count, **{"lanes": "max", **options, "autoreset_mode": "same_step"})
 
 
 def _given_to(envs: VectorEnv) -> dict[str, Any]:

@@ -9,8 +9,6 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import DTypeLike
 
-from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Rows
 from mjenv.gym.make import spec_asked
 from mjenv.gym.vector import VectorEnv
 from mjenv.registration import spec as spec_of
@@ -54,22 +52,8 @@ def make_vec(
     if asked.max_episode_steps is None:
         chosen.setdefault("max_episode_steps", -1)  # where gymnasium.make_vec would take the id's own limit
 
-    return _built(asked, num_envs, chosen)
-
-
-def around(rows: Rows) -> VectorEnv:
-    """The VectorEnv of rows that exist already."""
-    chosen = dict(rows.options)
-    if rows.engine is not ENGINES.get():
-        chosen["engine"] = rows.engine.name
-    if chosen.get("max_episode_steps") == 0:
-        chosen["max_episode_steps"] = -1  # how VectorEnv spells the library's 0, no limit
-    return _built(spec_of(rows.id, chosen.get("engine")), rows.count, chosen, rows)
-
-
-def _built(asked: EnvSpec, num_envs: int, chosen: dict[str, Any], rows: Rows | None = None) -> VectorEnv:
     own = spec_of(asked.id, chosen.get("engine"))
-    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen}, rows=rows)
+    made = VectorEnv(own.id, num_envs, **{"max_episode_steps": asked.max_episode_steps, **chosen})
     # gymnasium.make_vec(made.spec) builds the same environments.
     own.max_episode_steps = asked.max_episode_steps
     own.kwargs = {**chosen, "vectorization_mode": "vector_entry_point"}

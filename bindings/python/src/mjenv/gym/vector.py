@@ -19,7 +19,7 @@ from mjenv.capi.counts import count_of, time_limit_of
 from mjenv.capi.declarations import ALL_ROWS, Role, Status
 from mjenv.capi.dtypes import FLOATS, Float64Array
 from mjenv.capi.engine import ENGINES
-from mjenv.capi.handle import Batch, Rows, open_rows
+from mjenv.capi.handle import Batch, open_rows
 from mjenv.errors import InvalidValueError
 from mjenv.rows.arguments import (
     AutoresetMode,
@@ -67,11 +67,9 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
         copy: bool = True,
         disable_env_checker: bool | None = None,
         engine: str | None = None,
-        rows: Rows | None = None,
         **options: Any,
     ) -> None:
-        """Takes the arguments of make_vec. max_episode_steps=None means the id's own limit, -1 no limit. rows: those of
-        a training, which were made with these arguments."""
+        """Takes the arguments of make_vec. max_episode_steps=None means the id's own limit, -1 no limit."""
         library = ENGINES.get(engine)
         rendering = rendering_of(library, id, options)
         if max_episode_steps is not None:
@@ -82,9 +80,7 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
         obs_dtype = obs_dtype_of(dtype)
         options.update(num_threads=num_threads, autoreset_mode=self.autoreset_mode.name.lower())
         final = self.autoreset_mode == AutoresetMode.SAME_STEP
-        if rows is None:
-            rows = open_rows(library, id, options, self.num_envs)
-        self._rows = rows
+        self._rows = rows = open_rows(library, id, options, self.num_envs)
         self._pool = Pool(rows, obs_dtype, final=final, rendering=rendering)
         self.render_mode = self._pool.pictures.mode
         self._in_windows = self.render_mode == "human"
