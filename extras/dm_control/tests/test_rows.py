@@ -8,6 +8,7 @@ from dm_control import suite
 
 import mjenv
 from conftest import actions, flat
+from mjenv_dm_control.streams import random_state, set_random_state
 
 # Of each kind: a reset that simulates, begins again or draws until nothing touches; written arrays; a terrain of the
 # row's own; free joints; RK4.
@@ -99,20 +100,20 @@ def test_streams() -> None:
     env.reset(seed=5)
     random.uniform(size=2)
     random.randn(2)
-    (_, key, *rest), is_new = env.handle.random_state(0)
+    (_, key, *rest), is_new = random_state(env.handle)
     _, wanted, *others = random.get_state()
     np.testing.assert_array_equal(key, wanted)
     assert rest == others
     assert not is_new
     other = mjenv.make("dm_control/cartpole-balance-v0")
-    other.handle.set_random_state(0, random.get_state(), False)
+    set_random_state(other.handle, random.get_state(), False)
     other._seed = 0
     assert other.reset()[0].tolist() == env.reset()[0].tolist()
     bad = ("MT19937", key, 625, 0, 0.0)
     with pytest.raises(ValueError, match="no state of RandomState"):
-        env.handle.set_random_state(0, bad, False)
+        set_random_state(env.handle, bad, False)
     with pytest.raises(ValueError, match="count is 627, not 4 or 6"):
-        mjenv.make("Hopper-v5").handle.set_random_state(0, random.get_state(), False)
+        set_random_state(mjenv.make("Hopper-v5").handle, random.get_state(), False)
 
 
 def test_bounds_of_actions() -> None:

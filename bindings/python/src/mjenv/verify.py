@@ -28,8 +28,6 @@ from numpy.typing import NDArray
 import mjenv
 from mjenv import Kind, Option
 from mjenv.capi.declarations import Role
-from mjenv.capi.engine import FILES, name_of
-from mjenv.errors import EngineError
 
 # The ways to draw actions, each with the multiple of the action's bounds that it can reach.
 SCALES = {"inside": 1.0, "three times out of bounds": 3.0, "wild": 1e6}
@@ -265,17 +263,6 @@ def draw_runs(
             dtype = "float64" if rng.integers(2) else "float32"
             actions = list(SCALES)[rng.integers(len(SCALES))]
             yield Run(id, options, seed, steps, dtype, actions, engine)
-
-
-def fitting_engine() -> str:
-    """The engine that computes as the installed MuJoCo does. Raises EngineError if there is none."""
-    found = name_of(mujoco.__version__)
-    if found not in FILES:
-        raise EngineError(
-            f"MuJoCo {found} is installed, and mjenv computes as MuJoCo {' and '.join(FILES)} do: install one of these "
-            "(pip install mujoco==2.2.2, or pip install 'mujoco>=4.0,<4.1')"
-        )
-    return found
 
 
 def versions(engine: str | None = None) -> str:

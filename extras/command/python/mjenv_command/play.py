@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.videos import Gif, Mp4
 from mjenv_command import terminal
 from mjenv_command.arguments import (
     GROUP_COUNT,
@@ -29,6 +28,7 @@ from mjenv_command.arguments import (
     positive,
 )
 from mjenv_command.policies import Action, environment_of, policy_of
+from mjenv_command.videos import Gif, Mp4
 
 Colours = NDArray[np.uint8]
 

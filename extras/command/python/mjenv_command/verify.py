@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium
 
 import mjenv
+from mjenv.capi.engine import FILES, name_of
 from mjenv_command import terminal
 from mjenv_command.arguments import Commands, add_json, known_id, not_negative, positive, print_json
 
@@ -41,11 +42,13 @@ def add(commands: Commands) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     try:
+        import mujoco  # type: ignore[import-not-found, unused-ignore]
+
         from mjenv import verify as compare
     except ImportError as error:
         print(f"{error}: {INSTALL}", file=sys.stderr)
         return 2
-    engine = arguments.engine or compare.fitting_engine()
+    engine = arguments.engine or fitting_engine(mujoco.__version__)
     ids = arguments.id or mjenv.ids(engine)
     if not arguments.json:
         print(compare.versions(engine))
@@ -64,6 +67,17 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"mjenv: nothing was compared: {results[0]['message']}. {INSTALL}", file=sys.stderr)
         return 2
     return int(False in outcomes)
+
+
+def fitting_engine(mujoco: str) -> str:
+    """The engine that computes as the installed MuJoCo does. Raises EngineError if there is none."""
+    found = name_of(mujoco)
+    if found not in FILES:
+        raise mjenv.EngineError(
+            f"MuJoCo {found} is installed, and mjenv computes as MuJoCo {' and '.join(FILES)} do: install one of these "
+            "(pip install mujoco==2.2.2, or pip install 'mujoco>=4.0,<4.1')"
+        )
+    return found
 
 
 def _compare(compare: Any, id: str, engine: str, arguments: argparse.Namespace, advance: Any) -> dict[str, Any]:

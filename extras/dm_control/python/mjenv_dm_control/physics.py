@@ -24,7 +24,7 @@ from mjenv.capi.handle import Batch
 from mjenv.errors import InvalidValueError, OptionError, PhysicsError, UnknownNameError
 from mjenv.gym.env import Environment
 from mjenv.rows.arrays import Arrays, Data, Model
-from mjenv.rows.pictures import GROUPS, Pictures, Renderer, label_of, visual_flags
+from mjenv.rows.pictures import GROUPS, Pictures, Renderer, visual_flags
 from mjenv_dm_control._named import Named, Names
 from mjenv_dm_control._pointers import Pointers
 
@@ -423,7 +423,19 @@ def _show(settings: Any, engine: Engine, flags: tuple[bool, ...], groups: Any, l
             settings.visual[flag] = value
     for name, shown in zip(GROUPS, groups, strict=True):
         getattr(settings, name)[:] = [*map(int, shown)]
-    settings.label, settings.frame = label_of(engine, label), frame
+    settings.label, settings.frame = _label_of(engine, label), frame
+
+
+def _label_of(engine: Engine, kind: int) -> declarations.Label:
+    """The library's label for one of the engine's mjtLabel."""
+    labels: list[declarations.Label | None] = list(declarations.Label)
+    if engine.name != "2.2.2":  # MuJoCo 4.0 has inserted flexes and contact points
+        labels.insert(declarations.Label.SKIN, None)
+        labels.insert(len(labels) - 1, None)
+    found = labels[kind] if 0 <= kind < len(labels) else None
+    if found is None:
+        raise UnknownNameError(f"label is {kind}, which mjenv does not draw", Status.E_NAME)
+    return found
 
 
 def _flag(key: Any, value: bool) -> tuple[str, int]:

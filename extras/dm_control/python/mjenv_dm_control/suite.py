@@ -22,6 +22,7 @@ from mjenv.gym.env import Environment as MujocoEnv
 from mjenv.gym.make import make
 from mjenv_dm_control._dm_env import dm_env, specs
 from mjenv_dm_control.physics import Physics
+from mjenv_dm_control.streams import random_state, set_random_state
 
 Observation = OrderedDict[str, Any]
 TaskName = tuple[str, str]
@@ -236,12 +237,12 @@ class Task:
     def give_stream(self) -> None:
         """Writes the stream to the library, if the program may have drawn from it."""
         if self._random is not None:
-            self._rows.set_random_state(0, self._random.get_state(), self._is_new)
+            set_random_state(self._rows, self._random.get_state(), self._is_new)
 
     def take_stream(self) -> None:
         """Reads the stream back after draws of the library."""
         if self._random is not None:
-            state, self._is_new = self._rows.random_state(0)
+            state, self._is_new = random_state(self._rows)
             self._random.set_state(state)
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+import operator
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv import errors
-from mjenv.capi.counts import seed_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.handle import Options, Rows, spec_of
@@ -98,7 +98,7 @@ class Training:
     ) -> None:
         """stepped_here: the environments are stepped by Python, as for mjenv.view, with the same bits."""
         self._envs = envs
-        self.settings, self.seed, self.threads = settings, seed_of(seed), threads
+        self.settings, self.seed, self.threads = settings, _seed_of(seed), threads
         # The options of make_vec in all stages, the present stage, and the options that set_options has changed in it.
         self.options: dict[str, Any] = {}
         self.stages: Sequence[Stage] = ()
@@ -431,7 +431,7 @@ def evaluate(
         raise errors.InvalidValueError(f"precision is {precision!r}, not one of {', '.join(precisions)}")
     if episodes < 1:
         raise errors.InvalidValueError(f"episodes is {episodes}, less than 1")
-    seed = seed_of(seed)
+    seed = _seed_of(seed)
     handle = PolicyHandle(chosen.text())
     name = own_id(id or chosen.id)
     if name == own_id(chosen.id):
@@ -500,6 +500,17 @@ def _with_groups(settings: Settings, rows: Rows) -> Settings:
 
     masks = {"actor_obs": settings.actor_obs or mask(policy), "critic_obs": settings.critic_obs or mask(critic)}
     return settings.with_values(masks)
+
+
+def _seed_of(seed: Any) -> int:
+    """The seed of a training or an evaluation, whose rows or episodes have this seed + i."""
+    try:
+        number = operator.index(seed)
+    except TypeError:
+        raise errors.OptionError(f"a seed is an int, not {seed!r}", Status.E_TYPE) from None
+    if not 0 <= number < 2**63:
+        raise errors.InvalidValueError(f"a seed is at least 0 and less than 2**63, not {number}", Status.E_VALUE)
+    return number
 
 
 def _check_mode(envs: VectorEnv) -> None:

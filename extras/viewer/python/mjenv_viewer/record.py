@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import math
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import mjenv
-from mjenv.videos import Gif, Mp4
 
 if TYPE_CHECKING:
     from mjenv_viewer.session import Session
 
 _LONGEST = 100_000  # steps
+_GIF_RATE = 30  # pictures per second at most, because viewers play faster animations too slowly
 
 
 class Recorder:
@@ -76,20 +77,25 @@ class Recorder:
         options = {
             name: value for name, value in session.options.items() if name not in ("num_threads", "autoreset_mode")
         }
-        kind = Mp4 if importlib.util.find_spec("imageio_ffmpeg") else Gif
+        import imageio.v2  # type: ignore[import-not-found, unused-ignore]
+
+        is_mp4 = importlib.util.find_spec("imageio_ffmpeg") is not None
         with (
             tempfile.TemporaryDirectory() as folder,
             mjenv.make(session.id, render_mode="rgb_array", **options) as env,
         ):
-            path = Path(folder) / f"video.{kind.__name__.lower()}"
+            path, rate = Path(folder) / ("video.mp4" if is_mp4 else "video.gif"), env.metadata["render_fps"]
+            every = 1 if is_mp4 else math.ceil(rate / _GIF_RATE)
+            mp4 = {"format": "FFMPEG", "fps": rate, "macro_block_size": 2}  # because colours need even sizes
+            gif = {"mode": "I", "duration": 1000 * every / rate, "loop": 0}
             env.reset(seed=0)
-            writer = kind(path, env.metadata["render_fps"])
-            for frame in self.frames:
+            writer: Any = imageio.v2.get_writer(path, **(mp4 if is_mp4 else gif))
+            for frame in self.frames[::every]:
                 for name in ("mocap_pos", "mocap_quat"):
                     if frame[name].size:
                         getattr(env.data, name)[...] = frame[name]
                 env.set_state(frame["qpos"], frame["qvel"])
-                writer.add(env)
+                writer.append_data(env.render())
             writer.close()
             content = path.read_bytes()
         return path.suffix, content

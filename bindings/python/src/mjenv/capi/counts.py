@@ -20,17 +20,6 @@ def count_of(num_envs: Any) -> int:
     return count
 
 
-def seed_of(seed: Any) -> int:
-    """The seed of a training or an evaluation, whose rows or episodes have this seed + i."""
-    try:
-        number = operator.index(seed)
-    except TypeError:
-        raise errors.OptionError(f"a seed is an int, not {seed!r}", Status.E_TYPE) from None
-    if not 0 <= number < 2**63:
-        raise errors.InvalidValueError(f"a seed is at least 0 and less than 2**63, not {number}", Status.E_VALUE)
-    return number
-
-
 def time_limit_of(max_episode_steps: Any) -> int:
     """The library's option for Gymnasium's keyword: 0 means no limit."""
     if not isinstance(max_episode_steps, Integral) or (max_episode_steps < 1 and max_episode_steps != -1):

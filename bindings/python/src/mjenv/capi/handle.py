@@ -32,9 +32,6 @@ from mjenv.capi.turns import Turn, Turns
 P = ParamSpec("P")
 T = TypeVar("T")
 GoalRewards = Callable[[Any, Any, Any], NDArray[Any]]
-# What mjenv_get_stream reads of a RandomState.
-_RANDOM_STATE_WORDS = 627
-
 # The arrays of bytes in MuJoCo 4.0, which has bools where 2.2.2 has other bytes.
 _BYTES = {"names", "paths", "plugin_attr", "text_data", "tex_data", "body_simple"}
 _BYTES |= {"body_sameframe", "geom_sameframe", "site_sameframe"}
@@ -542,22 +539,6 @@ class Rows:
 
     def set_stream(self, row: int, state: Mapping[str, Any]) -> None:
         self.call(self.engine.mjenv_set_stream, row, (c_uint64 * 6)(*words_of(state)), 6)
-
-    def random_state(self, row: int) -> tuple[tuple[Any, ...], bool]:
-        """A row's stream, as RandomState.get_state returns it, and whether nothing was drawn since it was seeded."""
-        words = np.empty(_RANDOM_STATE_WORDS, np.uint64)
-        self.call(self.engine.mjenv_get_stream, row, pointer_to(words, c_uint64), words.size)
-        position, flags = int(words[624]), int(words[625])
-        gauss = float(words[626:].view(np.float64)[0])
-        return ("MT19937", words[:624].astype(np.uint32), position, flags & 1, gauss), bool(flags & 2)
-
-    def set_random_state(self, row: int, state: Any, is_new: bool) -> None:
-        """Sets a row's stream of RandomState. is_new: whether nothing was drawn since it was seeded."""
-        _, key, position, has_gauss, gauss = state
-        words = np.empty(_RANDOM_STATE_WORDS, np.uint64)
-        words[:624], words[624], words[625] = key, position, has_gauss + 2 * is_new
-        words[626:] = np.array([gauss]).view(np.uint64)
-        self.call(self.engine.mjenv_set_stream, row, pointer_to(words, c_uint64), words.size)
 
     # ---- the state of rows ----
 

@@ -51,18 +51,6 @@ def visual_flags(engine: Engine) -> tuple[declarations.Visual | None, ...]:
     return _FLAGS.get(engine.name, tuple(declarations.Visual))
 
 
-def label_of(engine: Engine, kind: int) -> declarations.Label:
-    """The library's label for one of the engine's mjtLabel."""
-    labels: list[declarations.Label | None] = list(declarations.Label)
-    if engine.name != "2.2.2":  # MuJoCo 4.0 has inserted flexes and contact points
-        labels.insert(declarations.Label.SKIN, None)
-        labels.insert(len(labels) - 1, None)
-    found = labels[kind] if 0 <= kind < len(labels) else None
-    if found is None:
-        raise UnknownNameError(f"label is {kind}, which mjenv does not draw", Status.E_NAME)
-    return found
-
-
 class Pictures:
     """Draws the rows of a handle as Gymnasium's MujocoRenderer does. Pickling keeps the keywords."""
 
