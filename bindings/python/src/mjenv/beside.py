@@ -17,15 +17,12 @@ from typing import Any
 def listed(kind: str) -> dict[str, str]:
     """All names of a kind, NAMES or COMMANDS, with their modules."""
     programs = sorted(found.name for found in pkgutil.iter_modules() if found.ispkg and found.name.startswith("mjenv_"))
-    lists = [import_module(f"{program}.beside") for program in programs if _has_list(program)]
-    return {name: module for found in lists for name, module in getattr(found, kind, {}).items()}
-
-
-def _has_list(program: str) -> bool:
-    """Without importing the program."""
-    spec = find_spec(program)
-    folders = spec.submodule_search_locations if spec else None
-    return any(found.name == "beside" for found in pkgutil.iter_modules(folders))
+    found: dict[str, str] = {}
+    for program in programs:
+        spec = find_spec(program)  # without importing the program
+        if any(one.name == "beside" for one in pkgutil.iter_modules((spec and spec.submodule_search_locations) or ())):
+            found |= getattr(import_module(f"{program}.beside"), kind, {})
+    return found
 
 
 def value_of(name: str) -> Any:

@@ -13,13 +13,12 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
-from mjenv.capi.counts import time_limit_of
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import Float64Array
 from mjenv.capi.engine import ENGINES
 from mjenv.capi.handle import Batch, Rows, open_rows, pointer_to
 from mjenv.errors import InvalidValueError, OptionError
-from mjenv.rows.arguments import image_of
+from mjenv.rows.arguments import image_of, time_limit_of
 from mjenv.rows.observations import Observations
 from mjenv.rows.pictures import RENDER_MODES, Picture, Pictures, rendering_of
 from mjenv.rows.simulation import TaskSimulation, Whole

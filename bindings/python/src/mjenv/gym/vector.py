@@ -7,7 +7,7 @@ import operator
 from collections.abc import Callable, Sequence
 from ctypes import byref
 from functools import cached_property
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import gymnasium
 import numpy as np
@@ -15,7 +15,6 @@ from gymnasium.spaces import Box, Space
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from mjenv.capi.counts import count_of, time_limit_of
 from mjenv.capi.declarations import ALL_ROWS, Role, Status
 from mjenv.capi.dtypes import FLOATS, Float64Array
 from mjenv.capi.engine import ENGINES
@@ -25,10 +24,12 @@ from mjenv.rows.arguments import (
     AutoresetMode,
     autoreset_mode_of,
     bool_mask,
+    count_of,
     image_of,
     obs_dtype_of,
     reset_mask_of,
     row_numbers,
+    time_limit_of,
 )
 from mjenv.rows.arrays import Arrays, Data, Model, Parameters
 from mjenv.rows.outputs import BoolArray, Outputs
@@ -38,6 +39,7 @@ from mjenv.rows.row import Row, RowList
 from mjenv.rows.simulation import Whole
 from mjenv.rows.step import Info, Step
 
+T = TypeVar("T")
 Array = NDArray[Any]
 Results = tuple[Any, Float64Array, BoolArray, BoolArray, Info]
 
@@ -133,38 +135,29 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
         options["reset_mask"]: bool[num_envs]; rows that are False continue their episodes, with unchanged
         observations.
         """
-        pool = self._pool
-        mask = reset_mask_of(options, self.num_envs)
+        mask, pool = reset_mask_of(options, self.num_envs), self._pool
         pool.check_settled()
         pool.reseed(seed, mask)
-        self._rows.flush()
-        if mask is not None and pool.stale:
-            self.observe()
-        with self._rows.changing():
-            self._rows.reset(mask, pool.out)
-            pool.stale = False
-            results = self._observations(), pool.outputs.reset_infos(mask)
-        if self._in_windows:
-            self.render()
-        return results
+        return self._begin(mask, lambda: (self._observations(), pool.outputs.reset_infos(mask)))
 
     def _reset_row(self, row: int, seed: int | None) -> Any:
         """Begins an episode of one row. Returns its observation."""
-        pool = self._pool
-        pool.check_settled()
-        pool.reseed_row(row, seed)
+        outputs = self._pool.outputs
+        self._pool.check_settled()
+        self._pool.reseed_row(row, seed)
+        return self._begin(np.arange(self.num_envs) == row, lambda: outputs.observations.copy(outputs.obs[row]))
+
+    def _begin(self, mask: BoolArray | None, results: Callable[[], T]) -> T:
         self._rows.flush()
-        if pool.stale:
+        if mask is not None and self._pool.stale:
             self.observe()
-        mask = np.zeros(self.num_envs, bool)
-        mask[row] = True
         with self._rows.changing():
-            self._rows.reset(mask, pool.out)
-            pool.stale = False
-            obs = pool.outputs.observations.copy(pool.outputs.obs[row])
+            self._rows.reset(mask, self._pool.out)
+            self._pool.stale = False
+            found = results()
         if self._in_windows:
             self.render()
-        return obs
+        return found
 
     def step(self, actions: ArrayLike) -> Results:
         """Takes a step in every row.
@@ -271,19 +264,18 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     def observe(self) -> Any:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
-        pool = self._pool
-        with self._rows.changing():
-            self._rows.observe(pool.out)
-            pool.stale = False
-            return self._observations()
+        return self._observed(self._observations)
 
     def _observe_row(self, row: int) -> Any:
         """The observation of one row, for which the library computes those of all rows."""
-        pool = self._pool
+        outputs = self._pool.outputs
+        return self._observed(lambda: outputs.observations.copy(outputs.obs[row]))
+
+    def _observed(self, results: Callable[[], Any]) -> Any:
         with self._rows.changing():
-            self._rows.observe(pool.out)
-            pool.stale = False
-            return pool.outputs.observations.copy(pool.outputs.obs[row])
+            self._rows.observe(self._pool.out)
+            self._pool.stale = False
+            return results()
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike, mask: BoolArray | None = None) -> None:
         """Sets qpos (num_envs, nq) and qvel (num_envs, nv) of the rows where mask is True, of all rows without a mask.

@@ -159,11 +159,7 @@ class Pictures:
         self._place_camera(settings)
         flags = visual_flags(self._rows.engine)
         for flag, value in (self.visual_options or {}).items():
-            index = _index("a key of visual_options", flag)
-            if not 0 <= index < len(flags):
-                raise UnknownNameError(
-                    f"visual_options has the flag {index}; there are 0..{len(flags) - 1}", Status.E_NAME
-                )
+            index = _key("visual_options", "flag", flag, len(flags))
             if flags[index] is None:
                 raise UnknownNameError(f"visual_options has the flag {index}, which mjenv does not draw", Status.E_NAME)
             settings.visual[flags[index]] = bool(value)
@@ -185,15 +181,20 @@ class Pictures:
             raise RenderSettingError(f"default_camera_config has the key {next(iter(config))!r}; a camera has {known}")
 
 
-class Renderer:
-    """An owned mjenv_renderer."""
+class _Drawing:
+    """The owner of a handle that draws: an mjenv_renderer, or another kind."""
+
+    _kind = "renderer"
 
     def __init__(self, engine: Engine, env: int, settings: Any) -> None:
+        create, destroy = (getattr(engine, f"mjenv_{self._kind}_{verb}") for verb in ("create", "destroy"))
         handle = c_void_p()
-        self._owned = Owned(engine.mjenv_renderer_destroy, handle)
-        engine.check(engine.mjenv_renderer_create(env, byref(settings), byref(handle)))
+        self._owned = Owned(destroy, handle)
+        engine.check(create(env, byref(settings), byref(handle)))
         self._engine, self._pointer = engine, handle.value
 
+
+class Renderer(_Drawing):
     def draw(self, row: int, rgb: Colours | None, depth: Depth | None) -> None:
         colours = (None, 0) if rgb is None else (pointer_to(rgb, c_uint8), rgb.size)
         depths = (None, 0) if depth is None else (pointer_to(depth, c_float), depth.size)
@@ -205,14 +206,8 @@ class Renderer:
         self._engine.check(self._engine.mjenv_render_segmentation(self._pointer, row, pixels, objects.size))
 
 
-class _Window:
-    """An owned mjenv_window."""
-
-    def __init__(self, engine: Engine, env: int, settings: Any) -> None:
-        handle = c_void_p()
-        self._owned = Owned(engine.mjenv_window_destroy, handle)
-        engine.check(engine.mjenv_window_create(env, byref(settings), byref(handle)))
-        self._engine, self._pointer = engine, handle.value
+class _Window(_Drawing):
+    _kind = "window"
 
     def draw(self, row: int) -> None:
         self._engine.check(self._engine.mjenv_window_draw(self._pointer, row))
@@ -241,10 +236,7 @@ def _show_groups(name: str, flags: Any, given: Groups) -> None:
             )
         given = dict(enumerate(given))
     for group, shown in given.items():
-        index = _index(f"a key of {name}", group)
-        if not 0 <= index < len(flags):
-            raise UnknownNameError(f"{name} has the group {index}; there are 0..{len(flags) - 1}", Status.E_NAME)
-        flags[index] = bool(shown)
+        flags[_key(name, "group", group, len(flags))] = bool(shown)
 
 
 def _int32(name: str, value: Any) -> int:
@@ -258,6 +250,13 @@ def _index(name: str, value: Any) -> int:
         return operator.index(value)
     except TypeError:
         raise OptionError(f"{name} is an int, not {value!r}", Status.E_TYPE) from None
+
+
+def _key(name: str, what: str, key: Any, count: int) -> int:
+    index = _index(f"a key of {name}", key)
+    if not 0 <= index < count:
+        raise UnknownNameError(f"{name} has the {what} {index}; there are 0..{count - 1}", Status.E_NAME)
+    return index
 
 
 def _finite(name: str, value: Any, count: int) -> NDArray[np.float64]:

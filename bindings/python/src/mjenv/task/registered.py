@@ -27,32 +27,15 @@ from mjenv.errors import InvalidValueError, OptionError, TaskError, UnknownNameE
 from mjenv.task import Field, Model, Random, Setting, Sim, Start, Task
 
 # The names that mjenv_task_api.need takes. The other arrays are always available.
-ON_DEMAND = (
-    "contacts",
-    "cfrc_ext",
-    "cfrc_int",
-    "cacc",
-    "geom_xpos",
-    "geom_xmat",
-    "cam_xpos",
-    "cam_xmat",
-    "light_xpos",
-    "light_xdir",
-)
+ON_DEMAND = "contacts cfrc_ext cfrc_int cacc geom_xpos geom_xmat cam_xpos cam_xmat light_xpos light_xdir".split()
 # The arrays contact.* and the shape of one contact's part.
-CONTACT = {
-    "dist": (),
+CONTACT: dict[str, tuple[int, ...]] = {
+    **dict.fromkeys("dist includemargin dim geom1 geom2 exclude efc_address".split(), ()),
     "pos": (3,),
     "frame": (9,),
-    "includemargin": (),
     "friction": (5,),
     "solref": (2,),
     "solimp": (5,),
-    "dim": (),
-    "geom1": (),
-    "geom2": (),
-    "exclude": (),
-    "efc_address": (),
     "force": (6,),
 }
 _METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep", "compute_reward")
