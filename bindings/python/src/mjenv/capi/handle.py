@@ -473,6 +473,10 @@ class Rows:
             self._fields[role] = tuple(self._read_fields(role))
         return self._fields[role]
 
+    def size(self, role: Role) -> int:
+        """How many numbers the fields of a role have."""
+        return sum(field.count for field in self.fields(role))
+
     @in_turn
     def _read_fields(self, role: Role) -> list[Field]:
         field, found = _struct(declarations.mjenv_field), []

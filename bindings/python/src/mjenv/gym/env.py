@@ -34,16 +34,13 @@ class _Exchange:
     """The arrays and the prepared calls with which one row is stepped and reset."""
 
     def __init__(self, rows: Rows) -> None:
-        roles = (Role.INFO, Role.RESET_INFO, Role.ARRAYS)
-        counts = {role: sum(field.count for field in rows.fields(role)) for role in roles}
         self._rows = rows
         self.observations = Observations(rows, _FLOAT64)
-        self._batch = Batch(1, self.observations.shape, counts[Role.INFO])
-        self._reset_batch = Batch(1, self.observations.shape, counts[Role.RESET_INFO])
+        self._batch = Batch(1, self.observations.shape, rows.size(Role.INFO))
+        self._reset_batch = Batch(1, self.observations.shape, rows.size(Role.RESET_INFO))
         self.status: NDArray[np.int32] = self._batch.status
-        exported = np.zeros(counts[Role.ARRAYS])
-        fields = rows.fields(Role.ARRAYS)
-        self.arrays = {field.name: view[0, ...] for field, view in zip(fields, views(exported, fields, 1), strict=True)}
+        exported = np.zeros(rows.size(Role.ARRAYS))
+        self.arrays = {name: view[0, ...] for name, view in views(exported, rows.fields(Role.ARRAYS), 1).items()}
         struct = self._reset_batch.struct
         struct.reset_info, struct.reset_info_count, struct.info = struct.info, struct.info_count, None
         self._observed = Batch(1, self.observations.shape, 0)
@@ -51,8 +48,7 @@ class _Exchange:
         for batch in (self._batch, self._reset_batch, self._observed):
             batch.struct.arrays_count, batch.struct.arrays = exported.size, pointer_to(exported, c_double)
 
-        nu = sum(field.count for field in rows.fields(Role.ACTION))
-        self.stepper = Step(rows, (nu,), byref(self._batch.struct), self._step_results)
+        self.stepper = Step(rows, (rows.size(Role.ACTION),), byref(self._batch.struct), self._step_results)
         self._reset = rows.prepared("mjenv_reset", None, byref(self._reset_batch.struct))
         self._reset_info = Record(rows.fields(Role.RESET_INFO), _FLOAT64)
 

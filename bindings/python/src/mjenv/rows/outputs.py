@@ -17,8 +17,6 @@ from mjenv.rows.step import Info, dtype_of, views
 
 BoolArray = NDArray[np.bool_]
 
-ROLES = (Role.ACTION, Role.INFO, Role.RESET_INFO, Role.ARRAYS)
-
 _FLOAT64 = np.dtype(np.float64)
 
 
@@ -81,22 +79,19 @@ class Outputs(Batch):
     """The arrays that calls on all rows write."""
 
     def __init__(self, rows: Rows, dtype: np.dtype[Any], *, final: bool) -> None:
-        fields = {role: rows.fields(role) for role in ROLES}
-        counts = {role: sum(field.count for field in of_role) for role, of_role in fields.items()}
         count = rows.count
         self.observations = Observations(rows, dtype)
-        super().__init__(count, self.observations.shape, counts[Role.INFO], FLOATS[dtype])
-        self.nu = counts[Role.ACTION]
+        super().__init__(count, self.observations.shape, rows.size(Role.INFO), FLOATS[dtype])
+        self.nu = rows.size(Role.ACTION)
         self.terminated, self.truncated = self.ended
 
         # A bytearray, because searching it is the fastest way to find out that no row was reset.
         self.resets = bytearray(count)
         self.was_reset: BoolArray = np.frombuffer(self.resets, np.bool_)
-        self.reset_info = np.zeros(count * counts[Role.RESET_INFO])
-        self.exported = np.zeros(count * counts[Role.ARRAYS])
-        named = zip(fields[Role.ARRAYS], views(self.exported, fields[Role.ARRAYS], count), strict=True)
-        self.arrays = {field.name: view for field, view in named}
-        self.struct.reset_info_count, self.struct.arrays_count = counts[Role.RESET_INFO], counts[Role.ARRAYS]
+        self.struct.reset_info_count, self.struct.arrays_count = rows.size(Role.RESET_INFO), rows.size(Role.ARRAYS)
+        self.reset_info = np.zeros(count * self.struct.reset_info_count)
+        self.exported = np.zeros(count * self.struct.arrays_count)
+        self.arrays = views(self.exported, rows.fields(Role.ARRAYS), count)
         self.struct.was_reset = pointer_to(self.was_reset, c_uint8)
         self.struct.reset_info = pointer_to(self.reset_info, c_double)
         self.struct.arrays = pointer_to(self.exported, c_double)
@@ -107,8 +102,8 @@ class Outputs(Batch):
             self.struct.final_obs = self.final_obs.ctypes.data
             self.struct.final_info = pointer_to(self.final_info, c_double)
 
-        self._layouts = {kind: _Layout(fields[Role.INFO], count, kind) for kind in FLOATS}
-        self._reset_layout = _Layout(fields[Role.RESET_INFO], count, np.dtype(np.float64))
+        self._layouts = {kind: _Layout(rows.fields(Role.INFO), count, kind) for kind in FLOATS}
+        self._reset_layout = _Layout(rows.fields(Role.RESET_INFO), count, np.dtype(np.float64))
 
     def reset_infos(self, mask: BoolArray | None) -> Info:
         """The infos of a reset of the masked rows."""

@@ -12,7 +12,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from operator import methodcaller
 from typing import Any, Generic, TypeVar
 
@@ -182,11 +182,10 @@ def _index_of(field: Field) -> Any:
     return np.arange(field.offset, field.offset + field.count).reshape(field.shape)
 
 
-def views(values: Float64Array, fields: Iterable[Field], rows: int) -> Iterator[Float64Array]:
+def views(values: Float64Array, fields: Iterable[Field], rows: int) -> dict[str, Float64Array]:
     """Each field's part, (rows, *shape), of a block that the library lays out field by field."""
-    for field in fields:
-        part = values[field.offset * rows : (field.offset + field.count) * rows]
-        yield part.reshape(rows, *field.shape)
+    parts = ((field, values[field.offset * rows : (field.offset + field.count) * rows]) for field in fields)
+    return {field.name: part.reshape(rows, *field.shape) for field, part in parts}
 
 
 def infos_of_rows(
@@ -197,7 +196,7 @@ def infos_of_rows(
     values: a block that the library lays out field by field. chosen: an index along the rows.
     """
     columns: list[Any] = []
-    for field, view in zip(fields, views(values, fields, rows), strict=True):
+    for field, view in zip(fields, views(values, fields, rows).values(), strict=True):
         column = view[chosen].astype(dtype_of(field.type, action_dtype))
         columns.append(column.tolist() if field.type in _PYTHON and not field.shape else column)
     names = [field.name for field in fields]

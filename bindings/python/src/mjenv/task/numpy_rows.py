@@ -55,11 +55,10 @@ class _Out:
         for name in names:
             pointer = getattr(struct, name)
             if name in _BLOCKS and pointer:
-                fields = self._rows.fields(_BLOCKS[name])
-                size = sum(field.count for field in fields) * struct.rows
+                size = self._rows.size(_BLOCKS[name]) * struct.rows
                 block = np.ctypeslib.as_array(pointer, (size,)) if size else np.zeros(0)
-                parts = zip(fields, views(block, fields, struct.rows), strict=True)
-                found |= {f"{name}.{field.name}": part for field, part in parts}
+                parts = views(block, self._rows.fields(_BLOCKS[name]), struct.rows)
+                found |= {f"{name}.{field}": part for field, part in parts.items()}
             elif name == "obs" and pointer and struct.obs_count:
                 kind: Any = c_float if struct.obs_dtype == Dtype.FLOAT32 else c_double
                 numbers = (kind * (struct.rows * struct.obs_count)).from_address(pointer)
@@ -94,29 +93,22 @@ class NumpyRows(Rows):
         self._maps = overrides(self._task, "before_step")
 
         # What the task has computed, which mjenv_finish reads.
-        counts = {role: sum(field.count for field in self.fields(role)) for role in Role if role <= Role.RESET_INFO}
-        self._given = Batch(count, (width,), counts[Role.INFO])
-        self._given.struct.reset_info_count = counts[Role.RESET_INFO]
-        self._reset_info = np.zeros(count * counts[Role.RESET_INFO])
+        self._given = Batch(count, (width,), self.size(Role.INFO))
+        self._given.struct.reset_info_count = self.size(Role.RESET_INFO)
+        self._reset_info = np.zeros(count * self.size(Role.RESET_INFO))
         self._given.struct.reset_info = pointer_to(self._reset_info, c_double)
         blocks = {Role.INFO: self._given.info, Role.RESET_INFO: self._reset_info}
-        self._infos = {
-            role: {
-                f.name: view for f, view in zip(self.fields(role), views(block, self.fields(role), count), strict=True)
-            }
-            for role, block in blocks.items()
-        }
+        self._infos = {role: views(block, self.fields(role), count) for role, block in blocks.items()}
 
         # What mjenv_begin and mjenv_advance write.
-        fields = self.fields(Role.ARRAYS)
-        self._block = np.zeros(count * sum(field.count for field in fields))
-        self._views = {f.name: view for f, view in zip(fields, views(self._block, fields, count), strict=True)}
+        self._block = np.zeros(count * self.size(Role.ARRAYS))
+        self._views = views(self._block, self.fields(Role.ARRAYS), count)
         data = {field.name: field.count for field in self.fields(Role.DATA) if field.name.startswith("contact.")}
         self._whole = {name: np.zeros(data[name]) for name in self._views if name in data}
         self._inner = Batch(count, (0,), 0)
         struct = self._inner.struct
         struct.obs = struct.reward = struct.info = struct.terminated = struct.truncated = None
-        struct.arrays_count = sum(field.count for field in fields)
+        struct.arrays_count = self.size(Role.ARRAYS)
         struct.arrays = pointer_to(self._block, c_double)
         self._was_reset = np.zeros(count, np.bool_)
         struct.was_reset = pointer_to(self._was_reset, c_uint8)
