@@ -694,7 +694,8 @@ def open_rows(engine: Engine, id: str, options: Mapping[str, Any], count: int = 
     return OPENERS.get(id, Rows)(engine, id, options, count)
 
 
-def _restored(engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
+def _restored(engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes, *_: type) -> Rows:
+    """_: a class, so that unpickling imports its module, which registers the id."""
     rows = open_rows(ENGINES.get(engine), id, options, count)
     rows.restore(declarations.ALL_ROWS, image)
     return rows

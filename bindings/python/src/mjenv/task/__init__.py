@@ -236,22 +236,21 @@ class Sim:
         kick: Float64Array,
     ) -> None:
         self.own, self.rng, self.kick = own, rng, kick
-        views = {name: array.view() for name, array in parameters.items()}
-        for view in views.values():
-            view.flags.writeable = False
-        self.parameters = MappingProxyType(views)
+        self.parameters = MappingProxyType({name: _read_only(array) for name, array in parameters.items()})
         for name, array in arrays.items():
-            view = array.view()
-            view.flags.writeable = False
             group, _, part = name.rpartition(".")
-            if group:
-                self.__dict__.setdefault(group, SimpleNamespace()).__dict__[part] = view
-            else:
-                self.__dict__[name] = view
+            of = self.__dict__.setdefault(group, SimpleNamespace()).__dict__ if group else self.__dict__
+            of[part] = _read_only(array)
         self.__dict__.update(state)
 
     def __getattr__(self, name: str) -> Float64Array:
         raise AttributeError(f"sim has no {name!r}: it has {', '.join(self.__dict__)}. The task's needs list arrays")
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 class Start:

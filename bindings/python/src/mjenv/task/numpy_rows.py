@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from mjenv.capi import declarations
 from mjenv.capi.declarations import Distribution, Dtype, Role, Status
 from mjenv.capi.dtypes import BOOL, FLOATS, Float64Array
-from mjenv.capi.engine import ENGINES, Engine
-from mjenv.capi.handle import Batch, Options, Rows, check_goals, in_turn, open_rows, pcg64_of, pointer_to, words_of
+from mjenv.capi.engine import Engine
+from mjenv.capi.handle import Batch, Options, Rows, check_goals, in_turn, pcg64_of, pointer_to, words_of
 from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.schema import Field
 from mjenv.capi.turns import Turn
@@ -351,12 +351,8 @@ class NumpyRows(Rows):
         return chosen, sim
 
     def _begin_masked(self, mask: BoolArray, *states: Float64Array) -> None:
-        given = [each for values in states for each in (pointer_to(values, c_double), values.size)] or [
-            None,
-            0,
-            None,
-            0,
-        ]
+        given: list[Any] = [each for values in states for each in (pointer_to(values, c_double), values.size)]
+        given = given or [None, 0, None, 0]
         self._simulate(self.engine.mjenv_begin, pointer_to(mask, c_uint8), *given, byref(self._inner.struct))
 
     def _carried(self, chosen: NDArray[np.intp]) -> Sim:
@@ -540,8 +536,8 @@ class NumpyRows(Rows):
             self._read_row(row)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        image = self.snapshot(declarations.ALL_ROWS)
-        return _restored, (type(self._task), self.engine.name, self.id, self.options, self.count, image)
+        restored, given = super().__reduce__()
+        return restored, (*given, type(self._task))
 
 
 class _OwnOfStep(Mapping[str, Float64Array]):
@@ -641,10 +637,3 @@ class _RowDraws(Random):
 
     def __exit__(self, *_: object) -> None:
         self._all, self._streams = None, ()
-
-
-def _restored(kind: type, engine: str, id: str, options: Mapping[str, Any], count: int, image: bytes) -> Rows:
-    """kind is an argument so that unpickling imports its module, which registers the id."""
-    rows = open_rows(ENGINES.get(engine), id, options, count)
-    rows.restore(declarations.ALL_ROWS, image)
-    return rows
