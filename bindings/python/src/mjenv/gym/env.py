@@ -112,12 +112,7 @@ class Environment(Whole, TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
     arrays: dict[str, Float64Array]
 
     def __init__(
-        self,
-        id: str,
-        max_episode_steps: int | None = None,
-        *,
-        engine: str | None = None,
-        **options: Any,
+        self, id: str, max_episode_steps: int | None = None, *, engine: str | None = None, **options: Any
     ) -> None:
         """Takes the arguments of make. max_episode_steps: None means the id's own limit, -1 no limit."""
         library = ENGINES.get(engine)

@@ -19,10 +19,7 @@ def spec_asked(id: str | EnvSpec, engine: str | None) -> EnvSpec:
 
 
 def make(
-    id: str | EnvSpec,
-    max_episode_steps: int | None = None,
-    disable_env_checker: bool | None = None,
-    **options: Any,
+    id: str | EnvSpec, max_episode_steps: int | None = None, disable_env_checker: bool | None = None, **options: Any
 ) -> Environment:
     """Builds an environment as gymnasium.make does, with the same keywords.
 

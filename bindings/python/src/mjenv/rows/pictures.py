@@ -35,7 +35,7 @@ _UNNAMED = "track" if tuple(map(int, gymnasium.__version__.split(".")[:2])) < (1
 # The library's flag for each value of mjtVisFlag, for engines whose values differ from the library's. MuJoCo 4.0 has
 # inserted islands (15).
 _FLAGS: dict[str, tuple[declarations.Visual | None, ...]] = {
-    "4.0": (*tuple(declarations.Visual)[:15], None, *tuple(declarations.Visual)[15:]),
+    "4.0": (*tuple(declarations.Visual)[:15], None, *tuple(declarations.Visual)[15:])
 }
 # The ids whose classes in Gymnasium do not take default_camera_config.
 _WITHOUT_CONFIG = (

@@ -16,14 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from mjenv.capi.declarations import Role, Status
 from mjenv.capi.dtypes import FLOATS, Float64Array
 from mjenv.capi.handle import Rows, pointer_to
-from mjenv.errors import (
-    AlreadyPendingCallError,
-    BusyError,
-    Error,
-    InvalidValueError,
-    NoAsyncCallError,
-    OptionError,
-)
+from mjenv.errors import AlreadyPendingCallError, BusyError, Error, InvalidValueError, NoAsyncCallError, OptionError
 from mjenv.rows.arguments import check_seed
 from mjenv.rows.outputs import BoolArray, Outputs
 from mjenv.rows.pictures import Pictures

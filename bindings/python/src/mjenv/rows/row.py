@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any, overload
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -105,13 +105,8 @@ class RowList(Sequence[Row]):
     def __len__(self) -> int:
         return self._pool.count
 
-    @overload
-    def __getitem__(self, row: int) -> Row: ...
-
-    @overload
-    def __getitem__(self, row: slice) -> tuple[Row, ...]: ...
-
-    def __getitem__(self, row: int | slice) -> Row | tuple[Row, ...]:
+    def __getitem__(self, row: int | slice) -> Any:
+        """A row, or a tuple of rows."""
         chosen = range(self._pool.count)[row]
         if isinstance(chosen, int):
             return Row(self._envs, self._pool, chosen)
