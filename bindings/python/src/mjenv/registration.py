@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from importlib.util import module_from_spec, spec_from_file_location
@@ -34,15 +35,13 @@ def engines(usable: bool = True) -> tuple[str, ...]:
     An engine's name is the version of MuJoCo with which it computes. usable=False also returns engines that cannot be
     used here, for example because a library is missing. This function loads the engines.
     """
-    return tuple(name for name in ENGINES.names() if not usable or _is_usable(name))
 
-
-def _is_usable(engine: str) -> bool:
-    try:
-        ENGINES.get(engine)
-    except errors.EngineError:
+    def is_usable(name: str) -> bool:
+        with suppress(errors.EngineError):
+            return bool(ENGINES.get(name))
         return False
-    return True
+
+    return tuple(name for name in ENGINES.names() if not usable or is_usable(name))
 
 
 # Here and in the other functions, engine is one of engines(). None is the default, which the environment variable

@@ -580,18 +580,17 @@ class Rows:
 
     def write(self, row: int, name: str, values: Any, by_reader: bool = False) -> None:
         """Writes an array of a row's mjModel or mjData. by_reader: a lent array calls, and tells its reader."""
-        numbers = np.ascontiguousarray(values, np.float64)
-        array = encoded(name, "the array")
-        call = self.call if by_reader else self.change
-        call(self.engine.mjenv_write_row, row, array, pointer_to(numbers, c_double), numbers.size)
+        self._write(self.engine.mjenv_write_row, row, name, values, by_reader)
 
     def write_rows(self, mask: NDArray[np.bool_] | None, name: str, values: Any, by_reader: bool = False) -> None:
         """Writes an array of the masked rows, of all without a mask: values[rows, ...]."""
-        numbers = np.ascontiguousarray(values, np.float64)
         selected = None if mask is None else pointer_to(mask, c_uint8)
-        array = encoded(name, "the array")
+        self._write(self.engine.mjenv_write, selected, name, values, by_reader)
+
+    def _write(self, function: Callable[..., int], rows: Any, name: str, values: Any, by_reader: bool) -> None:
+        numbers = np.ascontiguousarray(values, np.float64)
         call = self.call if by_reader else self.change
-        call(self.engine.mjenv_write, selected, array, pointer_to(numbers, c_double), numbers.size)
+        call(function, rows, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
 
     def set_constants(self, row: int) -> None:
         """Calls mj_setConst for a row, or for all rows (-1)."""

@@ -74,13 +74,13 @@ class Registered:
         if taken:
             raise InvalidValueError(f"{kind.__name__}: {sorted(taken)[0]!r} is both in state and in needs")
         own = [name for name in _METHODS if overrides(kind, name)]
-        coded = [name for name in own if _address(getattr(kind, name))]
-        if coded:
-            _check_code(kind)
+        self.is_code = any(_address(getattr(kind, name)) for name in own)
         self.resets_rows = kind.reset_row is not Task.reset_row
-        missing = [name for name in ("reset", "observe", "step") if name not in own]
+        needed = ("observe", "step") if self.resets_rows else ("reset", "observe", "step")
+        missing = [name for name in needed if name not in own]
+        if self.is_code:
+            _check_code(kind)
         if self.resets_rows:
-            missing = [name for name in missing if name != "reset"]
             if "reset" in own:
                 raise OptionError(
                     f"{kind.__name__} defines both reset and reset_row: define one of them", Status.E_TYPE
@@ -89,7 +89,6 @@ class Registered:
                 raise OptionError(f"{kind.__name__}: reset_row simulates, which needs current = True", Status.E_TYPE)
         if missing:
             raise OptionError(f"{kind.__name__} does not define {missing[0]}", Status.E_TYPE)
-        self.is_code = bool(coded)
         if not self.is_code:
             _check_numpy(kind)
             _check_parameters(kind)
@@ -196,12 +195,10 @@ class Registered:
         default = setting.default
         option = task_declarations.mjenv_task_option(ctypes.sizeof(task_declarations.mjenv_task_option))
         option.name, option.doc = encoded(name, "an option's name"), setting.doc.encode()
-        if isinstance(default, bool):
-            option.kind, option.value = Kind.FLAG, default
-        elif isinstance(default, int):
-            option.kind, option.value = Kind.INTEGER, default
-        elif isinstance(default, float):
-            option.kind, option.value = Kind.REALS, default
+        if isinstance(default, (int, float)):
+            kinds = {bool: Kind.FLAG, int: Kind.INTEGER, float: Kind.REALS}
+            option.kind = next(kind for of, kind in kinds.items() if isinstance(default, of))
+            option.value = default
         elif isinstance(default, str):
             option.kind, option.text = Kind.STRING, encoded(default, name)
             option.choices = " ".join(setting.choices).encode() or None
