@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import re
 import resource
 import statistics
 import subprocess
@@ -38,10 +39,12 @@ LEARNED: dict[str, tuple[str, ...]] = {
     "HalfCheetah-v5": (),
     "Humanoid-v5": (),
     # Larger displacements at the start than those of the episodes that are played, so that those are within reach.
-    "InvertedDoublePendulum-v5": ("--option", "reset_noise_scale=0.3", "--gamma", "0.995", "--steps", "800000"),
+    "InvertedDoublePendulum-v5": tuple(
+        "--option reset_noise_scale=0.3 --gamma 0.995 --learning-rate 0.0003 --steps 800000".split()
+    ),
     "Pusher-v5": (),
     "Swimmer-v5": ("--seed", "3"),
-    "Walker2d-v5": (),
+    "Walker2d-v5": ("--seed", "4"),
 }
 
 # The policies that scripts of their own train, with curves of their own.
@@ -67,7 +70,9 @@ def train(id: str) -> None:
         subprocess.run([sys.executable, *script, "--out", folder], check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         print(f"{id}: {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.0f} s of CPU time")
-        (POLICIES / f"{id}.txt").write_bytes((Path(folder) / "policy.txt").read_bytes())
+        text = (Path(folder) / "policy.txt").read_text()
+        # It plays without the training's options.
+        (POLICIES / f"{id}.txt").write_text(re.sub(r'"options": \{.*?\}', '"options": {}', text, count=1))
         curve = thinned(id, Path(folder) / "curve.csv")
     write(sorted([*(point for point in read(TABLE) if point.id != id), *curve], key=lambda point: point.id))
 
