@@ -1,9 +1,134 @@
-// The constraints of several rows, as solvers read and change them.
+// The constraints of several rows, as lanes make them, and as solvers read and change them.
 #pragma once
+
+#include <mujoco/mjmodel.h>
 
 #include "engine/lanes/frame/width.hpp"
 
 namespace mjenv::core::lanes {
+
+// The shapes of two geoms whose contacts lanes compute.
+enum class Shapes {
+  others,
+  plane_sphere,
+  plane_capsule,
+  plane_ellipsoid,
+  plane_cylinder,
+  plane_box,
+  sphere_sphere,
+  sphere_capsule,
+  sphere_box,
+  capsule_capsule
+};
+
+// In models with sparse Jacobians, the dofs at which the Jacobian of a constraint between two bodies has numbers, in
+// ascending order: `count` of them, from first_column on in Lanes::columns. couples: whether J' * J has an element, for
+// some two of these dofs, that the inertia matrix lacks.
+struct Chain {
+  int first_column, count;
+  bool couples;
+};
+
+struct ContactPair {
+  int geom1, geom2;
+  Shapes shapes;     // others: MuJoCo's function computes these contacts row by row
+  int dim;           // condim: 1, 3, 4 or 6
+  int root1, root2;  // body_rootid of the two bodies
+  // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
+  // second. For dofs that move both, the Jacobian is 0.
+  int first_column, count1, count2;
+  Chain chain;
+  // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
+  // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
+  // times the coordinates.
+  bool is_between_bodies;
+};
+
+// How many constraints a contact of the pair makes. cone: mjOption's.
+constexpr int constraints_of(const ContactPair& pair, int cone) {
+  return pair.dim == 1 || cone == mjCONE_ELLIPTIC ? pair.dim : 2 * (pair.dim - 1);
+}
+
+// What mj_makeConstraint takes from a row's mjModel for one limit, pair, equality or friction. stiffness and damping
+// are K and B of efc_KBIP. dmin to power are solimp. below and above are two factors that getimpedance computes:
+// 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1).
+struct ConstraintNumbers {
+  double stiffness, damping;
+  double dmin, dmax, width, midpoint, power, below, above;
+  double diagApprox;  // that of the first constraint
+  double frictionloss;
+  double impratio, friction[5];
+};
+
+struct Equality;
+
+// What a limit or friction constrains.
+enum class Object { dof, joint, ball, tendon };
+
+// The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
+// constraints.
+struct Contacts {
+  static constexpr int kCapacity = 96;
+
+  // A slide, hinge, ball or tendon, and the lanes, as bits, in which it has limits.
+  struct Limited {
+    int id;
+    unsigned rows;
+  };
+  const Limited *joints, *tendons;
+  int joint_count, tendon_count;
+  const ContactPair* pairs;  // for each of Lanes::pairs
+  bool are_searched;         // MuJoCo would search for the pairs
+  unsigned rows;             // the lanes, as bits, that take part
+
+  struct Equal {
+    const Equality* equality;
+    int size;       // how many constraints it makes
+    unsigned rows;  // the lanes, as bits, in which it is active: at least one
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  const Equal* equals;
+  int equality_count;
+  struct Friction {
+    Object object;
+    int id;
+    unsigned rows;
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  const Friction* frictions;
+  int friction_count;
+  int bounded[kMaxWidth];  // how many constraints of equalities and friction each lane has
+  struct Limit {
+    Object object;
+    int id, side;
+    unsigned rows;
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  struct Contact {
+    int pair;
+    unsigned rows;        // the lanes, as bits, in which it makes constraints
+    unsigned found_rows;  // the lanes in which it is found, perhaps beyond the margin (only 4.0)
+    const ConstraintNumbers* numbers[kMaxWidth];
+  };
+  // Computes a pair's contacts in the lanes `rows` (bits) with MuJoCo's function. Writes contact i of each lane to
+  // element i of the arrays single_..., and the lanes that have it to single_rows[i]. Returns the largest number of
+  // contacts in a lane; -1 if MuJoCo fails.
+  int (*collide)(void* maker, int pair, unsigned rows);
+  void* maker;
+  static constexpr int kMostSingle = 50;  // mjMAXCONPAIR
+  unsigned single_rows[kMostSingle];
+  double *single_dist, *single_pos, *single_frame;
+
+  Limit limits[kCapacity];
+  Contact contacts[kCapacity];
+  int limit_count, contact_count;
+  int found[kMaxWidth];        // how many contacts each lane has, also counting those that make no constraints
+  int constraints[kMaxWidth];  // how many constraints each lane has
+
+  // For each limit: its distance, and for a ball the axis [3] of its rotation. For each contact: dist, pos [3] and
+  // frame [9].
+  double *limit_dist, *limit_axis, *dist, *pos, *frame;
+};
 
 // What rownnz, rowadr and colind of mjCGContext say in Newton's method with sparse Jacobians: which numbers of H and of
 // its Cholesky factor are part of MuJoCo's sparse matrix. of_M, of_J and filled are [nv][nv]. For each element of the

@@ -103,6 +103,17 @@ inline void half_sines(double* sine, double* cosine, const double* angle, int co
   }
 }
 
+// mju_quat2Vel with dt = 1. The C library computes the angle of each lane.
+inline void quat2Vel(V* res, const V* quat) {
+  V axis[3];
+  copy(axis, quat + 1, 3);
+  const V sine = normalize3(axis);
+  V speed{};
+  for (int lane = 0; lane < kWidth; ++lane) speed[lane] = 2 * std::atan2(sine[lane], quat[0][lane]);
+  speed = speed > splat(mjPI) ? speed - 2 * mjPI : speed;
+  for (int k = 0; k < 3; ++k) res[k] = axis[k] * speed;
+}
+
 // mju_cross
 inline void cross(V* res, const V* a, const V* b) {
   const V x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "engine/lanes/mujoco2/collision_primitive.hpp"
-#include "engine/lanes/mujoco2/places.hpp"
+#include "engine/lanes/mujoco2/smooth.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -81,7 +81,7 @@ bool collision(const Lanes& d, Contacts& c) {
       if (included == 0) continue;
       if (c.contact_count == Contacts::kCapacity) return false;
       const int n = c.contact_count++;
-      c.contacts[n] = {i, included, {}};
+      c.contacts[n] = {i, included, included, {}};
       vectors(c.dist)[n] = con.dist;
       copy(vectors(c.pos) + 3 * n, con.pos, 3);
       copy(vectors(c.frame) + 9 * n, con.frame, 9);

@@ -3,6 +3,7 @@
 
 #include <mujoco/mjmodel.h>
 
+#include <cmath>
 #include <vector>
 
 #include "engine/lanes/frame/constraints.hpp"
@@ -11,6 +12,9 @@
 #include "engine/lanes/mujoco2/arrays.hpp"
 
 namespace mjenv::core::lanes {
+
+// How MuJoCo computes the powers of impedances.
+static inline double power(double a, double b) { return std::pow(a, b); }
 
 constexpr int kEllipsoidNumbers = 21;  // the members of Ellipsoid in passive.hpp
 
@@ -47,43 +51,6 @@ struct BoxPair {
   bool is_ground;  // the first geom is a height field
 };
 
-// The shapes of two geoms whose contacts lanes compute.
-enum class Shapes {
-  others,
-  plane_sphere,
-  plane_capsule,
-  plane_ellipsoid,
-  plane_cylinder,
-  plane_box,
-  sphere_sphere,
-  sphere_capsule,
-  sphere_box,
-  capsule_capsule
-};
-
-// In models with sparse Jacobians, the dofs at which the Jacobian of a constraint between two bodies has numbers, in
-// ascending order: `count` of them, from first_column on in Lanes::columns. couples: whether J' * J has an element, for
-// some two of these dofs, that the inertia matrix lacks.
-struct Chain {
-  int first_column, count;
-  bool couples;
-};
-
-struct ContactPair {
-  int geom1, geom2;
-  Shapes shapes;     // others: MuJoCo's function computes these contacts row by row
-  int dim;           // condim: 1, 3, 4 or 6
-  int root1, root2;  // body_rootid of the two bodies
-  // From first_column on, Lanes::columns lists the dofs that move only the first body, then those that move only the
-  // second. For dofs that move both, the Jacobian is 0.
-  int first_column, count1, count2;
-  Chain chain;
-  // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
-  // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
-  // times the coordinates.
-  bool is_between_bodies;
-};
-
 // Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
 // and those that move both. negates: for dofs that move only body 1, MuJoCo negates the Jacobian instead of subtracting
 // it from 0, which gives 0 another sign.
@@ -117,22 +84,6 @@ struct Actuator {
   int object;  // joint, tendon or site
   int dof;     // the first dof of the joint
   int first_column, count;
-};
-
-// How many constraints a contact of the pair makes. cone: mjOption's.
-inline int constraints_of(const ContactPair& pair, int cone) {
-  return pair.dim == 1 || cone == mjCONE_ELLIPTIC ? pair.dim : 2 * (pair.dim - 1);
-}
-
-// What mj_makeConstraint takes from a row's mjModel for one limit, pair, equality or friction. stiffness and damping
-// are K and B of efc_KBIP. dmin to power are solimp. below and above are two factors that getimpedance computes:
-// 1 / pow(midpoint, power - 1) and 1 / pow(1 - midpoint, power - 1).
-struct ConstraintNumbers {
-  double stiffness, damping;
-  double dmin, dmax, width, midpoint, power, below, above;
-  double diagApprox;  // that of the first constraint
-  double frictionloss;
-  double impratio, friction[5];
 };
 
 // Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
@@ -183,72 +134,6 @@ struct Lanes : LanesBase {
   const float* const* heights;  // for each lane: its row's hfield_data. Null: all rows have the model's
 
   unsigned char* may_touch;  // for each pair, the lanes in which the geoms may touch, as bits
-};
-
-// What a limit or friction constrains.
-enum class Object { dof, joint, ball, tendon };
-
-// The equalities, friction, reached limits and contacts of several rows, in the order in which MuJoCo makes their
-// constraints.
-struct Contacts {
-  static constexpr int kCapacity = 96;
-
-  // A slide, hinge, ball or tendon, and the lanes, as bits, in which it has limits.
-  struct Limited {
-    int id;
-    unsigned rows;
-  };
-  const Limited *joints, *tendons;
-  int joint_count, tendon_count;
-  const ContactPair* pairs;  // for each of Lanes::pairs
-  bool are_searched;         // MuJoCo would search for the pairs
-  unsigned rows;             // the lanes, as bits, that take part
-
-  struct Equal {
-    const Equality* equality;
-    unsigned rows;  // the lanes, as bits, in which it is active: at least one
-    const ConstraintNumbers* numbers[kMaxWidth];
-  };
-  const Equal* equals;
-  int equality_count;
-  struct Friction {
-    Object object;
-    int id;
-    unsigned rows;
-    const ConstraintNumbers* numbers[kMaxWidth];
-  };
-  const Friction* frictions;
-  int friction_count;
-  int bounded[kMaxWidth];  // how many constraints of equalities and friction each lane has
-  struct Limit {
-    Object object;
-    int id, side;
-    unsigned rows;
-    const ConstraintNumbers* numbers[kMaxWidth];
-  };
-  struct Contact {
-    int pair;
-    unsigned rows;
-    const ConstraintNumbers* numbers[kMaxWidth];
-  };
-  // Computes a pair's contacts in the lanes `rows` (bits) with MuJoCo's function. Writes contact i of each lane to
-  // element i of the arrays single_..., and the lanes that have it to single_rows[i]. Returns the largest number of
-  // contacts in a lane; -1 if MuJoCo fails.
-  int (*collide)(void* maker, int pair, unsigned rows);
-  void* maker;
-  static constexpr int kMostSingle = 50;  // mjMAXCONPAIR
-  unsigned single_rows[kMostSingle];
-  double *single_dist, *single_pos, *single_frame;
-
-  Limit limits[kCapacity];
-  Contact contacts[kCapacity];
-  int limit_count, contact_count;
-  int found[kMaxWidth];        // how many contacts each lane has, also counting those that make no constraints
-  int constraints[kMaxWidth];  // how many constraints each lane has
-
-  // For each limit: its distance, and for a ball the axis [3] of its rotation. For each contact: dist, pos [3] and
-  // frame [9].
-  double *limit_dist, *limit_axis, *dist, *pos, *frame;
 };
 
 // Lists the functions of an instruction set: result, name and parameters. Those that repeat a function of MuJoCo 2.2.2

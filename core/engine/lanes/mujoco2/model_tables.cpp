@@ -27,15 +27,6 @@ bool has_other_actuators(const mjModel& m) {
   return false;
 }
 
-// The dofs that move a body, as in mj_jac.
-std::vector<int> dofs_of(const mjModel& m, int body) {
-  std::vector<int> dofs;
-  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
-  if (!body) return dofs;
-  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) dofs.push_back(i);
-  return dofs;
-}
-
 // The dofs that a tendon's length may depend on, in ascending order.
 std::vector<int> dofs_of_tendon(const mjModel& m, int tendon) {
   std::vector<int> dofs;
@@ -71,20 +62,6 @@ std::vector<GeomPair> tested_pairs(const mjModel& m, const Pairs& listed) {
     pairs.push_back({first, second, compares_plane(m, first, second), -1, pair_numbers(m, first, second)});
   }
   return pairs;
-}
-
-Shapes shapes_of(const mjModel& m, int geom1, int geom2) {
-  const int first = m.geom_type[geom1], second = m.geom_type[geom2];
-  if (first == mjGEOM_PLANE && second == mjGEOM_SPHERE) return Shapes::plane_sphere;
-  if (first == mjGEOM_PLANE && second == mjGEOM_CAPSULE) return Shapes::plane_capsule;
-  if (first == mjGEOM_PLANE && second == mjGEOM_ELLIPSOID) return Shapes::plane_ellipsoid;
-  if (first == mjGEOM_PLANE && second == mjGEOM_CYLINDER) return Shapes::plane_cylinder;
-  if (first == mjGEOM_PLANE && second == mjGEOM_BOX) return Shapes::plane_box;
-  if (first == mjGEOM_SPHERE && second == mjGEOM_SPHERE) return Shapes::sphere_sphere;
-  if (first == mjGEOM_SPHERE && second == mjGEOM_CAPSULE) return Shapes::sphere_capsule;
-  if (first == mjGEOM_SPHERE && second == mjGEOM_BOX) return Shapes::sphere_box;
-  if (first == mjGEOM_CAPSULE && second == mjGEOM_CAPSULE) return Shapes::capsule_capsule;
-  return Shapes::others;
 }
 
 // Returns the box with these two opposite corners.
@@ -157,36 +134,11 @@ void append(std::vector<int>& columns, const std::vector<int>& dofs) {
   columns.insert(columns.end(), dofs.begin(), dofs.end());
 }
 
-// Appends the elements of `dofs` that `others` lacks to the columns. Returns how many there are.
-int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
-  int count = 0;
-  for (const int dof : dofs) {
-    if (std::count(others.begin(), others.end(), dof)) continue;
-    columns.push_back(dof);
-    ++count;
-  }
-  return count;
-}
-
 // Appends to the columns the elements that both lists have. Returns how many there are.
 int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const std::vector<int>& others) {
   const auto is_shared = [&](int dof) { return std::count(others.begin(), others.end(), dof) > 0; };
   std::copy_if(dofs.begin(), dofs.end(), std::back_inserter(columns), is_shared);
   return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
-}
-
-// Appends the dofs that move at least one of two bodies, in ascending order, if Jacobians are sparse.
-Chain chain_of(const mjModel& m, std::vector<int> dofs, const std::vector<int>& others, std::vector<int>& columns) {
-  Chain chain{static_cast<int>(columns.size()), 0, false};
-  if (!mj_isSparse(&m)) return chain;
-  append(dofs, others);
-  std::sort(dofs.begin(), dofs.end());
-  dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
-  append(columns, dofs);
-  chain.count = static_cast<int>(dofs.size());
-  for (int i = 1; i < chain.count; ++i)
-    chain.couples |= m.dof_simplenum[dofs[i]] || m.dof_parentid[dofs[i]] != dofs[i - 1];
-  return chain;
 }
 
 BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& columns) {
@@ -268,29 +220,6 @@ Actuator actuator_of(const mjModel& m, int id, const ModelTables& tables, std::v
   return actuator;
 }
 
-std::vector<ContactPair> pairs_in_contact(const mjModel& m, const Pairs& listed, std::vector<int>& columns) {
-  std::vector<ContactPair> pairs;
-  for (std::size_t i = 0; i < listed.geom1.size(); ++i) {
-    const int first = listed.geom1[i], second = listed.geom2[i];
-    const int body1 = m.geom_bodyid[first], body2 = m.geom_bodyid[second];
-    ContactPair pair{};
-    pair.geom1 = first;
-    pair.geom2 = second;
-    pair.dim = listed.dim[i];
-    pair.shapes = shapes_of(m, first, second);
-    pair.is_between_bodies = body1 != 0 && body2 != 0;
-    pair.root1 = m.body_rootid[body1];
-    pair.root2 = m.body_rootid[body2];
-    const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
-    pair.first_column = static_cast<int>(columns.size());
-    pair.count1 = append_difference(columns, dofs1, dofs2);
-    pair.count2 = append_difference(columns, dofs2, dofs1);
-    pair.chain = chain_of(m, dofs1, dofs2, columns);
-    pairs.push_back(pair);
-  }
-  return pairs;
-}
-
 }  // namespace
 
 bool has_adhesion(const mjModel& m) {
@@ -330,8 +259,6 @@ bool has_negative_zero(const double* numbers, int count) {
   return std::any_of(numbers, numbers + count, [](double x) { return x == 0 && std::signbit(x); });
 }
 
-bool constrains(const mjModel& m, int flag) { return (m.opt.disableflags & (flag | mjDSBL_CONSTRAINT)) == 0; }
-
 double largest_square(double radius) {
   if (radius < 0) return -1;
   if (std::isinf(radius)) return radius;
@@ -359,7 +286,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   if (finds_contacts && knows_pairs) {
     const Pairs& listed = searched ? *searched : *model.pairs();
     pairs = tested_pairs(m, listed);
-    contact_pairs = pairs_in_contact(m, listed, columns);
+    contact_pairs = lanes::contact_pairs(m, listed, columns);
     compare_boxes(m);
     kept_apart = pairs_kept_apart(m);
   }
@@ -380,11 +307,6 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   has_ellipsoids.resize(static_cast<std::size_t>(m.nbody));
   for (int geom = 0; geom < m.ngeom; ++geom)
     if (is_ellipsoid(m, geom)) has_ellipsoids[m.geom_bodyid[geom]] = 1;
-  const bool has_limits = constrains(m, mjDSBL_LIMIT);
-  for (int j = 0; j < m.njnt && has_limits; ++j)
-    if (m.jnt_type[j] != mjJNT_FREE) joints.push_back(j);
-  for (int i = 0; i < m.ntendon && has_limits; ++i)
-    if (!is_still_tendon[i]) tendons.push_back(i);
   if (m.opt.integrator == mjINT_IMPLICIT) list_trees(m);
 }
 

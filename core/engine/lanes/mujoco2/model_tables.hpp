@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "engine/lanes/frame/contact_pairs.hpp"
 #include "engine/lanes/mujoco2/lanes.hpp"
 #include "engine/model.hpp"
-#include "engine/pairs.hpp"
 
 namespace mjenv::core::lanes {
 
@@ -33,8 +33,7 @@ struct ModelTables {
   std::optional<std::vector<std::pair<int, int>>> kept_apart{std::in_place};
   std::vector<ContactPair> contact_pairs;  // for each of `pairs`
   std::vector<Equality> equalities;
-  std::vector<int> columns;          // Lanes::columns
-  std::vector<int> joints, tendons;  // those that can have limits
+  std::vector<int> columns;  // Lanes::columns
   std::vector<int> tendon_dof_adr, tendon_dofs;
   std::vector<unsigned char> is_still_tendon;  // for each tendon: its Jacobian is always 0
   std::vector<unsigned char> has_ellipsoids;   // for each body: fluids act on its geoms as on ellipsoids
@@ -53,9 +52,6 @@ PairNumbers pair_numbers(const mjModel& m, int geom1, int geom2);
 
 // Whether one of the numbers is -0.
 bool has_negative_zero(const double* numbers, int count);
-
-// Whether the model makes the constraints that this flag (mjtDisableBit) could disable.
-bool constrains(const mjModel_& m, int flag);
 
 // The greatest x with sqrt(x) <= radius, as double precision rounds the root; a negative number if the radius is
 // negative.

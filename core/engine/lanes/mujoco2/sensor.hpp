@@ -4,8 +4,9 @@
 
 #include <mujoco/mujoco.h>
 
+#include "engine/lanes/frame/places.hpp"
 #include "engine/lanes/frame/sensor.hpp"
-#include "engine/lanes/mujoco2/places.hpp"
+#include "engine/lanes/mujoco2/smooth.hpp"
 
 namespace mjenv::core::lanes {
 namespace {

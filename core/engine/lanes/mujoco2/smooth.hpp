@@ -38,17 +38,6 @@ inline void mulQuatAxis(V* res, const V* quat, const V* axis) {
   res[3] = quat[0] * axis[2] + quat[1] * axis[1] - quat[2] * axis[0];
 }
 
-// mju_quat2Vel with dt = 1. The C library computes the angle of each lane.
-inline void quat2Vel(V* res, const V* quat) {
-  V axis[3];
-  copy(axis, quat + 1, 3);
-  const V sine = normalize3(axis);
-  V speed{};
-  for (int lane = 0; lane < kWidth; ++lane) speed[lane] = 2 * std::atan2(sine[lane], quat[0][lane]);
-  speed = speed > splat(mjPI) ? speed - 2 * mjPI : speed;
-  for (int k = 0; k < 3; ++k) res[k] = axis[k] * speed;
-}
-
 // mju_rotVecQuat. MuJoCo copies the vector if the quaternion is null (1, 0, 0, 0). The general formula has the same
 // result, except that it turns -0 into +0.
 template <typename T>

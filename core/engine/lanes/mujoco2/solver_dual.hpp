@@ -2,8 +2,9 @@
 // the dual problem, a few forces at a time.
 #pragma once
 
-#include "engine/lanes/mujoco2/places.hpp"
+#include "engine/lanes/frame/constrained.hpp"
 #include "engine/lanes/mujoco2/unlisted.hpp"
+#include "engine/lanes/mujoco2/util_sparse.hpp"
 
 namespace mjenv::core::lanes {
 namespace {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "engine/lanes/frame/solver_primal.hpp"
-#include "engine/lanes/mujoco2/places.hpp"
+#include "engine/lanes/mujoco2/util_sparse.hpp"
 
 namespace mjenv::core::lanes {
 namespace {

@@ -57,6 +57,8 @@ constexpr int kParties = 21;
   ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle | kShown)                                    \
   ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle | kShown | kMaking)                        \
   ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle | kMaking)                                           \
+  ARRAY(ten_length, m.ntendon, kMiddle, kNobody)                                              \
+  ARRAY(ten_J, m.nJten, kMiddle, kNobody)                                                     \
   ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved | kShown)                                      \
   ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                                                 \
   ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                                            \
@@ -119,6 +121,10 @@ constexpr int kParties = 21;
   ARRAY(body_ipos, 3 * m.nbody, kModerate)                 \
   ARRAY(jnt_stiffness, m.njnt, kModerate)                  \
   ARRAY(jnt_actfrcrange, 2 * m.njnt, kUnlimited)           \
+  ARRAY(jnt_range, 2 * m.njnt, kUnlimited)                 \
+  ARRAY(jnt_margin, m.njnt, kUnlimited)                    \
+  ARRAY(tendon_range, 2 * m.ntendon, kUnlimited)           \
+  ARRAY(tendon_margin, m.ntendon, kUnlimited)              \
   ARRAY(qpos_spring, m.nq, kModerate)                      \
   ARRAY(dof_armature, m.nv, kModerate)                     \
   ARRAY(dof_damping, m.nv, kModerate)                      \

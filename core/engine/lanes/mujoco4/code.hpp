@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/lanes/mujoco4/collision.hpp"
+#include "engine/lanes/mujoco4/constraint.hpp"
 #include "engine/lanes/mujoco4/forces.hpp"
 #include "engine/lanes/mujoco4/sensor.hpp"
 #include "engine/lanes/mujoco4/smooth.hpp"

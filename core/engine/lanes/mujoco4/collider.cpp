@@ -26,7 +26,16 @@ std::string Collider::obstacle(const Model& model) {
   return "";
 }
 
-Collider::Collider(const mjModel& model, const Code& code) : m_(model), code_(code), without_contacts_(model) {
+ListedPairs::ListedPairs(const Model& model) {
+  if (!is_disabled(*model.get()) && model.pairs()) pairs = contact_pairs(*model.get(), *model.pairs(), columns);
+}
+
+// No tendon counts as still: of one whose Jacobian is 0, MakeConstraint leaves the rows to MuJoCo.
+Collider::Collider(const Model& model, const Code& code)
+    : ListedPairs(model),
+      RowMaker(code, *model.stepped(), pairs,
+               std::vector<unsigned char>(static_cast<std::size_t>(model.get()->ntendon))),
+      without_contacts_(m_) {
   without_contacts_.opt.disableflags |= mjDSBL_CONTACT;
 }
 
@@ -36,17 +45,22 @@ bool Collider::follows(const mjModel& row) const {
          row.geom_margin == m_.geom_margin && row.geom_gap == m_.geom_gap;
 }
 
+bool Collider::find_contacts(const Lanes& lanes, std::uint32_t rows) {
+  contacts_.rows = rows;
+  contacts_.contact_count = 0;
+  return is_disabled(m_) || code_.collision(lanes, contacts_);
+}
+
 bool Collider::find(const Lanes& lanes, std::uint32_t rows) {
   contacts_.rows = rows;
-  contacts_.count = 0;
-  return is_disabled(m_) || code_.collision(lanes, contacts_);
+  return code_.instantiateLimit(lanes, contacts_) && find_contacts(lanes, rows) && set_numbers();
 }
 
 void Collider::write(int row, const mjModel& m, mjData& d) const {
   mj_collision(&without_contacts_, &d);  // clears the contacts and constraints
-  for (int n = 0; n < contacts_.count; ++n) {
-    if (!(contacts_.list[n].rows >> row & 1)) continue;
-    const int pair = contacts_.list[n].pair;
+  for (int n = 0; n < contacts_.contact_count; ++n) {
+    if (!(contacts_.contacts[n].found_rows >> row & 1)) continue;
+    const int pair = contacts_.contacts[n].pair;
     const auto copy = [&](mjtNum* to, const double* from, int count) {
       for (int i = 0; i < count; ++i) to[i] = from[(n * count + i) * code_.width + row];
     };

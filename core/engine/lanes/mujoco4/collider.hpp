@@ -1,33 +1,43 @@
-// Finds the contacts of several rows in lanes, and writes them to mjData.
+// Finds the contacts and reached limits of several rows in lanes, and lists them, or writes the contacts to mjData.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <vector>
 
-#include "engine/lanes/frame/lane_arrays.hpp"
+#include "engine/lanes/frame/row_maker.hpp"
 #include "engine/model.hpp"
-#include "engine/work.hpp"
 
 namespace mjenv::core::lanes {
 
-class Collider {
+// The pairs of geoms whose contacts lanes find. A base class, so that they exist before RowMaker.
+struct ListedPairs {
+  std::vector<int> columns;  // Lanes::columns
+  std::vector<ContactPair> pairs;
+  explicit ListedPairs(const Model& model);
+};
+
+class Collider final : private ListedPairs, public RowMaker {
  public:
   // The feature because of which MuJoCo finds the contacts row by row; "" if there is none.
   static std::string obstacle(const Model& model);
 
-  // model: the one that rows step with.
-  Collider(const mjModel& model, const Code& code);
-  // Whether lanes can find the contacts of rows with these models.
+  // The model must outlive the collider.
+  Collider(const Model& model, const Code& code);
+  const int* columns() const { return ListedPairs::columns.data(); }
+  // Whether lanes can find the contacts of a row with this model.
   bool follows(const mjModel& row) const;
+  // Whether lanes can make the constraints of rows with these models.
+  bool makes(const RowModels& models, int count) { return m_.neq == 0 && follow(models, count); }
   // Finds the contacts of these rows (bits). Returns false if MuJoCo has to find them.
+  bool find_contacts(const Lanes& lanes, std::uint32_t rows);
+  // Also finds the limits, after `makes`. Returns false if MuJoCo has to find them, too.
   bool find(const Lanes& lanes, std::uint32_t rows);
   // Writes to mjData the contacts that have been found for a row. m: the row's model.
   void write(int row, const mjModel& m, mjData& d) const;
 
  private:
-  const mjModel& m_;
-  const Code& code_;
   mjModel without_contacts_;
-  Contacts contacts_{};
 };
 
 }  // namespace mjenv::core::lanes

@@ -93,11 +93,14 @@ inline Mask are_apart(const mjModel& m, int id1, int id2, const Geom& g1, const 
   return dot3(dif, normal) > splat(margin + rbound2);
 }
 
+inline V includemargin(const Lanes& d, int pair) { return splat(d.model->pair_margin[pair]); }
+
 // mj_collision for the listed pairs of a model that all rows share. Returns false if a row meets a case that is left to
 // MuJoCo's function.
 bool collision(const Lanes& d, Contacts& c) {
   const mjModel& m = *d.model;
-  c.count = 0;
+  c.contact_count = 0;
+  for (int lane = 0; lane < kWidth; ++lane) c.found[lane] = 0;
   for (int i = 0; i < m.npair; ++i) {
     const int id1 = m.pair_geom1[i], id2 = m.pair_geom2[i];
     const V size1[2] = {splat(m.geom_size[3 * id1]), splat(m.geom_size[3 * id1 + 1])};
@@ -110,25 +113,28 @@ bool collision(const Lanes& d, Contacts& c) {
     const V margin = splat(reach);
     Contact found[kMostFound];
     int count = 1;
-    if (m.geom_type[id1] == mjGEOM_PLANE && m.geom_type[id2] == mjGEOM_SPHERE) {
-      PlaneSphere(found[0], margin, g1, g2.pos, g2.size[0]);
-    } else if (m.geom_type[id1] == mjGEOM_PLANE) {
-      PlaneCapsule(found, margin, g1, g2);
-      count = 2;
-    } else if (m.geom_type[id1] == mjGEOM_CAPSULE) {
-      count = CapsuleCapsule(found, margin, g1, g2);
-    } else if (m.geom_type[id2] == mjGEOM_CAPSULE) {
-      SphereCapsule(found[0], margin, g1, g2);
-    } else {
-      SphereSphere<true>(found[0], margin, g1, g1.pos, g2, g2.pos);
+    switch (c.pairs[i].shapes) {
+      case Shapes::plane_sphere: PlaneSphere(found[0], margin, g1, g2.pos, g2.size[0]); break;
+      case Shapes::plane_capsule:
+        PlaneCapsule(found, margin, g1, g2);
+        count = 2;
+        break;
+      case Shapes::capsule_capsule: count = CapsuleCapsule(found, margin, g1, g2); break;
+      case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
+      default: SphereSphere<true>(found[0], margin, g1, g1.pos, g2, g2.pos);
     }
     for (int k = 0; k < count; ++k) {
       Contact& con = found[k];
       const unsigned rows = bits(con.is_there) & near;
       if (rows == 0) continue;
-      if ((bits(makeFrame(con.frame)) & rows) != 0 || c.count == Contacts::kCapacity) return false;
-      const int n = c.count++;
-      c.list[n] = {i, rows};
+      if ((bits(makeFrame(con.frame)) & rows) != 0 || c.contact_count == Contacts::kCapacity) return false;
+      const int n = c.contact_count++;
+      const unsigned included = rows & bits(con.dist < includemargin(d, i));
+      c.contacts[n] = {i, included, rows, {}};
+      for (int lane = 0; lane < kWidth; ++lane) {
+        c.found[lane] += rows >> lane & 1;
+        if (included >> lane & 1) c.constraints[lane] += constraints_of(c.pairs[i], m.opt.cone);
+      }
       vectors(c.dist)[n] = con.dist;
       copy(vectors(c.pos) + 3 * n, con.pos, 3);
       copy(vectors(c.frame) + 9 * n, con.frame, 9);

@@ -1,10 +1,9 @@
 // MuJoCo 4.0's PGS (engine_solver.c) for dense Jacobians and pyramidal cones, and constraints of limits and contacts. Each
-// row visits its constraints in a random order of its own, so the numbers of rows do not lie side by side, but in their
-// mjData. Rows take turns after each constraint, so that the CPU computes with several at once.
+// row visits its constraints in a random order of its own, so the numbers of rows do not lie side by side there, but one
+// row after the other. Rows take turns after each constraint, so that the CPU computes with several at once.
 #pragma once
 
-#include <mujoco/mjdata.h>
-
+#include "engine/lanes/frame/constrained.hpp"
 #include "engine/lanes/mujoco4/smooth.hpp"
 
 namespace mjenv::core::lanes {
@@ -36,21 +35,16 @@ inline double dot_row(const double* a, const double* b, int n) {
 
 class PGS {
  public:
-  explicit PGS(DualRow& row) : r_(row), m_(*row.model), d_(*row.data), force_(d_.efc_force), size_(d_.nefc) {}
+  explicit PGS(DualRow& row) : r_(row), m_(*row.model), force_(row.force), size_(row.size) {}
 
-  // The first part of mj_fwdConstraint: the forces of the last step if they are better than none.
+  // The rest of the first part of mj_fwdConstraint: the forces of the last step if they are better than none.
   void begin() {
-    const int nv = static_cast<int>(m_.nv);
     for (int i = 0; i < size_; ++i) {
-      const double* const J = d_.efc_J + i * nv;
-      d_.efc_b[i] = dot_row(J, d_.qacc_smooth, nv) - d_.efc_aref[i];
-      const double jar = dot_row(J, d_.qacc_warmstart, nv) - d_.efc_aref[i];
-      force_[i] = jar >= 0 ? 0 : -d_.efc_D[i] * jar;
       r_.inverse[i] = 1 / AR(i)[i];
       r_.A[i] = 1 / r_.inverse[i];
     }
     for (int i = 0; i < size_; ++i) r_.momentum[i] = dot_row(AR(i), force_, size_);
-    const double cost = dot_row(force_, d_.efc_b, size_) + 0.5 * dot_row(force_, r_.momentum, size_);
+    const double cost = dot_row(force_, r_.b, size_) + 0.5 * dot_row(force_, r_.momentum, size_);
     const bool is_cold = (m_.opt.disableflags & mjDSBL_WARMSTART) != 0;
     for (int i = 0; i < size_ && (is_cold || cost > 0); ++i) force_[i] = 0;
     r_.iterations = r_.since_restart = 0;
@@ -72,7 +66,7 @@ class PGS {
   // Changes the force of one constraint.
   void update(int turn) {
     const int i = r_.order[r_.iterations * size_ + turn];
-    const double residual = d_.efc_b[i] + dot_row(AR(i), force_, size_), old = force_[i];
+    const double residual = r_.b[i] + dot_row(AR(i), force_, size_), old = force_[i];
     const double next = old - residual * r_.inverse[i], force = next < 0 ? 0 : next, delta = force - old;
     const double change = 0.5 * delta * delta * r_.A[i] + delta * residual;
     if (change > 1e-10) return;
@@ -89,36 +83,25 @@ class PGS {
     r_.has_ended = r_.improvement * r_.scale < m_.opt.tolerance || r_.iterations >= m_.opt.iterations;
   }
 
-  // The first part of mj_dualFinish
-  void finish() {
-    const int nv = static_cast<int>(m_.nv);
-    for (int k = 0; k < nv; ++k) d_.qfrc_constraint[k] = 0;
-    for (int i = 0; i < size_; ++i) {
-      if (force_[i] == 0) continue;
-      for (int k = 0; k < nv; ++k) d_.qfrc_constraint[k] += d_.efc_J[i * nv + k] * force_[i];
-    }
-  }
-
   int size() const { return size_; }
 
  private:
   DualRow& r_;
   const mjModel& m_;
-  mjData& d_;
   double* const force_;
   const int size_;
 
-  const double* AR(int i) const { return d_.efc_AR + i * size_; }
+  const double* AR(int i) const { return r_.AR + i * size_; }
 };
 
-// mj_fwdConstraint without the second part of mj_dualFinish
+// The iterations of mj_fwdConstraint, for the rows that have constraints
 void solPGS(DualRow* rows, int count) {
   int most = 0;
   for (int r = 0; r < count; ++r) {
     PGS row(rows[r]);
     row.begin();
     most = most < row.size() ? row.size() : most;
-    rows[r].has_ended = rows[r].model->opt.iterations <= 0;
+    rows[r].has_ended = row.size() == 0 || rows[r].model->opt.iterations <= 0;
   }
   const auto for_each = [&](const auto& body) {
     bool is_any = false;
@@ -137,17 +120,92 @@ void solPGS(DualRow* rows, int count) {
       });
     for_each([](PGS& row) { row.end_iteration(); });
   }
-  for (int r = 0; r < count; ++r) PGS(rows[r]).finish();
 }
 
-// The second part of mj_dualFinish
-void dualFinish(Lanes& d) {
-  const int nv = static_cast<int>(d.model->nv);
-  V* const qacc = vectors(d.qacc);
-  copy(qacc, vectors(d.qfrc_constraint), nv);
-  solveLD(*d.model, qacc, vectors(d.qLD), vectors(d.qLDiagInv));
-  add_to(qacc, vectors(d.qacc_smooth), nv);
-}
+// What lanes compute before and after the iterations.
+class Dual : Constrained {
+ public:
+  Dual(Lanes& d, Constraints& c) : Constrained(d, c), Y_(vectors(c.JM2)) {}
+
+  void begin(DualRow* rows) {
+    leave_huge(c_.J, size_ * nv_);
+    leave_huge(c_.R, size_);
+    find_columns();
+    referenceConstraint();
+    V *const b = vectors(c_.b), *const jar = vectors(c_.jar), *const force = vectors(c_.force);
+    residual(b, vectors(d_.qacc_smooth));
+    residual(jar, vectors(d_.qacc_warmstart));
+    for (int i = 0; i < size_; ++i) force[i] = jar[i] >= V{} ? V{} : -vectors(c_.D)[i] * jar[i];
+    solveM2();
+    leave_huge(c_.JM2, size_ * nv_);
+    for (int i = 0; i < size_; ++i) project(i, rows);
+    for (int lane = 0; lane < kWidth; ++lane)
+      for (int i = 0; i < rows[lane].size; ++i) {
+        rows[lane].b[i] = b[i][lane];
+        rows[lane].force[i] = force[i][lane];
+      }
+  }
+
+  // mj_dualFinish
+  void finish() {
+    V* const qacc = vectors(d_.qacc);
+    mulJacTVec(vectors(d_.qfrc_constraint), vectors(c_.force));
+    copy(qacc, vectors(d_.qfrc_constraint), nv_);
+    solveLD(m_, qacc, vectors(d_.qLD), vectors(d_.qLDiagInv));
+    add_to(qacc, vectors(d_.qacc_smooth), nv_);
+  }
+
+ private:
+  V* const Y_;
+
+  // mj_solveM2. Where an element of x is 0, MuJoCo skips the subtraction, which could turn -0 into +0. This code
+  // subtracts +0 there.
+  void solveM2() {
+    const V* const qLD = vectors(d_.qLD);
+    for (int row = 0; row < size_; ++row) {
+      V* const x = Y_ + row * nv_;
+      copy(x, vectors(c_.J) + row * nv_, nv_);
+      for (int i = nv_ - 1; i > 0; --i) {
+        const V tmp = x[i];
+        const Mask is_zero = tmp == V{};
+        const int start = m_.M_rowadr[i], end = start + m_.M_rownnz[i] - 1;
+        if (start == end || !any(~is_zero)) continue;
+        for (int adr = start; adr < end; ++adr) {
+          const V product = qLD[adr] * tmp;
+          x[m_.M_colind[adr]] -= is_zero ? V{} : product;
+        }
+      }
+    }
+    for (int i = 0; i < nv_; ++i) {
+      const V scale = 1.0 / sqrt(qLD[m_.M_rowadr[i] + m_.M_rownnz[i] - 1]);
+      for (int row = 0; row < size_; ++row) Y_[row * nv_ + i] *= scale;
+    }
+  }
+
+  // Row i of AR, up to its diagonal, and column i. Computes four numbers at a time, because each is a sum whose terms
+  // must be added one after the other.
+  void project(int i, DualRow* rows) const {
+    const V *const row = Y_ + i * nv_, R = vectors(c_.R)[i];
+    for (int k = 0; k <= i; k += 4) {
+      // The last four may go beyond i. At the end of the matrix, the last row is computed again.
+      const V* others[4];
+      V sums[4]{};
+      for (int n = 0; n < 4; ++n) others[n] = Y_ + (k + n < size_ ? k + n : size_ - 1) * nv_;
+      for (int j = 0; j < nv_; ++j)
+        for (int n = 0; n < 4; ++n) sums[n] += others[n][j] * row[j];
+      for (int n = 0; n < 4 && k + n <= i; ++n) {
+        const V sum = k + n == i ? sums[n] + R : sums[n];
+        for (int lane = 0; lane < kWidth; ++lane) {
+          const int size = rows[lane].size;
+          if (i < size) rows[lane].AR[i * size + k + n] = rows[lane].AR[(k + n) * size + i] = sum[lane];
+        }
+      }
+    }
+  }
+};
+
+void projectConstraint(Lanes& d, Constraints& c, DualRow* rows) { Dual(d, c).begin(rows); }
+void dualFinish(Lanes& d, Constraints& c) { Dual(d, c).finish(); }
 
 }  // namespace
 }  // namespace mjenv::core::lanes

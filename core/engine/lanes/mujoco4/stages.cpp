@@ -263,11 +263,11 @@ const std::vector<Stage>& stages() {
        compute_tendons,
        kMiddle},
       {"contacts, constraints",
-       "contacts of planes, spheres and capsules, except where all of mjData is read after the step",
-       "constraints; all contacts in models with other shapes or with actuators that act on bodies, if lanes cannot "
-       "list "
-       "the pairs of geoms, or if the solver is computed row by row",
-       {MJENV_FUNCTION(collision)},
+       "contacts of planes, spheres and capsules, limits, friction",
+       "all constraints of models with equalities, and of rows that the solver does not solve; all contacts in models "
+       "with other shapes or with actuators that act on bodies, if lanes cannot list the pairs of geoms, or if the "
+       "solver is computed row by row; those of a step's last evaluation if more than the state is read after it",
+       {MJENV_FUNCTION(instantiateLimit), MJENV_FUNCTION(collision), MJENV_FUNCTION(makeConstraint)},
        always,
        contacts,
        never,
@@ -307,8 +307,8 @@ const std::vector<Stage>& stages() {
        "CG and noslip, sparse Jacobians, islands that are disabled; rows with islands whose dofs do not follow each "
        "other; "
        "PGS with elliptic cones, and rows with equalities, friction or several islands",
-       {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton), MJENV_FUNCTION(solPGS),
-        MJENV_FUNCTION(dualFinish)},
+       {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton),
+        MJENV_FUNCTION(projectConstraint), MJENV_FUNCTION(solPGS), MJENV_FUNCTION(dualFinish)},
        always,
        other_solvers,
        never,

@@ -29,14 +29,16 @@ class MujocoStepper final : public LaneStepper {
         is_implicit_(m_.opt.integrator == mjINT_IMPLICIT || m_.opt.integrator == mjINT_IMPLICITFAST),
         solver_(Solver::make(code, m_)),
         contacts_(stage_of(kContacts)),
-        collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(m_, code) : nullptr),
+        collider_(contacts_.obstacle(model).empty() ? std::make_unique<Collider>(model, code) : nullptr),
         needs_(sensor_needs(m_)),
         senses_in_lanes_(other_sensors(m_).empty()),
         sees_from_cameras_(sees_from_cameras(m_)),
         shows_current_(m_.ntendon == 0 && needs_ != SensorNeeds::early_constraints &&
                        std::all_of(stages().begin(), stages().end(), [&](const Stage& stage) {
                          return !(stage.party & (kActuation | kPassive)) || stage.obstacle(model).empty();
-                       })) {}
+                       })) {
+    if (collider_) lanes_.columns = collider_->columns();
+  }
 
  private:
   const bool is_by_rows_, is_RungeKutta_, is_implicit_;  // how a step is integrated
@@ -47,6 +49,7 @@ class MujocoStepper final : public LaneStepper {
   const bool senses_in_lanes_, sees_from_cameras_;
   const bool shows_current_;  // whether lanes compute what callbacks see of a new state
   bool is_whole_ = false;     // all of mjData is read after this step
+  bool makes_ = false;        // lanes can make and solve the constraints of this step's rows
 
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
@@ -57,6 +60,7 @@ class MujocoStepper final : public LaneStepper {
     return is_whole_ || !senses_in_lanes_;
   }  // whether sensors of this step are computed row by row
   void evaluate(bool is_read, bool is_shown);
+  bool constrain();
   void collide(bool is_read);
   void solve(bool is_read);
   void show();
@@ -98,7 +102,12 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          m.opt.integrator != m_.opt.integrator;
 }
 
-void MujocoStepper::begin() { is_whole_ = (readers_ & (kWhole | kBetweenBodies)) || (is_by_rows_ && is_RungeKutta_); }
+void MujocoStepper::begin() {
+  is_whole_ = (readers_ & (kWhole | kBetweenBodies)) || (is_by_rows_ && is_RungeKutta_);
+  makes_ = collider_ && solver_ && collider_->makes(row_models_, count_) &&
+           std::all_of(row_models_.begin(), row_models_.begin() + count_,
+                       [&](const mjModel* m) { return collider_->follows(*m) && solver_->follows(*m); });
+}
 
 void MujocoStepper::advance(bool is_last) {
   if (lanes_.has_forces) lanes_.left_to_mujoco = ~0U;
@@ -123,18 +132,29 @@ void MujocoStepper::evaluate(bool is_read, bool is_shown) {
   compute();
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
-  if (collider_) collide(is_read && is_whole_);
-  if (solver_) solve(is_read);
+  if (is_read || !makes_ || !constrain()) {
+    if (collider_) collide(is_read && is_whole_);
+    if (solver_) solve(is_read);
+  }
   if (is_shown) show();
   leave_bad(lanes_.qacc, m_.nv);  // as mj_checkAcc
 }
 
-// Lanes find the contacts, if they can and not all of mjData is read: MuJoCo's own search also marks the boxes that it
+// Lanes make and solve the constraints. Returns false if they cannot.
+bool MujocoStepper::constrain() {
+  if (!collider_->find(lanes_, live()) || !solver_->can_solve(collider_->found(), data_)) return false;
+  solver_->solve(lanes_, collider_->found(), row_models_, data_);
+  for (const Party reader : {kConstraints, kSolved})
+    if (is_by_rows_) scatter(reader);
+  return true;
+}
+
+// MuJoCo makes the constraints. Lanes find the contacts, if they can and not all of mjData is read: MuJoCo's own search also marks the boxes that it
 // tests.
 void MujocoStepper::collide(bool is_read) {
   bool finds = !is_read;
   for (int row = 0; row < count_ && finds; ++row) finds = collider_->follows(works_[row]->stepped());
-  finds = finds && collider_->find(lanes_, live());
+  finds = finds && collider_->find_contacts(lanes_, live());
   scatter(finds && m_.neq == 0 ? kMaking : kMiddle);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (!finds) return contacts_.compute(*works_[row], m, d);
@@ -146,7 +166,6 @@ void MujocoStepper::collide(bool is_read) {
 // Lanes solve the constraints that MuJoCo has made, if they can. MuJoCo solves the others.
 void MujocoStepper::solve(bool is_read) {
   std::uint32_t solvable = 0, others = 0;
-  if (solver_->reads_rows()) scatter(kConstraints);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     const bool is_solvable = solver_->prepare(m, d);
     if (d.nefc > 0) (is_solvable ? solvable : others) |= 1U << row;

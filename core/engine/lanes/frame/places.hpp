@@ -1,9 +1,7 @@
-// What the code that makes and reads constraints shares.
+// Where the constraints are that lanes have made.
 #pragma once
 
 #include "engine/lanes/frame/constrained.hpp"
-#include "engine/lanes/mujoco2/smooth.hpp"
-#include "engine/lanes/mujoco2/util_sparse.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -27,8 +25,7 @@ class Places {
   }
   // Skips all equality and friction constraints.
   void skip_bounded() {
-    for (int i = 0; i < contacts_.equality_count; ++i)
-      next(contacts_.equals[i].rows, contacts_.equals[i].equality->size);
+    for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equals[i].size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
   // If all lanes have the same places: the place of the next constraint.
