@@ -94,8 +94,8 @@ constexpr const char* kRobot =
 
 // Limits of all kinds and contacts of all dimensions, with impedances of all shapes; %s stands for a solver.
 constexpr const char* kLimits = R"(<mujoco><option impratio='3' %s/><default><geom size='0.1'/></default><worldbody>
-    <geom type='plane' size='9 9 1' condim='1' solimp='0.8 0.95 0.02 0.4 3'/>
-    <body pos='0 0 0.2'><freejoint/><geom condim='4' friction='0.7 0.02 0.001'/>
+    <geom type='plane' size='9 9 1' contype='3' condim='1' solimp='0.8 0.95 0.02 0.4 3'/>
+    <body pos='0 0 0.2'><freejoint/><geom condim='4' friction='0.7 0.02 0.001'/><geom type='cylinder' size='0.1 0.1' pos='0 0.1 0' contype='0' conaffinity='2'/>
     <body pos='0.3 0 0'><joint type='ball' range='0 20' solreflimit='-300 -20'/><geom condim='6' friction='1.1 0.02 0.003'/>
     <body pos='0.3 0 0'><joint name='h' axis='0 1 0' range='-10 20' margin='0.1' solimplimit='0.7 0.9 0.3 0.5 1'/><geom condim='3' gap='0.01' margin='0.03'/>
     <body pos='0.3 0 0'><joint name='s' type='slide' range='-0.1 0.05' solimplimit='0.6 0.6 0.1'/>

@@ -53,7 +53,7 @@ bool collision(const Lanes& d, Contacts& c) {
         break;
       case Shapes::plane_ellipsoid: PlaneEllipsoid(found[0], margin, g1, g2); break;
       case Shapes::plane_cylinder:
-        PlaneCylinder(found, margin, g1, g2);
+        PlaneCylinder<false>(found, margin, g1, g2);
         count = 4;
         break;
       case Shapes::plane_box:

@@ -74,51 +74,6 @@ inline int CapsuleCapsule(Contact* con, V margin, const Geom& g1, const Geom& g2
   return 4;
 }
 
-// mjc_PlaneCylinder
-inline void PlaneCylinder(Contact* con, V margin, const Geom& plane, const Geom& cylinder) {
-  V normal[3], axis[3], vec[3], vec1[3];
-  plane.axis(normal, 1);
-  cylinder.axis(axis, 1);
-  V prjaxis = dot3(normal, axis);
-  const Mask is_away = prjaxis > V{};
-  for (int k = 0; k < 3; ++k) axis[k] = is_away ? axis[k] * -1.0 : axis[k];
-  prjaxis = is_away ? -prjaxis : prjaxis;
-  for (int k = 0; k < 3; ++k) vec[k] = cylinder.pos[k] - plane.pos[k];
-  const V dist0 = dot3(vec, normal);
-
-  for (int k = 0; k < 3; ++k) vec[k] = axis[k] * prjaxis - normal[k];
-  const V len = sqrt(dot3(vec, vec)), scale = cylinder.size[0] / len;
-  const Mask is_parallel = ~(len >= splat(mjMINVAL));
-  for (int k = 0; k < 3; ++k) vec[k] = is_parallel ? cylinder.mat[3 * k] * cylinder.size[0] : vec[k] * scale;
-  const V prjvec = dot3(vec, normal), prjvec1 = -prjvec * 0.5;
-  for (int k = 0; k < 3; ++k) axis[k] *= cylinder.size[1];
-  prjaxis *= cylinder.size[1];
-
-  cross(vec1, vec, axis);
-  normalize3(vec1);
-  const V side = cylinder.size[0] * std::sqrt(3.0) / 2.0;
-  for (int k = 0; k < 3; ++k) vec1[k] *= side;
-
-  // The two ends of the line on the cylinder that is nearest to the plane, and two more points on the circle that is
-  // nearer to the plane.
-  con[0].dist = dist0 + prjaxis + prjvec;
-  con[1].dist = dist0 - prjaxis + prjvec;
-  con[2].dist = con[3].dist = dist0 + prjaxis + prjvec1;
-  const Mask is_near = con[0].dist <= margin;
-  for (int i = 0; i < 4; ++i) {
-    con[i].is_there = is_near & (con[i].dist <= margin);
-    for (int k = 0; k < 3; ++k) {
-      const V* const from = cylinder.pos;
-      V at = i < 2 ? from[k] + vec[k] : (i == 2 ? from[k] + vec1[k] : from[k] - vec1[k]);
-      at = i == 1 ? at - axis[k] : at + axis[k];
-      if (i > 1) at += vec[k] * -0.5;
-      con[i].pos[k] = at + normal[k] * (-con[i].dist * 0.5);
-    }
-    copy(con[i].frame, normal, 3);
-    zero(con[i].frame + 3, 3);
-  }
-}
-
 // mjc_PlaneConvex for an ellipsoid
 inline void PlaneEllipsoid(Contact& con, V margin, const Geom& plane, const Geom& ellipsoid) {
   V normal[3], away[3], dir[3], res[3], vec[3];

@@ -15,15 +15,7 @@ bool is_disabled(const mjModel& m) { return (m.opt.disableflags & (mjDSBL_CONTAC
 
 std::string Collider::obstacle(const Model& model) {
   if (is_disabled(*model.get())) return "";
-  if (!model.pairs()) return "the search for pairs of geoms";
-  const mjModel& m = *model.stepped();
-  for (int i = 0; i < m.npair; ++i) {
-    const int type1 = m.geom_type[m.pair_geom1[i]], type2 = m.geom_type[m.pair_geom2[i]];
-    const bool is_round = type2 == mjGEOM_SPHERE || type2 == mjGEOM_CAPSULE;
-    if (!is_round || (type1 != mjGEOM_PLANE && type1 != mjGEOM_SPHERE && type1 != mjGEOM_CAPSULE))
-      return "shapes other than planes, spheres and capsules";
-  }
-  return "";
+  return model.pairs() ? "" : "the search for pairs of geoms";
 }
 
 ListedPairs::ListedPairs(const Model& model) {

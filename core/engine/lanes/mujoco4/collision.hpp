@@ -6,7 +6,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-constexpr int kMostFound = 2;  // the most contacts of a pair
+constexpr int kMostFound = 4;  // the most contacts of a pair
 
 inline V clip_to_unit(V x) { return x < V{} ? V{} : (splat(1) < x ? splat(1) : x); }
 
@@ -119,9 +119,14 @@ bool collision(const Lanes& d, Contacts& c) {
         PlaneCapsule(found, margin, g1, g2);
         count = 2;
         break;
+      case Shapes::plane_cylinder:
+        PlaneCylinder<true>(found, margin, g1, g2);
+        count = 4;
+        break;
       case Shapes::capsule_capsule: count = CapsuleCapsule(found, margin, g1, g2); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
-      default: SphereSphere<true>(found[0], margin, g1, g1.pos, g2, g2.pos);
+      case Shapes::sphere_sphere: SphereSphere<true>(found[0], margin, g1, g1.pos, g2, g2.pos); break;
+      default: return false;
     }
     for (int k = 0; k < count; ++k) {
       Contact& con = found[k];
