@@ -40,6 +40,7 @@ struct Lanes : LanesBase {
 struct DualRow {
   static constexpr int kMost = 200;  // constraints
   static constexpr int kMostIterations = 100;
+  static constexpr int kBehind = 3;  // how many numbers there is room for behind AR
   const mjModel* model;
   int size;                    // how many constraints there are
   const unsigned char* order;  // for each iteration, the constraints in the order in which it visits them

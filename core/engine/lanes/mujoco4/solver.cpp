@@ -96,7 +96,7 @@ Counts<Solver::Whole> Solver::whole_counts(const mjModel& m) {
 Counts<Solver::DualArrays> Solver::dual_counts(const mjModel& m) {
   if (!is_dual(m)) return {};
   constexpr std::size_t most = DualRow::kMost;
-  return {{&DualArrays::AR, most * most}, {&DualArrays::b, most}, {&DualArrays::force, most}};
+  return {{&DualArrays::AR, most * most + DualRow::kBehind}, {&DualArrays::b, most}, {&DualArrays::force, most}};
 }
 
 std::size_t Solver::bytes(int width, const mjModel& m) {
@@ -121,7 +121,7 @@ Solver::Solver(const Code& code, const mjModel& m)
     islands.members.reserve(kMaxConstraints);
   }
   for (std::size_t lane = 0; lane < dual_rows_.size(); ++lane) {
-    dual_rows_[lane].AR = dual_.AR + lane * DualRow::kMost * DualRow::kMost;
+    dual_rows_[lane].AR = dual_.AR + lane * (DualRow::kMost * DualRow::kMost + DualRow::kBehind);
     dual_rows_[lane].b = dual_.b + lane * DualRow::kMost;
     dual_rows_[lane].force = dual_.force + lane * DualRow::kMost;
   }

@@ -130,7 +130,6 @@ class Dual : Constrained {
   void begin(DualRow* rows) {
     leave_huge(c_.J, size_ * nv_);
     leave_huge(c_.R, size_);
-    find_columns();
     referenceConstraint();
     V *const b = vectors(c_.b), *const jar = vectors(c_.jar), *const force = vectors(c_.force);
     residual(b, vectors(d_.qacc_smooth));
@@ -149,6 +148,7 @@ class Dual : Constrained {
   // mj_dualFinish
   void finish() {
     V* const qacc = vectors(d_.qacc);
+    find_columns();  // `project` has overwritten them
     mulJacTVec(vectors(d_.qfrc_constraint), vectors(c_.force));
     copy(qacc, vectors(d_.qfrc_constraint), nv_);
     solveLD(m_, qacc, vectors(d_.qLD), vectors(d_.qLDiagInv));
@@ -182,25 +182,31 @@ class Dual : Constrained {
     }
   }
 
-  // Row i of AR, up to its diagonal, and column i. Computes four numbers at a time, because each is a sum whose terms
-  // must be added one after the other.
+  // Row i of AR up to its diagonal, and column i. Computes four numbers at a time, because each is a sum whose terms
+  // must be added one after the other. The last four may go beyond the diagonal and the row: those numbers are
+  // overwritten later, or lie behind the matrix (DualRow::kBehind).
   void project(int i, DualRow* rows) const {
     const V *const row = Y_ + i * nv_, R = vectors(c_.R)[i];
+    int* const columns = c_.columns + i * nv_;
+    int count = 0;
+    for (int j = 0; j < nv_; ++j)
+      if (any(row[j] != V{})) columns[count++] = j;
+    double spare[DualRow::kMost + DualRow::kBehind], *to[kWidth];
+    for (int lane = 0; lane < kWidth; ++lane)
+      to[lane] = i < rows[lane].size ? rows[lane].AR + i * rows[lane].size : spare;
     for (int k = 0; k <= i; k += 4) {
-      // The last four may go beyond i. At the end of the matrix, the last row is computed again.
       const V* others[4];
       V sums[4]{};
       for (int n = 0; n < 4; ++n) others[n] = Y_ + (k + n < size_ ? k + n : size_ - 1) * nv_;
-      for (int j = 0; j < nv_; ++j)
-        for (int n = 0; n < 4; ++n) sums[n] += others[n][j] * row[j];
-      for (int n = 0; n < 4 && k + n <= i; ++n) {
-        const V sum = k + n == i ? sums[n] + R : sums[n];
-        for (int lane = 0; lane < kWidth; ++lane) {
-          const int size = rows[lane].size;
-          if (i < size) rows[lane].AR[i * size + k + n] = rows[lane].AR[(k + n) * size + i] = sum[lane];
-        }
-      }
+      for (int c = 0; c < count; ++c)
+        for (int n = 0; n < 4; ++n) sums[n] += others[n][columns[c]] * row[columns[c]];
+      if (i - k < 4) sums[i - k] += R;
+      double* at[kWidth];
+      for (int lane = 0; lane < kWidth; ++lane) at[lane] = to[lane] + k;
+      scatter(at, reinterpret_cast<const double*>(sums), 4);
     }
+    for (int lane = 0; lane < kWidth; ++lane)
+      for (int k = 0; k < i && i < rows[lane].size; ++k) rows[lane].AR[k * rows[lane].size + i] = to[lane][k];
   }
 };
 
