@@ -402,7 +402,8 @@ void test_stages(void** /*state*/) {
     for (const int width : lanes::widths()) {
       Noise noise;
       Twins twins(model, *lanes::code_of(width));
-      for (int round = 0; round < kRounds; ++round)
+      const int rounds = name == "one robot" ? 10 * kRounds : kRounds;  // some cases of elliptic cones are rare
+      for (int round = 0; round < rounds; ++round)
         if (const std::string found = twins.compare(noise); !found.empty())
           fail_msg("%s, %d lanes, %s", name.c_str(), width, found.c_str());
       solved += twins.solved;

@@ -8,8 +8,7 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mju_cholFactor, of the lower triangle. Returns the lanes, as bits, in which the matrix does not have full rank. There
-// versions of MuJoCo go on in different ways, and this does what 2.2.2 does.
+// mju_cholFactor, of the lower triangle. Returns the lanes, as bits, in which the matrix does not have full rank.
 unsigned cholFactor(V* mat, int n) {
   unsigned lost = 0;
   for (int j = 0; j < n; ++j) {
@@ -20,7 +19,10 @@ unsigned cholFactor(V* mat, int n) {
     diagonal = sqrt(is_small ? splat(mjMINVAL) : diagonal);
     row[j] = diagonal;
     const V inverse = 1.0 / diagonal;
-    for (int i = j + 1; i < n; ++i) mat[i * n + j] = (mat[i * n + j] - dot(mat + i * n, row, j)) * inverse;
+    for (int i = j + 1; i < n; ++i) {
+      const V number = (mat[i * n + j] - dot(mat + i * n, row, j)) * inverse;
+      mat[i * n + j] = kClearsLostColumns ? (is_small ? V{} : number) : number;
+    }
   }
   return lost;
 }

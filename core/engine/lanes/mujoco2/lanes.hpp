@@ -88,6 +88,8 @@ struct Actuator {
 
 // Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
 constexpr bool kDividesFirst = false;
+// Whether mju_cholFactor sets the rest of a column to 0 whose diagonal is too small, as in most contacts with such cones.
+constexpr bool kClearsLostColumns = false;
 
 // The numbers of several rows side by side. Each array has the name of the array of mjData that it holds. Number i of
 // lane l is at [i * width + l]. One block of memory holds the arrays pair_..., another one all others.

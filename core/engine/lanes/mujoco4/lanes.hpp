@@ -14,6 +14,8 @@ namespace mjenv::core::lanes {
 
 // Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
 constexpr bool kDividesFirst = true;
+// Whether mju_cholFactor sets the rest of a column to 0 whose diagonal is too small, as in most contacts with such cones.
+constexpr bool kClearsLostColumns = true;
 
 // How MuJoCo computes the powers of impedances.
 static inline double power(double a, double b) { return b == 1 ? a : b == 2 ? a * a : std::pow(a, b); }
