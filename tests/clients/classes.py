@@ -26,6 +26,6 @@ with classes():
 
     from ogbench.locomaze.maze import make_maze_env
 
-    for robot in ("ant", "point"):  # the class of humanoidmaze assigns opt.disableflags
+    for robot in ("ant", "point"):  # the class of humanoidmaze calls mj_step1 and mj_step2
         env = make_maze_env(robot, "maze", maze_type="medium", render_mode=None)
         show(f"OGBench, {robot}maze:", play(gymnasium.wrappers.TimeLimit(env, 70), options={"task_id": 1}))
