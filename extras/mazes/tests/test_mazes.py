@@ -69,6 +69,8 @@ def test_episodes(id: str, request: pytest.FixtureRequest) -> None:
     ours, theirs = pair(id)
     assert ours.observation_space == theirs.observation_space
     assert list(ours.observation_space) == list(theirs.observation_space)  # the order of gymnasium.spaces.flatten
+    vector = mjenv.make_vec(f"mazes/{id}", 1, engine=ENGINE)
+    assert list(vector.single_observation_space) == list(vector.observation_space) == list(theirs.observation_space)
     assert ours.action_space == theirs.action_space
     assert mjenv.spec(f"mazes/{id}").max_episode_steps == gymnasium.spec(id).max_episode_steps
     limit = gymnasium.spec(id).max_episode_steps or 0

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Dict
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv.capi.engine import ENGINES
@@ -31,8 +30,6 @@ class MazeEnv(Environment):
             options["maze_map"] = "/".join("".join(_CELLS.get(cell, str(cell)) for cell in row) for row in maze_map)
             options["xml_string"] = _model(options.get("engine"), id, options["maze_map"])
         super().__init__(id, **options)
-        if isinstance(self.observation_space, Dict):
-            self.observation_space = Dict(dict(self.observation_space.items()))  # sorts the keys, as the original's
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begins an episode. options: "goal_cell" and "reset_cell" may be the row and column of a cell."""

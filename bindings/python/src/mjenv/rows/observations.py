@@ -28,7 +28,8 @@ class Observations:
                 (name, Box(low[part].reshape(shape), high[part].reshape(shape), dtype=dtype.type))
                 for name, part, shape in self._keys
             )
-            self.space = Dict(OrderedDict(boxes))  # Gymnasium would sort the keys of a dict
+            # Gymnasium sorts the keys of a dict, as those of goal environments are.
+            self.space = Dict(dict(boxes) if rows.has_goals else OrderedDict(boxes))
 
     def view(self, array: NDArray[Any]) -> Any:
         """The array, or a dict of views of it."""
