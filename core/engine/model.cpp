@@ -129,6 +129,20 @@ std::size_t Array::count() const {
   return total;
 }
 
+std::size_t Array::bytes() const {
+  return count() * with_type(type, [](auto zero) { return sizeof zero; });
+}
+
+void Array::copy(std::byte* to) const {
+  if (type == MJENV_DTYPE_FLOAT64) return read(reinterpret_cast<double*>(to));
+  std::vector<double> numbers(count());
+  read(numbers.data());
+  with_type(type, [&](auto zero) {
+    std::transform(numbers.begin(), numbers.end(), reinterpret_cast<decltype(zero)*>(to),
+                   [](double x) { return static_cast<decltype(zero)>(x); });
+  });
+}
+
 void Array::read(double* values) const {
   const auto convert = [](const auto* from, std::size_t n, double* to) {
     for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<double>(from[i]);

@@ -2,6 +2,7 @@
 // Besides it, only task/sim_view.cpp and render/ use MuJoCo's structs.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -35,8 +36,22 @@ struct Array {
   std::function<void(std::int64_t i, double* values)> compute = {};
 
   std::size_t count() const;
+  std::size_t bytes() const;  // of all elements in their own type
   void read(double* values) const;
+  void copy(std::byte* to) const;  // in their own type
 };
+
+// Calls body with a 0 of the C++ type that the dtype stands for.
+template <typename Body>
+auto with_type(mjenv_dtype type, const Body& body) {
+  switch (type) {
+    case MJENV_DTYPE_FLOAT32: return body(float{});
+    case MJENV_DTYPE_INT32: return body(int{});
+    case MJENV_DTYPE_INT64: return body(std::int64_t{});
+    case MJENV_DTYPE_UINT8: return body(std::uint8_t{});
+    default: return body(double{});
+  }
+}
 
 struct DeleteData {
   void operator()(mjData_* data) const;

@@ -232,6 +232,10 @@ inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; 
 
 // ---- Own arrays of rows ----
 
+// Flags of mjOption that no row can change, because a row's state lacks what they depend on.
+inline int fixed_flags(const mjModel&, bool enable) { return enable ? int{mjENBL_SENSORNOISE} : int{mjDSBL_SENSOR}; }
+constexpr int kLastIntegrator = mjINT_IMPLICIT;
+
 // Whether an array of real numbers holds indices that only this version has: there are none.
 inline bool has_indices(const mjModel&, const std::string&) { return false; }
 // Flags that say which frames coincide, if mj_setConst computes them: not in this version.

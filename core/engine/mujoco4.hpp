@@ -262,6 +262,13 @@ inline void use_pairs(mjModel& view, Pairs& pairs) {
 
 // ---- Own arrays of rows ----
 
+// Flags of mjOption that no row can change, because a row's state lacks what they depend on.
+inline int fixed_flags(const mjModel& m, bool enable) {
+  const bool has_kinetic = std::count(m.sensor_type, m.sensor_type + m.nsensor, mjSENS_E_KINETIC) > 0;
+  return enable ? mjENBL_SLEEP | mjENBL_IPC | (has_kinetic ? mjENBL_ENERGY : 0) : int{mjDSBL_SENSOR};
+}
+constexpr int kLastIntegrator = mjINT_IMPLICITFAST;
+
 // Whether an array of real numbers holds indices: eq_data does for equality constraints of flexes.
 inline bool has_indices(const mjModel& m, const std::string& name) {
   return name == "eq_data" && std::any_of(m.eq_type, m.eq_type + m.neq, [](int type) {

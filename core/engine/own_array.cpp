@@ -49,6 +49,15 @@ const std::vector<IntegerRule> kIntegers{
     {"opt.noslip_iterations", 0, static_cast<double>(kIterations.untrusted)},
     {"opt.mpr_iterations", 1, static_cast<double>(kIterations.untrusted)},
     {"opt.ccd_iterations", 1, static_cast<double>(kIterations.untrusted)},
+    {"opt.ls_iterations", 1, static_cast<double>(kSearches.untrusted)},
+    {"opt.sdf_iterations", 1, static_cast<double>(kSearches.untrusted)},
+    {"opt.sdf_initpoints", 1, static_cast<double>(kSearches.untrusted)},
+    {"opt.integrator", 0, kLastIntegrator},
+    {"opt.cone", mjCONE_PYRAMIDAL, mjCONE_ELLIPTIC},
+    {"opt.solver", mjSOL_PGS, mjSOL_NEWTON},
+    {"opt.disableflags", 0, (1 << mjNDISABLE) - 1},
+    {"opt.enableflags", 0, (1 << mjNENABLE) - 1},
+    {"opt.disableactuator", 0, std::numeric_limits<int>::max()},
 };
 
 // The arrays of indices of which rows can have their own, with the number of what they refer to. -1 refers to nothing.
@@ -71,7 +80,11 @@ const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix", 
 const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
 const Names kDirections{"jnt_axis"};
 
-// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch, and other_contacts. geom_fluid changes no pairs,
+// How MuJoCo computes. A row with other values than the model's gets nothing of the views with which steps are faster.
+const Names kMethods{"opt.integrator",   "opt.cone",        "opt.solver",
+                     "opt.disableflags", "opt.enableflags", "opt.disableactuator"};
+
+// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch and kMethods, and other_contacts. geom_fluid changes no pairs,
 // but it decides whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in kSearch,
 // because ModelView uses the whole model if rows have their own values of an array in this list.
 const Names kSearch{"geom_size", "geom_rbound",  "geom_pos",         "geom_quat",  "geom_margin",
@@ -107,18 +120,6 @@ std::vector<Input> inputs_of(const mjModel& m) {
     list.push_back({name, MJENV_DTYPE_UINT8, offset_in(d, &member), rows, 1, cleared});
   });
   return list;
-}
-
-// Calls body with a 0 of the C++ type that the dtype stands for.
-template <typename Body>
-auto with_type(mjenv_dtype type, const Body& body) {
-  switch (type) {
-    case MJENV_DTYPE_FLOAT32: return body(float{});
-    case MJENV_DTYPE_INT32: return body(int{});
-    case MJENV_DTYPE_INT64: return body(std::int64_t{});
-    case MJENV_DTYPE_UINT8: return body(mjtByte{});
-    default: return body(double{});
-  }
 }
 
 bool is_integer(mjenv_dtype type) { return type != MJENV_DTYPE_FLOAT64 && type != MJENV_DTYPE_FLOAT32; }
@@ -167,6 +168,8 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
                     ", which says what the actuator's state consists of");
     if (array.bounds && (value != std::floor(value) || value < array.bounds->first || value > array.bounds->second))
       refuse(i, ", but must be an integer from " + number(array.bounds->first) + " to " + number(array.bounds->second));
+    if (array.fixed && ((static_cast<int>(value) ^ static_cast<int>(original)) & array.fixed))
+      refuse(i, ", which changes a flag that a row's state does not allow to change: " + std::to_string(array.fixed));
     if (array.original.type == MJENV_DTYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
       refuse(i, ", more than a float32 can hold");
     if (not_negative && value < 0) refuse(i, ", but must not be negative");
@@ -246,15 +249,13 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
     array.cleared = input->cleared;
   }
   if (is_integer(array.original.type)) array.bounds = bounds_of(m, name);
-  array.collisions = is_in(kSearch, name) || is_in(kMoreSearch, name) ? Collisions::other_pairs
-                     : is_in(kContacts, name)                         ? Collisions::other_contacts
-                                                                      : Collisions::same;
-  const auto bytes = [&] {
-    return array.original.count() * with_type(array.original.type, [](auto zero) { return sizeof zero; });
-  };
-  const std::size_t of_model = bytes();
+  if (name == "opt.enableflags" || name == "opt.disableflags") array.fixed = fixed_flags(m, name == "opt.enableflags");
+  array.collisions = is_in(kSearch, name) || is_in(kMoreSearch, name) || is_in(kMethods, name) ? Collisions::other_pairs
+                     : is_in(kContacts, name) ? Collisions::other_contacts
+                                              : Collisions::same;
+  const std::size_t of_model = array.original.bytes();
   if (name == "bvh_aabb") array.original.shape[0] = body_boxes(m);
-  array.bytes = bytes();
+  array.bytes = array.original.bytes();
   array.shared = of_model - array.bytes;
   return array;
 }

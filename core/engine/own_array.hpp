@@ -26,6 +26,7 @@ struct OwnArray {
   std::size_t shared;  // the bytes of the model's array behind those that rows own, which all rows share
   std::size_t offset;  // of the array in a row's block (OwnArrays)
   std::optional<std::pair<double, double>> bounds;  // the least and the greatest value, if it holds integers
+  int fixed;                                        // flags that keep the model's values
   // Of an input of mjData: the model's array that mj_resetData copies to it. Null: mj_resetData sets zeros, or the
   // bodies' poses for mocap_pos and mocap_quat (OwnArrays::clear_inputs).
   const void* cleared;

@@ -197,6 +197,7 @@ void MujocoStepper::gather_heights() {
 // Whether the tables of the shared model are not valid for a row's model, because
 // - the fluid model of ellipsoids applies to other geoms than in the shared model,
 // - other geoms than in the shared model have a bounding sphere,
+// - MuJoCo computes in another way (opt),
 // - a margin is negative, with which MuJoCo's search can find other pairs, or
 // - contype and conaffinity let geoms touch that are not in the list of pairs.
 bool MujocoStepper::is_unlike(const mjModel& m) const {
@@ -205,6 +206,9 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
       if (kind(m, geom) != kind(m_, geom)) return true;
     return false;
   };
+  if (m.opt.integrator != m_.opt.integrator || m.opt.cone != m_.opt.cone || m.opt.solver != m_.opt.solver ||
+      m.opt.disableflags != m_.opt.disableflags || m.opt.enableflags != m_.opt.enableflags)
+    return true;
   if (lanes_.needs_fluids && m.geom_fluid != m_.geom_fluid &&
       differs([](const mjModel& of, int geom) { return of.geom_fluid[mjNFLUID * geom] > 0; }))
     return true;

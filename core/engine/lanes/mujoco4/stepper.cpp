@@ -99,7 +99,9 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          m.geom_adhesion != m_.geom_adhesion ||
          (m.npair == m_.npair && differs(m.pair_adhesion, m_.pair_adhesion, m_.npair)) ||
          m.opt.disableflags != m_.opt.disableflags || m.opt.enableflags != m_.opt.enableflags ||
-         m.opt.integrator != m_.opt.integrator;
+         m.opt.disableactuator != m_.opt.disableactuator || m.opt.integrator != m_.opt.integrator ||
+         m.opt.cone != m_.opt.cone || m.opt.solver != m_.opt.solver ||
+         m.opt.noslip_iterations != m_.opt.noslip_iterations;
 }
 
 void MujocoStepper::begin() {
