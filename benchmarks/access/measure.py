@@ -2,15 +2,23 @@
 
     measure.py [--rounds N]
 
-Prints a table: CPU microseconds of each, the least of the rounds, and their ratio. Needs Gymnasium with the mujoco
-package of the engine's version.
+Prints tables: CPU microseconds of each, the least of the rounds, and the median of their ratios. Needs Gymnasium with
+the mujoco package of the engine's version.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
+import operator
+import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from statistics import median
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium
@@ -18,9 +26,10 @@ import mujoco
 import numpy as np
 
 import mjenv
-from mjenv.capi.engine import name_of
 
-ENGINE = name_of(mujoco.__version__)
+sys.path.append(str(Path(__file__).parents[2] / "extras/classes/tests"))
+from test_classes import ENGINE, NAMES, ROBOTS, Ours, Theirs, classes_on
+
 ROWS = 1024
 Call = Callable[[], object]
 
@@ -42,9 +51,8 @@ def environments(id: str) -> list[Any]:
     return [ours, gymnasium.make(id, disable_env_checker=True).unwrapped]
 
 
-def pairs() -> dict[str, list[Call]]:
+def pairs() -> Iterator[tuple[str, list[Call]]]:
     """For each line of the table, the call on mjenv and on Gymnasium."""
-    found: dict[str, list[Call]] = {}
     calls: dict[str, Callable[[Any], Call]] = {
         "data.qpos": lambda env: lambda: env.data.qpos,
         "data.qpos[0] = x": lambda env: lambda: env.data.qpos.__setitem__(0, 0.1),
@@ -57,7 +65,7 @@ def pairs() -> dict[str, list[Call]]:
     for env in envs:
         env.reset(seed=0)
     for name, call in calls.items():
-        found[name] = [call(env) for env in envs]
+        yield name, [call(env) for env in envs]
     for id in ("HalfCheetah-v5", "Ant-v5"):
         envs = environments(id)
         action = np.zeros(envs[0].action_space.shape, np.float32)
@@ -69,10 +77,60 @@ def pairs() -> dict[str, list[Call]]:
             "step, data.qpos[0] += x": lambda env, a=action: lambda: (env.step(a), add(env)),
         }
         for name, call in reads.items():
-            found[f"{id}: {name}"] = [call(env) for env in envs]
+            yield f"{id}: {name}", [call(env) for env in envs]
         shaped = [Shaped(env) for env in envs]
-        found[f"{id}: step of the reward wrapper"] = [lambda env=env, a=action: env.step(a) for env in shaped]
-    return found
+        yield f"{id}: step of the reward wrapper", [lambda env=env, a=action: env.step(a) for env in shaped]
+
+
+def bounds() -> Iterator[tuple[str, list[Call]]]:
+    """What no library can save of a step of the reward wrapper: the physics, and what the wrapper itself computes."""
+    for id in ("HalfCheetah-v5", "Ant-v5"):
+        env, still = environments(id)[1], gymnasium.Env[Any, Any]()
+        env.reset(seed=0)
+        model, data, torso = env.model, env.data, SimpleNamespace(xpos=env.data.body("torso").xpos.copy())
+        zeros = np.zeros(model.nu, np.float32)
+        arrays = {name: np.array(getattr(data, name)) for name in ("qpos", "qvel", "ctrl", "qfrc_actuator")}
+        still.data = SimpleNamespace(**arrays, body=lambda _, torso=torso: torso)
+        still.model, still.dt, still.step = (
+            SimpleNamespace(nu=model.nu),
+            env.dt,
+            partial(operator.getitem, {None: env.step(zeros)}),
+        )
+        calls = [partial(mujoco.mj_step, model, data, env.frame_skip), partial(Shaped(still).step, None)]
+        yield (
+            f"{id}: mj_step and wrapper alone",
+            [lambda calls=calls: [call() for call in calls], partial(Shaped(env).step, zeros)],
+        )
+
+
+def playing(env: Any) -> Call:
+    """Episodes with random actions."""
+    rng = np.random.default_rng(0)
+    low, high = env.action_space.low, env.action_space.high
+    actions = iter(lambda: rng.uniform(low, high).astype(np.float32), None)
+    env.reset(seed=0)
+
+    def step() -> None:
+        if env.step(next(actions))[2]:
+            env.reset()
+
+    return step
+
+
+def classes() -> Iterator[tuple[str, list[Call]]]:
+    """Gymnasium's own classes, and those of the tests."""
+    for name in (f"{robot}_v{version}" for robot in ROBOTS for version in (4, 5)):
+        try:
+            module, kind = f"gymnasium.envs.mujoco.{name}", ROBOTS[name[:-3]]
+            theirs = getattr(importlib.import_module(module), kind)
+        except ImportError:  # Pusher-v4 needs MuJoCo 2
+            continue
+        with mjenv.gymnasium_classes(engine=ENGINE):
+            envs = [getattr(importlib.import_module(module), kind)(), theirs()]
+        yield name, [playing(env) for env in envs]
+    folder = Path(tempfile.mkdtemp())
+    for name in NAMES:
+        yield name, [playing(classes_on(base, folder)[name]()) for base in (Ours, Theirs)]
 
 
 def add(env: Any) -> None:
@@ -113,11 +171,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=5)
     rounds = parser.parse_args().rounds
-    print(f"| one environment, MuJoCo {ENGINE} | mjenv, us | Gymnasium, us | Gymnasium / mjenv |\n|---|---:|---:|---:|")
-    for name, calls in pairs().items():
-        times = [[microseconds(call) for call in calls] for _ in range(rounds)]
-        ours, theirs = (min(column) for column in zip(*times, strict=True))
-        print(f"| {name} | {ours:.2f} | {theirs:.2f} | {theirs / ours:.2f} |", flush=True)
+    for title, lines in (("one environment", pairs), ("bound", bounds), ("step of a class", classes)):
+        print(f"\n| {title}, MuJoCo {ENGINE} | mjenv, us | Gymnasium, us | Gymnasium / mjenv |\n|---|---:|---:|---:|")
+        for name, calls in lines():
+            times = [[microseconds(call) for call in calls] for _ in range(rounds)]
+            ours, theirs = (min(column) for column in zip(*times, strict=True))
+            ratio = median(b / a for a, b in times)
+            print(f"| {name} | {ours:.2f} | {theirs:.2f} | {ratio:.2f} |", flush=True)
     print(f"\n| {ROWS} Hoppers on one thread | ms |\n|---|---:|")
     for name, call in of_rows().items():
         print(f"| {name} | {min(microseconds(call) for _ in range(rounds)) / 1000:.3f} |", flush=True)

@@ -97,6 +97,23 @@ def test_gymnasiums_own_classes(robot: str, version: int, long: bool) -> None:
     assert issubclass(ours, mjenv.MujocoEnv)
     assert getattr(sys.modules[name], kind) is type(theirs)
     check_equal(ours(), theirs, 3000 if long else 150)
+    check_snapshots(ours(), ours())
+
+
+def check_snapshots(env: Env, other: Env) -> None:
+    """From the middle of an episode, both environments continue with the same bits, also over the next reset."""
+    env.reset(seed=3), other.reset(seed=4)
+    rng = np.random.default_rng(1)
+    actions = rng.uniform(env.action_space.low, env.action_space.high, (40, env.action_space.shape[0]))
+    for action in actions[:10]:
+        env.step(action)
+    image = env.snapshot()
+    played = [[*map(env.step, actions), env.reset()]]
+    for restored in (other, env):
+        restored.restore(image)
+        played.append([*map(restored.step, actions), restored.reset()])
+    check_same("from an image, elsewhere", played[0], played[1])
+    check_same("from an image", played[0], played[2])
 
 
 # ---- classes as people write them ----
@@ -216,6 +233,31 @@ def classes_on(base: type, folder: Path) -> dict[str, type]:
                 self.do_simulation(action, 1)
             return super().step(action)
 
+    class OtherMethods(Cart):
+        """Options of the constructor, and one that is set while episodes begin."""
+
+        def __init__(self, **kwargs: Any) -> None:
+            super().__init__(**kwargs)
+            opt = self.model.opt
+            opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
+            opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+            opt.integrator, opt.solver, opt.cone = (int(mujoco.mjtIntegrator.mjINT_RK4), 0, 1)
+            opt.iterations, opt.wind, opt.impratio = 7, [1, 2, 0], 2.0
+
+        def reset_model(self) -> Any:
+            flags = self.model.opt.disableflags
+            self.model.opt.disableflags = flags | int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+            self.data.ctrl[:] = 1
+            obs = super().reset_model()
+            self.model.opt.disableflags = flags
+            return obs
+
+        def step(self, action: Any) -> Any:
+            obs, *rest, info = super().step(action)
+            energy = self.data.energy[0]  # with NumPy 2, mujoco 2.2.2 shows it for the second element, too
+            self.model.opt.integrator = (self.model.opt.integrator + 1) % 3
+            return obs, *rest, info | {"energy": energy, "forces": self.data.qfrc_actuator.copy()}
+
     class SetInside(base):  # type: ignore[misc]
         """The space and the attributes are set by the class."""
 
@@ -303,17 +345,18 @@ def classes_on(base: type, folder: Path) -> dict[str, type]:
             assert not self.data.xpos.any()
             return self._get_obs()
 
-    found = (Cart, FromKeyframe, RandomModel, Kicked, Teleported, SetInside, Walker, Hand, WithoutState)
+    found = (OtherMethods, Cart, FromKeyframe, RandomModel, Kicked, Teleported, SetInside, Walker, Hand, WithoutState)
     return {kind.__name__: kind for kind in found}
 
 
-NAMES = "Cart FromKeyframe RandomModel Kicked Teleported SetInside Walker Hand WithoutState".split()
+NAMES = "OtherMethods Cart FromKeyframe RandomModel Kicked Teleported SetInside Walker Hand WithoutState".split()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_own_classes(name: str, tmp_path: Path, long: bool) -> None:
     ours, theirs = (classes_on(base, tmp_path)[name]() for base in (Ours, Theirs))
     check_equal(ours, theirs, 3000 if long else 300)
+    check_snapshots(ours, classes_on(Ours, tmp_path)[name]())
 
 
 MODULE = """

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from mjenv.capi.engine import ENGINES
 from mjenv.capi.handle import open_rows
 from mjenv.gym.namespace import UNLISTED
+from mjenv.rows.arguments import image_of
 from mjenv.rows.arrays import Data, Model
 from mjenv.rows.pictures import MAX_GEOM, RENDER_MODES, SIZE, Picture, Pictures
 from mjenv.rows.simulation import Simulation
@@ -132,7 +133,17 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         if hasattr(self, "mujoco_renderer"):
             self.mujoco_renderer.close()
 
-    # ---- pickle, copy ----
+    # ---- snapshots, pickle, copy ----
+
+    def snapshot(self) -> bytes:
+        """An image of the simulation and of np_random. What the class keeps in its attributes is not in it."""
+        self._rows.set_stream(0, self.np_random.bit_generator.state)  # type: ignore[arg-type, unused-ignore]
+        return self._rows.snapshot(0)
+
+    def restore(self, image: bytes) -> None:
+        """Continues from an image, bit for bit. It may come from another object of the same class."""
+        self._rows.restore(0, image_of(image))
+        self.np_random.bit_generator.state = self._rows.stream(0)
 
     def __getstate__(self) -> dict[str, Any]:
         """As in Gymnasium, a class that derives from EzPickle is built anew; others keep their state."""
