@@ -20,7 +20,7 @@ namespace {
 // Calls body with an environment that body may change.
 template <typename F>
 mjenv_status change_env(mjenv_env* handle, const F& body) noexcept {
-  return change(handle, [&](HeldEnv& held) { body(held.env); });
+  return change(handle, [&](HeldEnv& held) { held.env.with_mirrors([&] { body(held.env); }); });
 }
 
 // Does the same, and passes body the batch to which the call writes. If the caller gave no batch, its pointers are
@@ -403,6 +403,10 @@ mjenv_status mjenv_read(mjenv_env* env, std::int64_t row, const char* array, dou
     deliver(static_cast<std::int64_t>(each) * (all ? e.rows() : 1), capacity, values, "values", count,
             [&] { all ? e.read(name, values, each) : found.read(values); });
   });
+}
+
+mjenv_status mjenv_mirror(mjenv_env* env, std::int64_t row, const char* array, void* values, std::int64_t bytes) {
+  return change_env(env, [&](Env& e) { e.mirror(row, text(array, "array"), static_cast<std::byte*>(values), bytes); });
 }
 
 mjenv_status mjenv_object_count(const mjenv_env* env, const char* type, std::int64_t* count) {

@@ -30,7 +30,9 @@ void look_at(Link& link, std::int64_t row, Painter& painter) {
   const std::lock_guard lock(link.lock);
   if (!link.env || !link.env->object) fail(MJENV_E_ARGUMENT, "the environment that is to be drawn was destroyed");
   const Entered env(link.env);
-  (*env).env.show(row, [&](const mjModel_& model, mjData_* data) { painter.look_at(model, data); });
+  Env& rows = (*env).env;
+  rows.with_mirrors(
+      [&] { rows.show(row, [&](const mjModel_& model, mjData_* data) { painter.look_at(model, data); }); });
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <optional>
@@ -504,6 +505,62 @@ void Env::read(const std::string& name, double* values, std::size_t each) {
   }
 }
 
+void Env::mirror(std::int64_t row, const std::string& name, std::byte* values, std::int64_t bytes) {
+  const Array& found = array(row, name);
+  Mirror mirror{row, name, found.type, values, {}, shown_numbers(name), {}, part_of(name)};
+  const std::vector<Array>& of_data = workers_.of(row).arrays();
+  if (const Array* computed = find(of_data, name)) mirror.index = static_cast<std::size_t>(computed - of_data.data());
+  if (values) {
+    check_count("bytes", bytes, static_cast<std::int64_t>(found.bytes()));
+    mirror.shown.resize(found.bytes());
+    found.copy(mirror.shown.data());
+  }
+  const auto is_same = [&](const Mirror& other) { return other.row == row && other.name == name; };
+  mirrors_.erase(std::remove_if(mirrors_.begin(), mirrors_.end(), is_same), mirrors_.end());
+  if (!values) return;
+  mirrors_.push_back(std::move(mirror));
+  std::memcpy(values, mirrors_.back().shown.data(), mirrors_.back().shown.size());
+}
+
+void Env::take_mirrors() {
+  for (Mirror& mirror : mirrors_) {
+    const std::size_t size = mirror.shown.size();
+    if (std::memcmp(mirror.values, mirror.shown.data(), size) == 0) continue;
+    try {
+      std::vector<double> numbers;
+      with_type(mirror.type, [&](auto zero) {
+        const auto* values = reinterpret_cast<const decltype(zero)*>(mirror.values);
+        numbers.assign(values, values + size / sizeof zero);
+      });
+      write(only(mirror.row), mirror.name, numbers.data(), static_cast<std::int64_t>(numbers.size()));
+    } catch (...) {
+      std::memcpy(mirror.values, mirror.shown.data(), size);
+      throw;
+    }
+    std::memcpy(mirror.shown.data(), mirror.values, size);
+  }
+}
+
+void Env::show_mirrors() noexcept {
+  if (pipeline_->count() > 0) return;
+  for (Mirror& mirror : mirrors_) {
+    std::byte* const shown = mirror.shown.data();
+    try {
+      if (mirror.numbers && mirror.numbers->part == Part::state)
+        std::memcpy(shown, at(*mirror.numbers, mirror.row), mirror.shown.size());
+      else if (mirror.index)
+        workers_.of(mirror.row).array(mirror.row, *mirror.index, mirror.part).copy(shown);
+      else if (mirror.numbers || rows_.arrays().find(mirror.name))  // otherwise the model's array is as it always was
+        array(mirror.row, mirror.name).copy(shown);
+      else
+        continue;
+    } catch (const std::exception&) {  // the row is under way, or MuJoCo fails: who asks for the array gets the error
+      continue;
+    }
+    std::memcpy(mirror.values, shown, mirror.shown.size());
+  }
+}
+
 void Env::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
   check_received();
   rows_.check(row);
@@ -571,6 +628,7 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
   });
   if (count == 0) return;
   selected.for_each([&](std::int64_t row, std::int64_t place) {
+    if (!target || target->part == Part::state) workers_.of(row).expect_write(row);
     if (target) {
       std::copy_n(of(place), each, at(*target, row));
       if (target->part == Part::parameters) forget_observation(row);
@@ -587,7 +645,7 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
 // The row's state or own values were written without a worker.
 void Env::note_write(std::int64_t row) {
   rows_.head(row).written = Written::by_caller;
-  workers_.forget(row);
+  workers_.of(row).note_write(row);
   forget_observation(row);
 }
 

@@ -94,6 +94,11 @@ class Env {
   const Array& array(std::int64_t row, const std::string& name);
   // Reads the array of all rows: values[rows][each], where each is the array's size.
   void read(const std::string& name, double* values, std::size_t each);
+  // Keeps the array in the caller's memory, in place of memory that it had; null: no longer.
+  void mirror(std::int64_t row, const std::string& name, std::byte* values, std::int64_t bytes);
+  // Calls body. First takes over what the caller has written in that memory; at the end brings it up to date.
+  template <typename Body>
+  void with_mirrors(const Body& body);
   // Calls draw with the mjModel and mjData that Gymnasium would have in the row's present state. draw must not change
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
@@ -125,6 +130,19 @@ class Env {
     std::size_t first;
   };
 
+  // An array in the caller's memory.
+  struct Mirror {
+    std::int64_t row;
+    std::string name;
+    mjenv_dtype type;
+    std::byte* values;
+    std::vector<std::byte> shown;  // what the caller has not written
+    // Where the array is: in the row's state; in mjData, with this index, or else in mjModel.
+    std::optional<Numbers> numbers;
+    std::optional<std::size_t> index;
+    unsigned part;  // of mjData (Lag)
+  };
+
   // Those up to pipeline_ are made in this order, each from those before it.
   Options options_;
   Task task_;
@@ -146,6 +164,7 @@ class Env {
   bool actions_seeded_ = false;
   Array own_array_;                     // the last result of array(), if it was an array of the row's own
   std::vector<std::byte> whole_array_;  // its values, if rows own only a part of it
+  std::vector<Mirror> mirrors_;
 
   const Identity& identity() const;
   std::optional<Numbers> numbers(const std::string& name) const;
@@ -155,6 +174,8 @@ class Env {
   // Throws unless a row can have these values.
   void check(const Numbers& numbers, const double* values) const;
   void note_write(std::int64_t row);
+  void take_mirrors();
+  void show_mirrors() noexcept;
   // The same as array, if no work space is needed; otherwise null.
   const Array* stored(std::int64_t row, const std::string& name);
   // Calls body(worker, row) for all rows on all threads: first with the workers that hold a row's derived arrays,
@@ -184,5 +205,17 @@ class Env {
   void prepare_constants();
   void check_actions(const Action& actions, std::int64_t actions_per_row) const;
 };
+
+template <typename Body>
+void Env::with_mirrors(const Body& body) {
+  take_mirrors();
+  try {
+    body();
+  } catch (...) {
+    show_mirrors();
+    throw;
+  }
+  show_mirrors();
+}
 
 }  // namespace mjenv::core

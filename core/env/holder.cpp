@@ -22,6 +22,11 @@ void Holder::hold(std::int64_t row) {
   run(row, Entry::first);
   for (const Entry entry : {Entry::set_state, Entry::set_constants})
     if (rows_.has(row, entry)) run(row, entry);
+  run_last(row);
+}
+
+void Holder::run_last(std::int64_t row) {
+  release();
   if (rows_.is_written(row)) run(row, Entry::now);
   load_carried(row);
   // The row has the warnings of the whole step, but the work space has those of its last timestep alone.
@@ -60,11 +65,13 @@ void Holder::hold_forces(std::int64_t row) {
 
 const Array* Holder::array(std::int64_t row, const std::string& name) {
   const Array* found = find(arrays_, name);
-  if (!found) return nullptr;
-  const unsigned part = part_of(name);
+  return found ? &array(row, static_cast<std::size_t>(found - arrays_.data()), part_of(name)) : nullptr;
+}
+
+const Array& Holder::array(std::int64_t row, std::size_t place, unsigned part) {
   part == Lag::forces ? hold_forces(row) : hold(row);
   work_.complete(part);
-  return found;
+  return arrays_[place];
 }
 
 void Holder::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
@@ -94,6 +101,7 @@ void Holder::clear(std::int64_t row) {
   head.ended = false;
   head.written = Written::by_caller;  // so that the next step begins with the numbers that the task's carry gives
   head.warnings = 0;
+  run_last(row);
 }
 
 void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel) {

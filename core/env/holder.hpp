@@ -40,9 +40,19 @@ class Holder {
   void forget(std::int64_t row) {
     if (resident_ == row) release();
   }
+  // Call these before and after the row's state or own values are written without this worker. If the work space holds
+  // the row, it still does.
+  void expect_write(std::int64_t row) {
+    if (holds(row)) work_.complete();
+  }
+  void note_write(std::int64_t row) {
+    if (holds(row)) run_last(row);
+  }
   // The row's mjData array with this name, up to date. Null if mjData has no such array.
   const Array* array(std::int64_t row, const std::string& name);
   const std::vector<Array>& arrays() const { return arrays_; }
+  // The array at this place in arrays(), up to date. part: part_of its name.
+  const Array& array(std::int64_t row, std::size_t place, unsigned part);
   // Calls draw with the mjModel and mjData that Gymnasium would have in the row's present state. draw must not change
   // them.
   void show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw);
@@ -86,6 +96,8 @@ class Holder {
 
   // Computes an entry of the row's recipe again. The work space must hold the entries before it.
   void run(std::int64_t row, Entry entry);
+  // Does the same for what was written after the last entry.
+  void run_last(std::int64_t row);
   // Saves the work space to the row, as an entry that the recipe already has.
   void store(std::int64_t row, Entry entry);
 };

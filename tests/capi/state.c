@@ -393,6 +393,76 @@ static void test_size_of_image(void** state) {
   mjenv_destroy(env);
 }
 
+// ---- Mirrors ----
+
+static void assert_mirrored(mjenv_env* env, const char* array, const double* memory) {
+  int64_t count;
+  double* values = read_array(env, 0, array, &count);
+  assert_same_bits(array, memory, values, (size_t)count);
+  free(values);
+}
+
+// What is written in the memory has the effect of mjenv_write_row in another environment, whose arrays it then shows.
+static void test_mirrors(void** state) {
+  (void)state;
+  mjenv_env *env = env_of_id("Hopper-v5", 1), *twin = env_of_id("Hopper-v5", 1);
+  struct outputs *out = outputs_of(env), *of_twin = outputs_of(twin);
+  double qpos[6], qvel[6], xpos[15], forces[30], mass[5];
+  int32_t ncon = -1;
+  const struct {
+    const char* array;
+    void* memory;
+    int64_t bytes;
+  } mirrors[] = {{"qpos", qpos, sizeof qpos},         {"qvel", qvel, sizeof qvel},      {"xpos", xpos, sizeof xpos},
+                 {"cfrc_ext", forces, sizeof forces}, {"body_mass", mass, sizeof mass}, {"ncon", &ncon, sizeof ncon}};
+  for (size_t i = 0; i < COUNT(mirrors); ++i)
+    assert_ok(mjenv_mirror(env, 0, mirrors[i].array, mirrors[i].memory, mirrors[i].bytes));
+  seed_rows(env, 5), seed_rows(twin, 5);
+  assert_ok(mjenv_reset(env, NULL, &out->batch));
+  assert_ok(mjenv_reset(twin, NULL, &of_twin->batch));
+  for (int step = 0; step < 60; ++step) {
+    const double action[3] = {step % 3 - 1, 0.5, -0.1 * (step % 7)};
+    if (step % 8 == 3) {
+      qpos[1] += 0.01, mass[2] *= 1.1;
+      assert_ok(write_row(twin, 0, "qpos", qpos, 6));
+      assert_ok(write_row(twin, 0, "body_mass", mass, 5));
+    }
+    if (step % 8 == 5) {
+      assert_ok(mjenv_set_state(env, 0, qpos, 6, qvel, 6));
+      assert_ok(mjenv_set_state(twin, 0, qpos, 6, qvel, 6));
+    } else {
+      assert_ok(mjenv_step(env, NULL, action, 3, MJENV_DTYPE_FLOAT64, &out->batch));
+      assert_ok(mjenv_step(twin, NULL, action, 3, MJENV_DTYPE_FLOAT64, &of_twin->batch));
+      assert_same_bits("obs", out->obs, of_twin->obs, (size_t)out->obs_count);
+    }
+    for (size_t i = 0; i < COUNT(mirrors) - 1; ++i) assert_mirrored(twin, mirrors[i].array, mirrors[i].memory);
+    const double contacts = ncon;
+    assert_mirrored(twin, "ncon", &contacts);
+    if (out->terminated[0]) break;
+  }
+  // Refused values change nothing, not even the memory.
+  const double before = qpos[0];
+  qpos[0] = NAN;
+  assert_refused(MJENV_E_VALUE, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "qpos[0]");
+  assert_true(qpos[0] == before);
+  xpos[0] += 1;
+  assert_refused(MJENV_E_NAME, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "xpos", "computes");
+  assert_mirrored(twin, "xpos", xpos);
+  // Other memory, or none, in place of the first.
+  double other[6];
+  assert_ok(mjenv_mirror(env, 0, "qpos", other, sizeof other));
+  assert_ok(mjenv_mirror(env, 0, "xpos", NULL, 0));
+  memset(qpos, 0, sizeof qpos), memset(xpos, 0, sizeof xpos);
+  assert_ok(mjenv_simulate(env, 0, (double[3]){0}, 3, 1));
+  assert_mirrored(env, "qpos", other);
+  assert_true(qpos[1] == 0 && xpos[5] == 0 && other[1] != 0);
+  assert_refused(MJENV_E_SIZE, mjenv_mirror(env, 0, "qpos", other, 8), "bytes");
+  assert_refused(MJENV_E_NAME, mjenv_mirror(env, 0, "qqpos", other, 8), "qqpos");
+  assert_refused(MJENV_E_VALUE, mjenv_mirror(env, 1, "qpos", other, sizeof other), "row 1");
+  outputs_free(out), outputs_free(of_twin);
+  mjenv_destroy(env), mjenv_destroy(twin);
+}
+
 // ---- Random streams ----
 
 static void test_streams(void** state) {
@@ -478,6 +548,7 @@ int main(void) {
       cmocka_unit_test(test_forged_history),    cmocka_unit_test(test_of_another),
       cmocka_unit_test(test_rounding),          cmocka_unit_test(test_math),
       cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
+      cmocka_unit_test(test_mirrors),
   };
   char** paths = golden_list("state");
   int64_t count = 0;

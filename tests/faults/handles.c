@@ -54,6 +54,7 @@ static void refuse_env(mjenv_env* env) {
   assert_refused(wanted, mjenv_seed_actions(env, 1), why);
   assert_refused(wanted, mjenv_sample_actions(env, samples, 3), why);
   assert_refused(wanted, mjenv_read(env, 0, "qpos", values, COUNT(values), &count), why);
+  assert_refused(wanted, mjenv_mirror(env, 0, "qpos", values, sizeof values), why);
   assert_refused(wanted, mjenv_object_count(env, "body", &number), why);
   assert_refused(wanted, mjenv_object_index(env, "body", "torso", &number), why);
   assert_refused(wanted, mjenv_object_name(env, "body", 0, &name), why);

@@ -38,6 +38,7 @@ class Calls {
   // An environment, with arrays that outlive what is under way in it.
   struct Slot {
     std::unique_ptr<Outputs> out;
+    std::array<double, 1000> mirrored{};
     EnvHandle env;  // destroyed first
     std::size_t actuators = 0, nq = 0, nv = 0, nu = 0;
   };
@@ -309,6 +310,9 @@ class Calls {
     if (check(mjenv_read(s.env.get(), row(), name, nullptr, 0, maybe(&count))) != MJENV_OK) return;
     std::vector<double> values(count);
     check(mjenv_read(s.env.get(), row(), name, maybe(values.data()), at_most(count), maybe(&count)));
+    s.mirrored[bytes_.below(s.mirrored.size())] = bytes_.take<double>();
+    const std::size_t bytes = std::min(size(values.size()) * sizeof(double), sizeof s.mirrored);
+    check(mjenv_mirror(s.env.get(), row(), name, maybe(s.mirrored.data()), static_cast<std::int64_t>(bytes)));
   }
 
   void set_state() {

@@ -238,6 +238,7 @@ export const mjenv_batch = struct(96, {
  * @property {(env: number, mask: number, given: number, out: number) => number} mjenv_finish
  * @property {(env: number, achieved: number, desired: number, count: bigint, rewards: number, reward_count: bigint) => number} mjenv_compute_reward
  * @property {(env: number, row: bigint, array: number, values: number, capacity: bigint, count: number) => number} mjenv_read
+ * @property {(env: number, row: bigint, array: number, values: number, bytes: bigint) => number} mjenv_mirror
  * @property {(env: number, type: number, count: number) => number} mjenv_object_count
  * @property {(env: number, type: number, name: number, index: number) => number} mjenv_object_index
  * @property {(env: number, type: number, index: bigint, name: number) => number} mjenv_object_name

@@ -349,7 +349,6 @@ def test_unknown_arrays_and_objects(env: mjenv.Environment) -> None:
         lambda env: env.state_vector(),
         lambda env: env.get_body_com("torso"),
         lambda env: env.do_simulation(np.zeros(8), 1),
-        lambda env: env.dt,
         pickle.dumps,
     ],
 )

@@ -119,9 +119,7 @@ def test_a_held_array_is_live(env: mjenv.Environment) -> None:
     assert held[1][0] == 2
     env.close()
     assert held[0].shape == (15,)
-    held[0][:] = 0
-    with pytest.raises(mjenv.ClosedError):
-        env.data.qvel  # noqa: B018
+    held[0][:] = 0  # memory of NumPy
 
 
 def test_writing_as_in_gymnasium(env: mjenv.Environment) -> None:

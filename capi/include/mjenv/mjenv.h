@@ -661,6 +661,14 @@ MJENV_API mjenv_status mjenv_compute_reward(mjenv_env *env, const double *achiev
 MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array, double *values, int64_t capacity,
                                   int64_t *count);
 
+/* Keeps an array of a row in the caller's memory, in the type of its mjenv_field, until the environment is destroyed. So
+ * a program reads and writes it without calls: every other function that gets this environment first takes over what the
+ * program has written there, as mjenv_write_row does, and in the end brings the memory up to date. If it refuses the
+ * values (NAME, VALUE), it does nothing else, and the memory is as before.
+ *   values    [bytes], aligned for the type, in place of earlier memory for this array; NULL: no longer
+ * Errors: NAME, VALUE (row), SIZE (bytes), PHYSICS. */
+MJENV_API mjenv_status mjenv_mirror(mjenv_env *env, int64_t row, const char *array, void *values, int64_t bytes);
+
 /* Counts objects of a type by its name in MJCF: "body", "joint", "mesh", "key" and so on. Errors: NAME (lists all). */
 MJENV_API mjenv_status mjenv_object_count(const mjenv_env *env, const char *type, int64_t *count);
 

@@ -147,7 +147,7 @@ void change_integers(const Array& array, std::vector<double>& values, Noise& noi
       value = noise.below(4) ? value : 1 - value;
     else if (array.name == "opt.iterations")
       value = std::floor(value * (1 + 0.3 * noise()));
-    else if (is_changed && array.name != "opt.mpr_iterations")
+    else if (is_changed && (array.name == "opt.noslip_iterations" || array.name.rfind("opt.", 0) != 0))
       value = static_cast<double>(noise.below(3));
 }
 

@@ -286,6 +286,7 @@ extern "C" {
     pub fn mjenv_finish(env: *mut mjenv_env, mask: *const u8, given: *const mjenv_batch, out: *const mjenv_batch) -> mjenv_status;
     pub fn mjenv_compute_reward(env: *mut mjenv_env, achieved: *const f64, desired: *const f64, count: i64, rewards: *mut f64, reward_count: i64) -> mjenv_status;
     pub fn mjenv_read(env: *mut mjenv_env, row: i64, array: *const ::std::os::raw::c_char, values: *mut f64, capacity: i64, count: *mut i64) -> mjenv_status;
+    pub fn mjenv_mirror(env: *mut mjenv_env, row: i64, array: *const ::std::os::raw::c_char, values: *mut ::std::os::raw::c_void, bytes: i64) -> mjenv_status;
     pub fn mjenv_object_count(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, count: *mut i64) -> mjenv_status;
     pub fn mjenv_object_index(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, name: *const ::std::os::raw::c_char, index: *mut i64) -> mjenv_status;
     pub fn mjenv_object_name(env: *const mjenv_env, type_: *const ::std::os::raw::c_char, index: i64, name: *mut *const ::std::os::raw::c_char) -> mjenv_status;

@@ -403,6 +403,8 @@ class Library(CDLL):
         self.mjenv_compute_reward.restype = c_int32
         self.mjenv_read.argtypes = (c_void_p, c_int64, c_char_p, POINTER(c_double), c_int64, POINTER(c_int64))
         self.mjenv_read.restype = c_int32
+        self.mjenv_mirror.argtypes = (c_void_p, c_int64, c_char_p, c_void_p, c_int64)
+        self.mjenv_mirror.restype = c_int32
         self.mjenv_object_count.argtypes = (c_void_p, c_char_p, POINTER(c_int64))
         self.mjenv_object_count.restype = c_int32
         self.mjenv_object_index.argtypes = (c_void_p, c_char_p, c_char_p, POINTER(c_int64))

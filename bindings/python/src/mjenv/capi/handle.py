@@ -32,6 +32,8 @@ from mjenv.capi.turns import Turn, Turns
 P = ParamSpec("P")
 T = TypeVar("T")
 GoalRewards = Callable[[Any, Any, Any], NDArray[Any]]
+# How many calls that change a row are kept prepared.
+_MOST_CHANGES = 64
 # The arrays of bytes in MuJoCo 4.0, which has bools where 2.2.2 has other bytes.
 _BYTES = {"names", "paths", "plugin_attr", "text_data", "tex_data", "body_simple"}
 _BYTES |= {"body_sameframe", "geom_sameframe", "site_sameframe"}
@@ -41,7 +43,6 @@ class Lent(Protocol):
     """An array that a reader has (mjenv.rows.blocks.Block)."""
 
     name: str
-    kept: dict[str, Any] | None
 
     def is_changed(self) -> bool: ...
     def flush(self) -> None: ...
@@ -312,11 +313,12 @@ class Rows:
         self.turns: Turns = Turns()
         self.leave: Callable[[Turn], None] = self.turns.give_back
         self.lent: list[Lent] = []  # the arrays that readers may have changed, or may hold
-        self._simulation: tuple[Any, ...] = (None,)  # of `simulate`
-        self.moves: int = 0  # how often `moved` was called
+        self._mirrors: dict[str, NDArray[Any]] = {}  # the library's pointers to them end with the handle
+        self._changes: dict[Any, Any] = {}  # the calls that _change_with has prepared
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
+        self._indices: dict[tuple[str, str], int] = {}  # of objects by kind and name
         self._written: dict[str, bool] = {}  # whether the library writes the array of this name
         self._frame_skip: int = self._info().frame_skip
         nq = (c_double * 1)()
@@ -371,7 +373,6 @@ class Rows:
 
     def moved(self) -> None:
         """Shows readers the present state. Called after every call that may have changed it, which has the turn."""
-        self.moves += 1
         if self.lent and not self.closed:
             self.lent = [block for block in self.lent if block.moved()]
 
@@ -512,9 +513,11 @@ class Rows:
         return float(self._read(row, "opt.timestep", 1)[0])
 
     def object_index(self, kind: str, name: str) -> int:
-        index = c_int64()
-        self.call(self.engine.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
-        return index.value
+        if (kind, name) not in self._indices:
+            index = c_int64()
+            self.call(self.engine.mjenv_object_index, kind.encode(), encoded(name, "the name"), byref(index))
+            self._indices[kind, name] = index.value
+        return self._indices[kind, name]
 
     @in_turn
     def object_name(self, kind: str, index: int) -> str:
@@ -569,6 +572,14 @@ class Rows:
     def _writes(self, name: str, values: Float64Array) -> bool:
         given = name.encode(), pointer_to(values, c_double), values.size
         return bool(self.engine.mjenv_write_row(self.pointer, 0, *given) == Status.E_SIZE)
+
+    def mirror(self, field: Field) -> NDArray[Any]:
+        """An array of row 0 that the library keeps up to date, and from which it takes what is written there."""
+        memory = np.empty(field.shape, self.dtype_of(field))
+        name = field.name.encode()
+        self.call(self.engine.mjenv_mirror, 0, name, memory.ctypes.data, memory.nbytes)
+        self._mirrors[field.name] = memory
+        return memory
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)
@@ -641,32 +652,39 @@ class Rows:
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         """Sets the state of a row, or with ALL_ROWS of all: qpos[rows, nq]."""
-        q, v = (np.ascontiguousarray(x, np.float64) for x in (qpos, qvel))
+        q, v = np.asarray(qpos), np.asarray(qvel)
         dimensions = 2 if row == declarations.ALL_ROWS else 1
         if q.ndim != dimensions or v.ndim != dimensions:
             raise errors.InvalidValueError(
                 f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each"
             )
-        self.change(self.engine.mjenv_set_state, row, pointer_to(q, c_double), q.size, pointer_to(v, c_double), v.size)
+        self._change_with("mjenv_set_state", row, (q, v))
 
     def reset_data(self, row: int) -> None:
         """Calls mj_resetData for a row."""
-        mask = np.arange(self.count) == row
-        self.change(self.engine.mjenv_reset_data, pointer_to(mask, c_uint8))
+        mask = None if self.count == 1 else pointer_to(np.arange(self.count) == row, c_uint8)
+        self.change(self.engine.mjenv_reset_data, mask)
 
-    def simulate(self, row: int, ctrl: Float64Array, frames: int) -> None:
-        # The call is prepared again only for another row, another size or another number.
-        if self._simulation[0] != (row, ctrl.size, frames):
-            if frames != _int64(frames):
-                raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
-            buffer = np.zeros(ctrl.size)
-            given = row, pointer_to(buffer, c_double), buffer.size, frames
-            self._simulation = (row, ctrl.size, frames), buffer, Rows.prepared(self, "mjenv_simulate", *given)
-        _, buffer, call = self._simulation
+    def simulate(self, row: int, ctrl: NDArray[Any], frames: int) -> None:
+        if frames != _int64(frames):
+            raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
+        self._change_with("mjenv_simulate", row, (ctrl,), frames)
+
+    def _change_with(self, function: str, row: int, arrays: tuple[NDArray[Any], ...], *rest: Any) -> None:
+        """change(function, row, array, size, ..., *rest). The call is prepared once, for the same shapes and values."""
+        key = (function, row, arrays[0].shape, arrays[-1].shape, *rest)
+        if key not in self._changes:
+            if len(self._changes) == _MOST_CHANGES:
+                self._changes.clear()
+            buffers = [np.zeros(array.shape) for array in arrays]
+            given = [part for buffer in buffers for part in (pointer_to(buffer, c_double), buffer.size)]
+            self._changes[key] = buffers, Rows.prepared(self, function, row, *given, *rest)
+        buffers, call = self._changes[key]
         with self.changing():
             if self.closed:
                 raise self.gone()
-            buffer[...] = ctrl
+            for buffer, array in zip(buffers, arrays, strict=True):
+                buffer[...] = array
             self.check(call())
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:

@@ -1,7 +1,6 @@
 """env.unwrapped.data and env.unwrapped.model: MuJoCo's arrays under MuJoCo's names.
 
-An array that was read stays an attribute of its object until the simulation moves on. So reading it again costs as
-much as any attribute, and reading it after a step one call of the library.
+Those of an environment of one row become attributes of their object when they are first read.
 """
 
 from __future__ import annotations
@@ -9,7 +8,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterator, MutableMapping
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from mjenv.capi.declarations import ALL_ROWS, Role, Status
 from mjenv.capi.handle import Rows
 from mjenv.errors import UnknownNameError
-from mjenv.rows.blocks import Block
+from mjenv.rows.blocks import Block, Mirror
 
 # Which part of an array belongs to an object: a row, or a range of elements that begins at the object's address.
 _ROW, _QPOS, _DOF, _SENSOR, _MOMENT, _SIZED = "row", "qpos", "dof", "sensor", "moment", "sized"
@@ -85,6 +84,8 @@ Part = tuple[str, str] | None
 INPUTS = frozenset(
     "time qpos qvel act qacc_warmstart ctrl qfrc_applied xfrc_applied mocap_pos mocap_quat userdata eq_active".split()
 )
+# The library would copy larger arrays in each call.
+_MOST_MIRRORED = 10_000
 # In MuJoCo 4.0, these attributes belong to the joint and not to its degrees of freedom.
 _OF_JOINTS = ("solref", "solimp")
 
@@ -104,9 +105,11 @@ class _Attributes:
 class Arrays(_Attributes):
     """Arrays by name, of one row or of ALL_ROWS. An assignment to an array or its elements changes the simulation.
 
-    changed: is called after a write. keeps: whether there is no other reader of the row, so that an array that was read
-    can be an attribute until the simulation moves on.
+    changed: is called after a write. keeps: whether there are no other rows and no other reader, so that the library
+    can keep the arrays up to date (Mirror).
     """
+
+    _stays = True  # whether such an array can be an attribute
 
     def __init__(
         self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "", keeps: bool = False
@@ -117,12 +120,13 @@ class Arrays(_Attributes):
 
     def __getattr__(self, name: str) -> Any:
         block = self._blocks.get(name) or self._block(name)
-        if not self._keeps:
-            self._rows.flush()
-        if self._role == Role.MODEL and not self._prefix and not block.array.shape:  # a size, which never changes
-            block.read()
-            size = self.__dict__[name] = block.array.item()
-            return size
+        if isinstance(block, Mirror):
+            value = block.lend()
+            # A number without a prefix is a size of the model, which never changes.
+            if self._stays and (block.array.shape or (self._role == Role.MODEL and not self._prefix)):
+                self.__dict__[name] = value
+            return value
+        self._rows.flush()
         return block.lend()
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -133,23 +137,24 @@ class Arrays(_Attributes):
             super().__setattr__(name, value)
         self._rows.flush()
         block.read()
-        self.__dict__.pop(name, None)
         block.assign(value)
 
     def _part_named(self, prefix: str, keeps: bool = False) -> Arrays:
         """The arrays of the same struct whose names begin like this."""
         return Arrays(self._rows, self._row, self._role, self._changed, prefix, keeps)
 
-    def _block(self, name: str) -> Block:
+    def _block(self, name: str) -> Block | Mirror:
         if name.startswith("_"):
             raise AttributeError(name)
         if name not in self._blocks:
             field = self._rows.array(self._role, self._prefix + name)
             if field is None:
                 raise self._missing(name)
-            kept = self.__dict__ if self._keeps else None
-            self._blocks[name] = Block(self._rows, self._row, field, self._changed, kept, name)
-        block: Block = self._blocks[name]
+            if self._keeps and field.count <= _MOST_MIRRORED:
+                self._blocks[name] = Mirror(self._rows, field)
+            else:
+                self._blocks[name] = Block(self._rows, self._row, field, self._changed)
+        block: Block | Mirror = self._blocks[name]
         return block
 
     def __dir__(self) -> list[str]:
@@ -163,8 +168,10 @@ class Arrays(_Attributes):
 class Contacts(Arrays):
     """data.contact: arrays of all contacts, such as contact.dist[ncon], and single contacts: data.contact[0]."""
 
+    _stays = False  # they have room for more contacts than there are
+
     def __init__(self, data: Data) -> None:
-        super().__init__(data._rows, data._row, data._role, data._changed, "contact.")
+        super().__init__(data._rows, data._row, data._role, data._changed, "contact.", data._keeps)
         self.__dict__["_data"] = data
 
     def __getattr__(self, name: str) -> Any:
@@ -432,6 +439,11 @@ class Model(_Named):
         for name in ("opt", "stat"):
             self.__dict__[name] = self._part_named(f"{name}.", keeps)
         self.__dict__["vis"] = Visual(self)
+
+    @cached_property
+    def timestep(self) -> NDArray[np.float64]:
+        """opt.timestep, as an array of no dimension."""
+        return self.opt._block("timestep").array
 
     names, paths, text_data = map(_text, ("names", "paths", "text_data"))
 

@@ -1,9 +1,10 @@
 """Memory in which a reader sees an array of mjModel or mjData, as in MuJoCo's Python package.
 
-What the reader gets is an ordinary array of NumPy. The library never sees it: a block reads it, and before the library
-is called for anything else, Rows.flush writes the elements that the reader has changed. After a call that may have
-changed the simulation, Rows.moved reads anew the arrays that somebody still holds; the others are read when they are
-next asked for. So an array that is held shows the present state, as in MuJoCo.
+What the reader gets is an ordinary array of NumPy. That of a Mirror the library itself reads and writes. It never sees
+that of a Block: the block reads it, and before the library is called for anything else, Rows.flush writes the elements
+that the reader has changed. After a call that may have changed the simulation, Rows.moved reads anew the arrays that
+somebody still holds; the others are read when they are next asked for. So an array that is held shows the present
+state, as in MuJoCo.
 """
 
 from __future__ import annotations
@@ -20,32 +21,52 @@ from mjenv.capi.declarations import ALL_ROWS
 from mjenv.capi.handle import Rows, pointer_to
 from mjenv.capi.schema import Field
 
-# For how many moves an array that is read in every state is read before the program asks for it, which is faster.
-_FOLLOWED = 15
 # Python's count of the references to an object. Without it, every array that was read counts as held.
 _references: Callable[[object], int] = getattr(sys, "getrefcount", lambda _: 99)
+
+
+class Mirror:
+    """An array of an environment's only row. Reading and writing it costs what it costs in NumPy.
+
+    array: what the reader gets; read-only if it cannot be written.
+    """
+
+    __slots__ = ("_name", "_rows", "array")
+
+    def __init__(self, rows: Rows, field: Field) -> None:
+        self._rows, self._name = rows, field.name
+        self.array: NDArray[Any] = rows.mirror(field)[...]
+        self.array.flags.writeable = rows.is_written(field)
+
+    def lend(self) -> Any:
+        """What the reader gets: the array, or a number."""
+        return self.array if self.array.shape else self.array.item()
+
+    def read(self) -> None:
+        """The library has brought the array up to date."""
+
+    def assign(self, values: Any) -> None:
+        """Writes the whole array."""
+        numbers = np.empty(self.array.shape)
+        numbers[...] = values
+        self._rows.write(0, self._name, numbers)
 
 
 class Block:
     """An array of one row, or of ALL_ROWS: [rows, ...].
 
-    array: what the reader gets; read-only if it cannot be written. changed: is called after a write. kept: a dict in
-    which the present array is under the name `key`; None if there is no such dict.
+    array: what the reader gets; read-only if it cannot be written. changed: is called after a write.
     """
 
     __slots__ = (
-        *("array", "name", "kept", "_key", "_rows", "_row", "_changed", "_owner", "_numbers", "_read", "_write"),
-        *("_seen", "_unheld", "_is_lent", "_moves", "_followed"),
+        *("array", "name", "_rows", "_row", "_changed", "_owner", "_numbers", "_read", "_write"),
+        *("_seen", "_unheld", "_is_lent"),
     )
 
-    def __init__(
-        self, rows: Rows, row: int, field: Field, changed: Callable[[], None], kept: dict[str, Any] | None, key: str
-    ) -> None:
+    def __init__(self, rows: Rows, row: int, field: Field, changed: Callable[[], None]) -> None:
         shape = (rows.count, *field.shape) if row == ALL_ROWS else field.shape
         self._rows, self._row, self.name, self._changed = rows, row, field.name, changed
-        self.kept, self._key, self._is_lent = kept, key, False
-        # In which state it was last lent, and for how many moves it is read without being asked for.
-        self._moves = self._followed = 0
+        self._is_lent = False
         self._owner: NDArray[Any] = np.empty(shape, rows.dtype_of(field))
         self._numbers = self._owner if self._owner.dtype == np.float64 else np.empty(shape)
         given = row, field.name.encode(), pointer_to(self._numbers, c_double), self._numbers.size
@@ -65,12 +86,7 @@ class Block:
         if not self._is_lent:
             self._is_lent = True
             self._rows.lent.append(self)
-            if self.kept is not None and self._moves == self._rows.moves - 1:  # it was read before the last move, too
-                self._followed = _FOLLOWED
-        value = self.array if self.array.shape else self.array.item()
-        if self.kept is not None:
-            self.kept[self._key] = value
-        return value
+        return self.array if self.array.shape else self.array.item()
 
     def read(self) -> None:
         """Brings the array up to date."""
@@ -123,26 +139,11 @@ class Block:
         return self._is_lent
 
     def moved(self) -> bool:
-        """Takes note that the simulation has changed. Returns whether the array shows the new state.
-
-        It does if somebody holds it, and for a while if it was read in two states one after the other.
-        """
-        kept = self.kept
-        if self._followed:
-            self._followed -= 1
-        else:
-            self._moves = self._rows.moves - 1
-            if kept is not None:
-                kept.pop(self._key, None)
-            if not self.is_held():
-                return False
-        # Rows may be under way, or the row cannot be computed: who asks for the array anew gets the error.
-        if self._fill():
-            self._followed = 0
-            if kept is not None:
-                kept.pop(self._key, None)
-        elif kept is not None and self._key in kept and not self.array.shape:
-            kept[self._key] = self.array.item()
+        """Takes note that the simulation has changed. Returns whether somebody holds the array, which then shows the
+        new state."""
+        if not self.is_held():
+            return False
+        self._fill()  # rows may be under way, or the row cannot be computed: who asks for the array anew gets the error
         return True
 
     def _call(self, call: Callable[[], int]) -> None:

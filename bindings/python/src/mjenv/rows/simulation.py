@@ -139,7 +139,7 @@ class Simulation(OfRows):
     @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
-        seconds: float = self.model.opt.timestep if self._is_alone else self._rows.timestep(self._row)
+        seconds: float = self.model.timestep.item() if self._is_alone else self._rows.timestep(self._row)
         return seconds * self.frame_skip
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
@@ -160,7 +160,7 @@ class Simulation(OfRows):
 
     def _step_mujoco_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         self._check_settled()
-        self._rows.simulate(self._row, np.ascontiguousarray(ctrl, np.float64), operator.index(n_frames))
+        self._rows.simulate(self._row, np.asarray(ctrl), operator.index(n_frames))
         self._changed()
 
     def state_vector(self) -> Float64Array:
