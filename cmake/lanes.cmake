@@ -51,7 +51,7 @@ if(MJENV_PGO)
 endif()
 # Each of these files is compiled for one instruction set, so link-time optimisation must leave them alone.
 foreach(name IN LISTS MJENV_LANES)
-  set_property(SOURCE ${frame}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto)
+  set_property(SOURCE ${frame}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-lto ${MJENV_TUNE_INLINING})
 endforeach()
 set_property(SOURCE ${frame}/avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx2)
 set_property(SOURCE ${frame}/avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx512f -mavx512dq

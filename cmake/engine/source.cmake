@@ -38,6 +38,7 @@ if(WIN32)
 endif()
 add_library(mjenv_engine STATIC ${engine})
 mjenv_tune(mjenv_engine)
+target_compile_options(mjenv_engine PRIVATE ${MJENV_TUNE_INLINING})
 target_include_directories(mjenv_engine SYSTEM PUBLIC ${sources}/mujoco/include ${sources}/tinyxml2
                                                       ${sources}/lodepng)
 target_include_directories(mjenv_engine PRIVATE
