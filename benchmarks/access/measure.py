@@ -107,11 +107,10 @@ def playing(env: Any) -> Call:
     """Episodes with random actions."""
     rng = np.random.default_rng(0)
     low, high = env.action_space.low, env.action_space.high
-    actions = iter(lambda: rng.uniform(low, high).astype(np.float32), None)
     env.reset(seed=0)
 
     def step() -> None:
-        if env.step(next(actions))[2]:
+        if env.step(rng.uniform(low, high).astype(np.float32))[2]:
             env.reset()
 
     return step
