@@ -341,7 +341,6 @@ void MujocoStepper::show(unsigned readers) {
   scatter(kShown);
   if (!(readers & kWhole)) return;
   scatter(kWhole);
-  scatter(kTendons);
   const bool has_paths = !tables_.segments.empty(), has_energy = (m_.opt.enableflags & mjENBL_ENERGY) != 0;
   if (!has_paths && !has_energy) return;
   scatter(kState);
