@@ -84,7 +84,7 @@ constexpr const char* kRobot =
     R"(<mujoco><option cone='elliptic' impratio='4' integrator='implicitfast'/><default><geom size='0.1'/>
     <joint damping='0.2' frictionloss='0.3' armature='0.01' range='-40 40'/></default><worldbody><geom type='plane' size='9 9 1' condim='1'/>
     <body pos='0 0 0.15' gravcomp='0.4'><freejoint/><geom/><geom pos='0.3 0 -0.1' condim='1'/>
-    <body pos='0.3 0 0'><joint name='a' axis='0 1 0'/><geom type='capsule' size='0.05 0.2' condim='4' euler='90 0 0'/>
+    <body name='arm' pos='0.3 0 0'><joint name='a' axis='0 1 0'/><geom type='capsule' size='0.05 0.2' condim='4' euler='90 0 0'/>
     <body pos='0 0.3 0'><joint name='b' axis='1 0 0' frictionloss='0'/><geom condim='6' friction='0.7 0.1 0.05'/></body></body>
     <body pos='-0.3 0 0'><joint name='c' type='slide' axis='0 0 1' actuatorfrcrange='-9 9' range='-0.2 0.1'/><geom condim='6'/></body></body>
     <body name='d' pos='2 0 0.1'><joint type='slide' axis='0 0 1' limited='false'/><joint name='e' type='slide' axis='1 0 0' range='-0.1 0.3'/><geom/></body>
@@ -153,6 +153,15 @@ std::vector<Named> models() {
   found.emplace_back("one robot with pyramids", Model::parse("robot", without_part(alone, "cone='", "' ")));
   found.emplace_back("robot without equality", Model::parse("robot", without_part(robot, "<equality", "</equality>")));
   found.emplace_back("robot with Euler", Model::parse("robot", without_part(robot, " integrator='", "'")));
+  for (const char* equality : {"<connect body1='arm' anchor='0.1 0 0.1'/>", "<weld body1='arm'/>"}) {
+    std::string held = robot;
+    found.emplace_back(equality, Model::parse("robot", held.insert(held.find("</equality>"), equality)));
+  }
+  std::string lifted = robot;  // by actuators
+  for (const std::string name : {"a", "c"})
+    lifted.insert(lifted.find("<joint name='" + name) + 6, " actuatorgravcomp='true'");
+  lifted.replace(lifted.find("<body pos='-0.3 0 0'"), 5, "<body gravcomp='0.7'");
+  found.emplace_back("robot whose actuators compensate gravity", Model::parse("robot", lifted));
   for (const char* solver : {"", "solver='PGS'"}) {
     std::string limits = kLimits;
     found.emplace_back("limits", Model::parse("limits", limits.replace(limits.find("%s"), 2, solver)));

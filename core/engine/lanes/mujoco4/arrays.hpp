@@ -65,7 +65,7 @@ constexpr int kParties = 21;
   ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                                          \
   ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                                    \
   ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle | kShown)                                     \
-  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kSolved)                                             \
+  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kConstraints | kSolved)                              \
   ARRAY(qfrc_bias, m.nv, kVelocities, kSolved | kShown)                                       \
   ARRAY(qfrc_spring, m.nv, kPassive, kSolved)                                                 \
   ARRAY(qfrc_damper, m.nv, kPassive, kSolved)                                                 \

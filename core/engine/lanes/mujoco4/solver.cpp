@@ -26,6 +26,13 @@ Counts<Constraints> special_counts(const mjModel& m, int most_places) {
   return counts;
 }
 
+// MuJoCo adds centripetal and Coriolis accelerations to the references of such constraints.
+bool has_connect_or_weld(const mjModel& m, const mjData& d) {
+  for (int i = 0; i < m.neq; ++i)
+    if (d.eq_active[i] && (m.eq_type[i] == mjEQ_CONNECT || m.eq_type[i] == mjEQ_WELD)) return true;
+  return false;
+}
+
 // How many numbers of MuJoCo's memory it takes to solve a row's constraints, at most.
 std::int64_t numbers_to_solve(const mjModel& m, std::int64_t rows) {
   const std::int64_t nv = m.nv, primal = 40 * rows + 50 * nv + 3 * nv * nv + 2 * nv * rows + 6 * m.nC;
@@ -133,7 +140,7 @@ Solver::Solver(const Code& code, const mjModel& m)
 bool Solver::prepare(const mjModel& m, mjData& d) {
   const std::int64_t rows = d.nefc, room = static_cast<std::int64_t>(d.narena - d.parena - d.pstack);
   if (rows == 0 || rows > most_constraints(m) || (is_dual(m) && d.ne + d.nf > 0) || !unsupported_feature(m).empty() ||
-      room < 8 * numbers_to_solve(m, rows))
+      room < 8 * numbers_to_solve(m, rows) || has_connect_or_weld(m, d))
     return false;
   if (is_dual(m)) return has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations;
   if (has_one_island(m)) return true;

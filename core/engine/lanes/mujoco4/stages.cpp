@@ -60,6 +60,10 @@ std::string callbacks(const Model& /*model*/) {
                  "the process's MuJoCo callbacks");
 }
 
+std::string discrete(const Model& model) {
+  return text_if(model.get()->opt.integrator == mjINT_DISCRETE, "the integrator discrete");
+}
+
 std::string excess(const Model& model) {
   const std::string array = excessive_array(*model.get());
   return array.empty() ? "" : "a number in " + array + " that is not finite or whose absolute value is above 1e10";
@@ -207,6 +211,7 @@ const std::vector<Obstacle>& obstacles() {
       {"flexes", "not written yet", flexes},
       {"mocap bodies", "not written yet", mocap},
       {"plastic joints and tendons", "not written yet", plastic},
+      {"the integrator discrete", "not written yet", discrete},
       {"delays and histories of actuators and sensors", "their samples lie in mjData", histories},
       {"sensors of energies", "they may have the values of an earlier step", energies},
       {"actuators or tendons with inertia or damping", "not written yet", inertia},
@@ -274,15 +279,6 @@ const std::vector<Stage>& stages() {
        never,
        compute_contacts,
        kContacts},
-      {"actuators",
-       "on slides and hinges, with constant or affine gains and biases",
-       "all, if an actuator is another one or has states",
-       {MJENV_SHOW(transmission), MJENV_COMPUTE(fwdActuation)},
-       has_actuators,
-       actuation,
-       never,
-       compute_actuation,
-       kActuation},
       {"passive forces",
        "linear springs of slides and hinges, dampers; the fluid model of boxes; compensation of gravity",
        "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, adhesion, "
@@ -294,6 +290,15 @@ const std::vector<Stage>& stages() {
        never,
        compute_passive,
        kPassive},
+      {"actuators",
+       "on slides and hinges, with constant or affine gains and biases",
+       "all, if an actuator is another one or has states",
+       {MJENV_SHOW(transmission), MJENV_COMPUTE(fwdActuation)},
+       has_actuators,
+       actuation,
+       never,
+       compute_actuation,
+       kActuation},
       {"accelerations without constraints",
        "without forces in `qfrc_applied` and `xfrc_applied`",
        "rows with such forces are stepped alone",
@@ -305,9 +310,9 @@ const std::vector<Stage>& stages() {
        kAcceleration},
       {"solver",
        "Newton; PGS for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
-       "CG and noslip, sparse Jacobians, islands that are disabled; rows with islands whose dofs do not follow each "
-       "other; "
-       "PGS with elliptic cones, and rows with equalities, friction or several islands",
+       "CG and noslip, sparse Jacobians, islands that are disabled; rows with `connect` or `weld`, or with islands "
+       "whose "
+       "dofs do not follow each other; PGS with elliptic cones, and rows with equalities, friction or several islands",
        {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton),
         MJENV_FUNCTION(projectConstraint), MJENV_FUNCTION(solPGS), MJENV_FUNCTION(dualFinish)},
        always,
