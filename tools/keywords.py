@@ -3,7 +3,7 @@
 
     keywords.py FILE
 
-The build of the Python package writes them as mjenv/_overloads.pyi. Needs the package mjenv and its library alone.
+The build of the Python package writes them as mjenv/_overloads.pyi. Needs Gymnasium and the library.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from pathlib import Path
 # Only the ids of the library itself.
 os.environ.pop("MJENV_ENGINE", None)
 os.environ.pop("MJENV_TASKS", None)
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "bindings/python/src"))  # PYTHONPATH may be that of a build by pip
 
 import mjenv
 from mjenv import Kind, Option
