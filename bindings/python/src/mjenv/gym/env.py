@@ -126,7 +126,8 @@ class Environment(Whole, TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
         self._generator: np.random.Generator | None = None
         self._pictures = pictures = Pictures(self._rows, **rendering)
         self.render_mode, self._in_window = pictures.mode, pictures.mode == "human"
-        self.width, self.height = pictures.width, pictures.height
+        # As they were passed, as in Gymnasium
+        self.width, self.height = (rendering.get(name, getattr(pictures, name)) for name in ("width", "height"))
         self.camera_id, self.camera_name = pictures.camera_id, pictures.camera_name
         self.default_camera_config: dict[str, Any] | None = rendering["default_camera_config"]
         self._prepare()
