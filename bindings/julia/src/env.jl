@@ -48,14 +48,13 @@ mutable struct Env
 
     function Env(id::AbstractString; rows::Integer = 1, engine::Union{Nothing,AbstractString} = nothing, options...)
         chosen = Engine(engine)
-        created = Ref{Ptr{mjenv_env}}(C_NULL)
-        with_options(chosen, id) do handle
+        pointer = with_options(chosen, id) do handle
             for (name, value) in pairs(options)
                 set_option!(handle, id, name, value)
             end
-            check(handle, mjenv_create(handle, rows, created))
+            return answer(mjenv_create, handle, Ptr{mjenv_env}(C_NULL), rows)
         end
-        handle = Handle(chosen, created[])
+        handle = Handle(chosen, pointer)
         env = finalizer(destroy, new(handle, Threads.Atomic{Int}(0), id, library_of(chosen).engine, rows))
         describe!(env)
         return env
@@ -105,11 +104,8 @@ lane_stages(env::Env) = inside(env) do handle
     return [Pair(String.(split(line, ": "; limit = 2))...) for line in eachline(IOBuffer(unsafe_string(found)))]
 end
 
-function info_of(handle::Handle{mjenv_env})
-    info = Ref(mjenv_info())
-    check(handle, mjenv_info_of(handle, info))
-    return info[]
-end
+info_of(handle) = answer(mjenv_info_of, handle, mjenv_info())
+space_of(handle, role) = answer(mjenv_space_of, handle, mjenv_space(), role)
 
 # Passes the handle to f. While f runs, the environment is neither collected nor closed by another thread.
 @inline function inside(f, env::Env)
@@ -130,15 +126,6 @@ end
 @inline function call(f::F, env::Env, arguments::Vararg{Any,N}) where {F,N}
     check(env.handle, inside(handle -> f(handle, arguments...), env))
     return env
-end
-
-# What a function writes that is asked for the number of elements first.
-function sized(f, handle, T::Type, arguments...)
-    count = Ref{Int64}()
-    check(handle, f(handle, arguments..., C_NULL, 0, count))
-    values = Vector{T}(undef, count[])
-    check(handle, f(handle, arguments..., values, length(values), count))
-    return values
 end
 
 @noinline refuse_closed(env) = throw(ArgumentError("this Env(\"$(env.id)\") is closed"))
@@ -202,10 +189,7 @@ Returns what Gymnasium registers for an id, as a NamedTuple: `id`, `robot` (the 
 `max_episode_steps` is the value that it was built with; `nothing` means that it has no limit.
 """
 function spec(id::AbstractString; engine::Union{Nothing,AbstractString} = nothing)
-    chosen = Engine(engine)
-    found = Ref(mjenv_spec())
-    check(chosen, mjenv_spec_of(chosen, text(id), found))
-    s = found[]
+    s = answer(mjenv_spec_of, Engine(engine), mjenv_spec(), text(id))
     max_episode_steps = s.max_episode_steps > 0 ? s.max_episode_steps : nothing
     reward_threshold = isnan(s.reward_threshold) ? nothing : s.reward_threshold
     names = (id = unsafe_string(s.id), robot = unsafe_string(s.robot), version = Int(s.version))
@@ -215,12 +199,6 @@ end
 function spec(env::Env)
     limit = options(env).max_episode_steps
     return merge(spec(env.id; engine = env.engine), (max_episode_steps = limit > 0 ? limit : nothing,))
-end
-
-function space_of(handle::Handle{mjenv_env}, role::mjenv_role)
-    space = Ref(mjenv_space())
-    check(handle, mjenv_space_of(handle, role, space))
-    return space[]
 end
 
 function box_of(env::Env, role::mjenv_role)

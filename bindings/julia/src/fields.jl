@@ -35,13 +35,8 @@ function role_of(name::Symbol)
     throw(ArgumentError("no role :$name; there are $(join(map(repr ∘ role_name, instances(mjenv_role)), ", "))"))
 end
 
-function fields_of(handle::Handle{mjenv_env}, role::mjenv_role)
-    return map(0:(mjenv_field_count(handle, role) - 1)) do index
-        field = Ref(mjenv_field())
-        check(handle, mjenv_field_at(handle, role, index, field))
-        Field(field[])
-    end
-end
+fields_of(handle, role) =
+    [Field(answer(mjenv_field_at, handle, mjenv_field(), role, i)) for i in 0:(mjenv_field_count(handle, role) - 1)]
 
 # The fields of an environment's outputs, which are named like their roles.
 struct Outputs

@@ -190,6 +190,20 @@ Base.showerror(io::IO, e::MJEnvError) = print(io, "MJEnvError (", e.status, "): 
 @inline check(origin, status::Status) = status == MJENV_OK ? nothing : fail(origin, status)
 @noinline fail(origin, status::Status) = throw(MJEnvError(status, unsafe_string(mjenv_last_error(origin))))
 
+# What a function writes in place of `empty`, its last argument.
+function answer(f, origin, empty, arguments...)
+    given = Ref(empty)
+    check(origin, f(origin, arguments..., given))
+    return given[]
+end
+
+# What a function writes that is asked for the number of elements first.
+function sized(f, handle, T::Type, arguments...)
+    values = Vector{T}(undef, answer(f, handle, Int64(0), arguments..., C_NULL, 0))
+    answer(f, handle, Int64(0), arguments..., values, length(values))
+    return values
+end
+
 # A text for C, which ends texts at a NUL character.
 function text(name::Union{AbstractString,Symbol})
     '\0' in String(name) && throw(ArgumentError("$(repr(String(name))) contains a NUL character"))

@@ -22,9 +22,7 @@ Base.show(io::IO, option::Option) = print(io, "MJEnv.Option(", repr(option.name)
 
 # Creates the options of an id at their defaults, and passes them to f.
 function with_options(f, engine::Engine, id::AbstractString)
-    created = Ref{Ptr{mjenv_options}}(C_NULL)
-    check(engine, mjenv_options_create(engine, text(id), created))
-    handle = Handle(engine, created[])
+    handle = Handle(engine, answer(mjenv_options_create, engine, Ptr{mjenv_options}(C_NULL), text(id)))
     try
         return f(handle)
     finally
@@ -59,27 +57,11 @@ set_option!(handle, id, name::Symbol, value) = throw(
     ),
 )
 
-function option_at(handle, index)
-    option = Ref(mjenv_option())
-    check(handle, mjenv_options_at(handle, index, option))
-    return option[]
-end
+all_options(handle) =
+    [answer(mjenv_options_at, handle, mjenv_option(), i) for i in 0:(mjenv_options_count(handle) - 1)]
 
-all_options(handle) = [option_at(handle, i) for i in 0:(mjenv_options_count(handle) - 1)]
-
-function get_integer(handle, name)
-    value = Ref{Int64}()
-    check(handle, mjenv_options_get_integer(handle, name, value))
-    return value[]
-end
-
-get_reals(handle, name) = sized(mjenv_options_get_reals, handle, Float64, name)
-
-function get_string(handle, name)
-    value = Ref(Cstring(C_NULL))
-    check(handle, mjenv_options_get_string(handle, name, value))
-    return unsafe_string(value[])
-end
+get_integer(handle, name) = answer(mjenv_options_get_integer, handle, Int64(0), name)
+get_string(handle, name) = unsafe_string(answer(mjenv_options_get_string, handle, Cstring(C_NULL), name))
 
 function get_value(handle, option::mjenv_option)
     kind = mjenv_kind(option.kind)
@@ -87,7 +69,7 @@ function get_value(handle, option::mjenv_option)
     kind == MJENV_KIND_INTEGER && return get_integer(handle, option.name)
     kind == MJENV_KIND_STRING && return get_string(handle, option.name)
     if kind == MJENV_KIND_REALS
-        values = get_reals(handle, option.name)
+        values = sized(mjenv_options_get_reals, handle, Float64, option.name)
         return length(values) == 1 ? values[1] : Tuple(values)
     end
     try

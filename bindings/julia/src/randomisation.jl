@@ -10,10 +10,5 @@ changes the parameters of the first draw for some rows, and `read` reads them. R
 randomize!(env::Env, document::AbstractString) = call(mjenv_randomize, env, text(document))
 
 "The document with all parts that are set, as JSON."
-function randomization(env::Env)
-    document = Ref(Cstring(C_NULL))
-    return inside(env) do handle
-        check(handle, mjenv_randomization(handle, document))
-        borrowed(document[])
-    end
-end
+randomization(env::Env) =
+    inside(handle -> borrowed(answer(mjenv_randomization, handle, Cstring(C_NULL))), env)

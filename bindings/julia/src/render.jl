@@ -141,11 +141,7 @@ Draws a row and returns its depth buffer, from 0 (near) to 1 (far): a new `Matri
 """
 render_depth(renderer::Renderer; row::Integer = 1) = draw(renderer, row, 0, 1)[2]
 
-"""
-    render_both(renderer; row = 1)
-
-Draws a row once, and returns what [`render`](@ref) and [`render_depth`](@ref) return.
-"""
+"`render_both(renderer; row = 1)`: draws a row once, and returns what [`render`](@ref) and [`render_depth`](@ref) return."
 render_both(renderer::Renderer; row::Integer = 1) = draw(renderer, row, 3, 1)
 
 """

@@ -35,11 +35,8 @@ end
 Returns how many objects of a type the model has. `type` is its name in MJCF: `:body`, `:joint`, `:mesh`, `:key` and so
 on. An unknown type throws an [`MJEnvError`](@ref), which lists all.
 """
-function object_count(env::Env, type::Union{Symbol,AbstractString})
-    count = Ref{Int64}()
-    call(mjenv_object_count, env, text(type), count)
-    return Int(count[])
-end
+object_count(env::Env, type::Union{Symbol,AbstractString}) =
+    Int(inside(handle -> answer(mjenv_object_count, handle, Int64(0), text(type)), env))
 
 """
     object_index(env, type, name)
@@ -47,24 +44,16 @@ end
 Returns the number of a named object: its column, from 1, in the arrays of [`read`](@ref). [`object_count`](@ref) lists
 the types. An unknown type or name throws an [`MJEnvError`](@ref).
 """
-function object_index(env::Env, type::Union{Symbol,AbstractString}, name::Union{Symbol,AbstractString})
-    index = Ref{Int64}()
-    call(mjenv_object_index, env, text(type), text(name), index)
-    return index[] + 1
-end
+object_index(env::Env, type::Union{Symbol,AbstractString}, name::Union{Symbol,AbstractString}) =
+    inside(handle -> answer(mjenv_object_index, handle, Int64(0), text(type), text(name)), env) + 1
 
 """
     object_name(env, type, index)
 
 Returns the name of the object with the number `index`, from 1; `""` if it has no name. See [`object_index`](@ref).
 """
-function object_name(env::Env, type::Union{Symbol,AbstractString}, index::Integer)
-    kind, name = text(type), Ref(Cstring(C_NULL))
-    return inside(env) do handle
-        check(handle, mjenv_object_name(handle, kind, index - 1, name))
-        borrowed(name[])
-    end
-end
+object_name(env::Env, type::Union{Symbol,AbstractString}, index::Integer) =
+    inside(handle -> borrowed(answer(mjenv_object_name, handle, Cstring(C_NULL), text(type), index - 1)), env)
 
 """
     set_state!(env, qpos, qvel; row = 1)
@@ -191,10 +180,8 @@ copy_row!(env::Env, from::Integer, to::Rows) = call(mjenv_copy_row, env, mask_of
 Saves all rows, or the row of a number, as a new `Vector{UInt8}`, called an image: simulation, random stream, counters and
 written arrays. [`restore!`](@ref) continues from it.
 """
-function snapshot(env::Env; rows::Union{Integer,Colon} = (:))
-    index = image_row(env, rows)
-    return inside(handle -> sized(mjenv_snapshot, handle, UInt8, index), env)
-end
+snapshot(env::Env; rows::Union{Integer,Colon} = (:)) =
+    inside(handle -> sized(mjenv_snapshot, handle, UInt8, image_row(env, rows)), env)
 
 """
     restore!(env, image; rows = :)
@@ -204,6 +191,5 @@ the same bits, also in another process and with another number of threads. The e
 and options as the one that was saved, except for options such as `num_threads` and `arrays` (docs/rows.md lists them).
 Otherwise, or if the image is damaged, it throws an [`MJEnvError`](@ref) of status `MJENV_E_SNAPSHOT`. Returns `env`.
 """
-function restore!(env::Env, image::AbstractVector{UInt8}; rows::Union{Integer,Colon} = (:))
-    return call(mjenv_restore, env, image_row(env, rows), convert(Vector{UInt8}, image), length(image))
-end
+restore!(env::Env, image::AbstractVector{UInt8}; rows::Union{Integer,Colon} = (:)) =
+    call(mjenv_restore, env, image_row(env, rows), convert(Vector{UInt8}, image), length(image))
