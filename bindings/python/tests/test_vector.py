@@ -592,6 +592,8 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
     ):
         with refused(gymnasium.error.AlreadyPendingCallError, Status.E_PENDING, "under way"):
             use()
+    with refused(gymnasium.error.AlreadyPendingCallError, Status.E_PENDING, "under way"):
+        envs.model.body_mass  # noqa: B018
     with refused(ValueError, Status.E_SIZE, "least is 3"):
         envs.recv(3)
     with refused(ValueError, Status.E_VALUE, "least"):
@@ -599,6 +601,7 @@ def test_send_and_recv_refuse(envs: mjenv.VectorEnv) -> None:
     with pytest.raises(TypeError):
         envs.recv(1.5)  # type: ignore[arg-type]
     assert envs.recv()[0].tolist() == [0, 2]
+    envs.model.body_mass[:, 1] = 2  # as it was refused before, nobody knew that it can be written
     envs.step(np.zeros((4, 2)))
 
 

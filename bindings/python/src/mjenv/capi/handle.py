@@ -571,7 +571,10 @@ class Rows:
     @in_turn
     def _writes(self, name: str, values: Float64Array) -> bool:
         given = name.encode(), pointer_to(values, c_double), values.size
-        return bool(self.engine.mjenv_write_row(self.pointer, 0, *given) == Status.E_SIZE)
+        status = self.engine.mjenv_write_row(self.pointer, 0, *given)
+        if status not in (Status.E_SIZE, Status.E_NAME):
+            self.check(status)  # rows are under way, for instance
+        return bool(status == Status.E_SIZE)
 
     def mirror(self, field: Field) -> NDArray[Any]:
         """An array of row 0 that the library keeps up to date, and from which it takes what is written there."""
