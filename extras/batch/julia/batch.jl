@@ -45,7 +45,9 @@ function BatchEnv(task::BatchTask; model, observations, infos = (), needs = (:qp
     return BatchEnv(task, env, Batch(env), state)
 end
 
-sim_of(envs::BatchEnv) = merge(arrays(envs.batch), envs.state)
+# Also of one row, the arrays have a column for each row.
+sim_of(envs::BatchEnv) =
+    merge(named(envs.batch, envs.env.fields.arrays, envs.batch.arrays, (envs.env.rows,)), envs.state)
 
 # Streams of the rows that begin an episode.
 struct BatchRng
@@ -96,7 +98,7 @@ end
 function reset!(envs::BatchEnv; rows::Rows = (:))
     mask = rows isa Colon ? ones(Bool, envs.env.rows) : mask_of(envs.env, rows)
     attempt(() -> finish!(envs.batch, envs.env; obs = begin_rows!(envs, mask), rows = mask), envs)
-    return (obs = envs.batch.obs, info = NamedTuple())
+    return (obs = outputs(envs.env, envs.batch).obs, info = NamedTuple())
 end
 
 function step!(envs::BatchEnv, action::Action)

@@ -69,6 +69,14 @@ const DRAWS = """{"randomize": {"body_mass": {"kind": "scale", "low": 0.5, "high
     @test same(envs.state.steps, other.state.steps) && same(envs.state.start, other.state.start)
 end
 
+@testset "one row" begin
+    env, envs = Env("Hopper-v5"; history = 2), hop(; rows = 1)
+    foreach(each -> seed!(each, 5), (env, envs.env))
+    @test same(reset!(envs).obs, reset!(env).obs)
+    found, wanted = step!(envs, zeros(3, 1)), step!(env, zeros(3))
+    @test same(found.obs, wanted.obs) && found.reward === found.info.steps === 1.0
+end
+
 @testset "errors" begin
     envs = hop()
     reset!(envs)  # from the system's entropy
