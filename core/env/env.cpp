@@ -517,7 +517,7 @@ void Env::mirror(std::int64_t row, const std::string& name, std::byte* values, s
   }
   const auto is_same = [&](const Mirror& other) { return other.row == row && other.name == name; };
   mirrors_.erase(std::remove_if(mirrors_.begin(), mirrors_.end(), is_same), mirrors_.end());
-  if (!values) return;
+  if (mirror.shown.empty()) return;
   mirrors_.push_back(std::move(mirror));
   std::memcpy(values, mirrors_.back().shown.data(), mirrors_.back().shown.size());
 }
@@ -546,14 +546,17 @@ void Env::show_mirrors() noexcept {
   for (Mirror& mirror : mirrors_) {
     std::byte* const shown = mirror.shown.data();
     try {
-      if (mirror.numbers && mirror.numbers->part == Part::state)
+      if (mirror.numbers && mirror.numbers->part == Part::state) {
         std::memcpy(shown, at(*mirror.numbers, mirror.row), mirror.shown.size());
-      else if (mirror.index)
+      } else if (mirror.index) {
         workers_.of(mirror.row).array(mirror.row, *mirror.index, mirror.part).copy(shown);
-      else if (mirror.numbers || rows_.arrays().find(mirror.name))  // otherwise the model's array is as it always was
-        array(mirror.row, mirror.name).copy(shown);
-      else
-        continue;
+      } else if (mirror.numbers || rows_.arrays().find(mirror.name)) {
+        const Array& found = array(mirror.row, mirror.name);
+        if (found.bytes() != mirror.shown.size()) continue;  // mjenv_randomize has given the draw other parameters
+        found.copy(shown);
+      } else {
+        continue;  // the model's array is as it always was
+      }
     } catch (const std::exception&) {  // the row is under way, or MuJoCo fails: who asks for the array gets the error
       continue;
     }

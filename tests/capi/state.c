@@ -456,6 +456,15 @@ static void test_mirrors(void** state) {
   assert_ok(mjenv_simulate(env, 0, (double[3]){0}, 3, 1));
   assert_mirrored(env, "qpos", other);
   assert_true(qpos[1] == 0 && xpos[5] == 0 && other[1] != 0);
+  // A draw gets more parameters than the memory has room for, which then keeps the old ones.
+  double bounds[3] = {0, 0, 7};
+  assert_ok(mjenv_randomize(env, "{\"randomize\": {\"body_mass\": {\"low\": 1, \"high\": 2}}}"));
+  assert_ok(mjenv_mirror(env, 0, "draws[0]", bounds, 2 * sizeof *bounds));
+  assert_ok(mjenv_randomize(env,
+                            "{\"randomize\": {\"body_mass\": {\"distribution\": \"truncated_normal\", \"mean\": 3, "
+                            "\"std\": 1, \"low\": 2, \"high\": 4}}}"));
+  assert_true(bounds[0] == 1 && bounds[1] == 2 && bounds[2] == 7);
+  assert_ok(mjenv_mirror(env, 0, "act", other, 0));  // an empty array
   assert_refused(MJENV_E_SIZE, mjenv_mirror(env, 0, "qpos", other, 8), "bytes");
   assert_refused(MJENV_E_NAME, mjenv_mirror(env, 0, "qqpos", other, 8), "qqpos");
   assert_refused(MJENV_E_VALUE, mjenv_mirror(env, 1, "qpos", other, sizeof other), "row 1");

@@ -662,9 +662,10 @@ MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array
                                   int64_t *count);
 
 /* Keeps an array of a row in the caller's memory, in the type of its mjenv_field, until the environment is destroyed. So
- * a program reads and writes it without calls: every other function that gets this environment first takes over what the
- * program has written there, as mjenv_write_row does, and in the end brings the memory up to date. If it refuses the
- * values (NAME, VALUE), it does nothing else, and the memory is as before.
+ * a program reads and writes it without calls: every other function that reads or changes rows first takes over what the
+ * program has written there, as mjenv_write_row does, and in the end brings the memory up to date, unless rows are under
+ * way. If it refuses the values (NAME, VALUE, or PENDING while rows are under way), it does nothing else, and the memory
+ * of this array is as before. Free the memory only after the call that ends its use.
  *   values    [bytes], aligned for the type, in place of earlier memory for this array; NULL: no longer
  * Errors: NAME, VALUE (row), SIZE (bytes), PHYSICS. */
 MJENV_API mjenv_status mjenv_mirror(mjenv_env *env, int64_t row, const char *array, void *values, int64_t bytes);
