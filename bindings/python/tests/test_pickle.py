@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -71,6 +72,14 @@ def test_the_copy_is_independent() -> None:
     env.step(np.ones(3))
     env.close()
     assert other.state_vector().tobytes() == before.tobytes()
+
+
+@pytest.mark.parametrize("duplicate", COPIERS, ids=NAMES)
+def test_what_shows_a_simulation_is_not_copied(duplicate: Callable[[Any], Any]) -> None:
+    env = mjenv.make("Hopper-v5")
+    for shown in (env.unwrapped.data, env.unwrapped.model, env.unwrapped.data.body("torso")):
+        with pytest.raises(TypeError, match="copy the environment"):
+            duplicate(shown)
 
 
 def test_another_process_goes_on() -> None:

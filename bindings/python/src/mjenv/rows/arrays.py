@@ -95,6 +95,9 @@ class _Attributes:
 
     __slots__ = ()
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("this shows an environment's simulation: copy the environment, or single arrays")
+
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name!r} is read-only, because MuJoCo computes it")
 
