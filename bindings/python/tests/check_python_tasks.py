@@ -539,6 +539,12 @@ def test_tasks_see_the_rows_own_values_of_the_model() -> None:
     assert envs.observe()[1, 3] == 7
     envs.copy_row(1, np.array([True, False, False]))
     assert envs.observe()[0, 3] == 7
+    envs.envs[2].model.body_mass[1] = 3.0
+    assert envs.observe()[2, 3] == 3
+    env = mjenv.make("Weighed-v0")
+    env.reset(seed=1)
+    env.unwrapped.model.body_mass[1] = 7.0
+    assert env.step(np.zeros(1))[0][3] == 7
     envs.restore(image)
     np.testing.assert_array_equal(envs.observe()[:, 2:], obs[:, 2:])
 

@@ -576,6 +576,10 @@ class Rows:
             self.check(status)  # rows are under way, for instance
         return bool(status == Status.E_SIZE)
 
+    def is_copied(self, name: str) -> bool:
+        """Whether a subclass has a copy of the array, which `write` keeps up to date."""
+        return False
+
     def mirror(self, field: Field) -> NDArray[Any]:
         """An array of row 0 that the library keeps up to date, and from which it takes what is written there."""
         memory = np.empty(field.shape, self.dtype_of(field))

@@ -153,7 +153,7 @@ class Arrays(_Attributes):
             field = self._rows.array(self._role, self._prefix + name)
             if field is None:
                 raise self._missing(name)
-            if self._keeps and field.count <= _MOST_MIRRORED:
+            if self._keeps and field.count <= _MOST_MIRRORED and not self._rows.is_copied(field.name):
                 self._blocks[name] = Mirror(self._rows, field)
             else:
                 self._blocks[name] = Block(self._rows, self._row, field, self._changed)

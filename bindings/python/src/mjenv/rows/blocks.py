@@ -71,8 +71,7 @@ class Block:
         self._numbers = self._owner if self._owner.dtype == np.float64 else np.empty(shape)
         given = row, field.name.encode(), pointer_to(self._numbers, c_double), self._numbers.size
         self._read = Rows.prepared(rows, "mjenv_read", *given, byref(c_int64()))
-        # NumPy tasks have copies of the parameters, which their method `write` keeps up to date.
-        is_direct = row != ALL_ROWS and not field.name.startswith("parameters.")
+        is_direct = row != ALL_ROWS and not rows.is_copied(field.name)
         self._write = Rows.prepared(rows, "mjenv_write_row", *given) if is_direct else None
         # The bytes that were last read; None if the array cannot be written.
         self._seen = b"" if rows.is_written(field) else None

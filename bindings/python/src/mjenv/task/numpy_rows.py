@@ -466,6 +466,9 @@ class NumpyRows(Rows):
             for row in rows:
                 values[row] = self._read(row, _PREFIX + name, values[row].size).reshape(values.shape[1:])
 
+    def is_copied(self, name: str) -> bool:
+        return name.startswith(_PREFIX) or bool(self._named(name))
+
     def write(self, row: int, name: str, values: Any, by_reader: bool = False) -> None:
         super().write(row, name, values, by_reader)
         self._refresh((row,), name)
