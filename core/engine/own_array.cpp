@@ -84,9 +84,9 @@ const Names kDirections{"jnt_axis"};
 const Names kMethods{"opt.integrator",   "opt.cone",        "opt.solver",
                      "opt.disableflags", "opt.enableflags", "opt.disableactuator"};
 
-// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch and kMethods, and other_contacts. geom_fluid changes no pairs,
-// but it decides whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in kSearch,
-// because ModelView uses the whole model if rows have their own values of an array in this list.
+// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch and kMethods, and other_contacts. geom_fluid changes
+// no pairs, but it decides whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in
+// kSearch, because ModelView uses the whole model if rows have their own values of an array in this list.
 const Names kSearch{"geom_size", "geom_rbound",  "geom_pos",         "geom_quat",  "geom_margin",
                     "geom_gap",  "geom_contype", "geom_conaffinity", "geom_fluid", "body_pos",
                     "body_quat", "jnt_pos",      "jnt_axis"};

@@ -1,5 +1,5 @@
-// The contacts of planes, spheres, capsules and cylinders, and frames of contacts, as every version of MuJoCo computes them, for
-// several rows at once.
+// The contacts of planes, spheres, capsules and cylinders, and frames of contacts, as every version of MuJoCo computes
+// them, for several rows at once.
 #pragma once
 
 #include "engine/lanes/frame/spatial.hpp"

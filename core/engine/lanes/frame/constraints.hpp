@@ -77,7 +77,7 @@ struct Contacts {
   };
   const Limited *joints, *tendons;
   int joint_count, tendon_count;
-  const ContactPair* pairs;  // for each of Lanes::pairs
+  const ContactPair* pairs;  // those that lanes test for contacts, in their order
   bool are_searched;         // MuJoCo would search for the pairs
   unsigned rows;             // the lanes, as bits, that take part
 

@@ -56,9 +56,8 @@ class MujocoStepper final : public LaneStepper {
   void begin() override;
   void advance(bool is_last) override;
   Left finish() override;
-  bool reads_rows() const {
-    return is_whole_ || !senses_in_lanes_;
-  }  // whether sensors of this step are computed row by row
+  // Whether sensors of this step are computed row by row.
+  bool reads_rows() const { return is_whole_ || !senses_in_lanes_; }
   void evaluate(bool is_read, bool is_shown);
   bool constrain();
   void collide(bool is_read);
@@ -151,8 +150,8 @@ bool MujocoStepper::constrain() {
   return true;
 }
 
-// MuJoCo makes the constraints. Lanes find the contacts, if they can and not all of mjData is read: MuJoCo's own search also marks the boxes that it
-// tests.
+// MuJoCo makes the constraints. Lanes find the contacts, if they can and not all of mjData is read: MuJoCo's own search
+// also marks the boxes that it tests.
 void MujocoStepper::collide(bool is_read) {
   bool finds = !is_read;
   for (int row = 0; row < count_ && finds; ++row) finds = collider_->follows(works_[row]->stepped());
