@@ -505,8 +505,6 @@ def test_a_port_in_use_is_refused() -> None:
         (["Ant-v5", "--option", "frame_skip=0"], "frame_skip"),
         (["Ant-v5", "--option", "wrong=1"], "wrong"),
         (["Ant-v5", "--xml", "/nowhere.xml"], "/nowhere.xml"),
-        (["Ant-v5", "--tasks", "/nowhere.py"], "/nowhere.py"),
-        (["Ant-v5", "--tasks", "/nowhere.so"], "/nowhere.so"),
         (["Ant-v5", "--policy", "/nowhere.txt"], "/nowhere.txt"),
     ],
 )
@@ -517,6 +515,14 @@ def test_what_cannot_be_built_is_refused(
     errors = capsys.readouterr().err
     assert message in errors
     assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize("file", ["/nowhere.py", "/nowhere.so"])
+def test_tasks_that_cannot_be_loaded_are_refused(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refusal:
+        main(["view", "Ant-v5", "--tasks", file, "--no-browser"])
+    assert refusal.value.code == 2
+    assert file in capsys.readouterr().err
 
 
 def test_a_policy_of_stable_baselines3_says_what_is_missing(
