@@ -131,7 +131,7 @@ RowMaker::RowMaker(const Code& code, const mjModel& m, const std::vector<Contact
   }
   limited_joints_.resize(joints_.size());
   limited_tendons_.resize(tendons_.size());
-  frictions_.resize(static_cast<std::size_t>(m.nv + m.ntendon));
+  frictions_.resize(static_cast<std::size_t>(m.nv) + static_cast<std::size_t>(m.ntendon));
   if (!pairs.empty()) mix_one(pairs[0].geom1, pairs[0].geom2, m, mixed_);  // so that later calls allocate no memory
   contacts_.frictions = frictions_.data();
   contacts_.joints = limited_joints_.data();

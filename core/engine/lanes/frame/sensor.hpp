@@ -17,7 +17,8 @@ inline void shiftMotion(V* res, const V* vec, const V* newpos, const V* oldpos) 
 }
 
 // mju_mulQuat, which each version defines
-template <typename T>
+template <typename T>  // NOLINTNEXTLINE(readability-redundant-declaration)
+void mulQuat(V* res, const V* a, const T* b);
 
 class MotionSensors {
  public:
