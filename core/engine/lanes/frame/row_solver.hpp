@@ -42,7 +42,9 @@ class RowSolver {
   // Constraints::cones; -1: no aligned cones.
   void set_size(std::uint32_t rows, int most, int bounded, int cones = -1);
   // The constraint at a lane's place; -1 if there is none.
-  int& constraint_at(int lane, int place) { return constraints_at_[static_cast<std::size_t>(std::ptrdiff_t{lane} * places_ + place)]; }
+  int& constraint_at(int lane, int place) {
+    return constraints_at_[static_cast<std::size_t>(std::ptrdiff_t{lane} * places_ + place)];
+  }
   int constraint_at(int lane, int place) const {
     return constraints_at_[static_cast<std::size_t>(std::ptrdiff_t{lane} * places_ + place)];
   }
