@@ -517,7 +517,7 @@ void Env::mirror(std::int64_t row, const std::string& name, std::byte* values, s
   }
   const auto is_same = [&](const Mirror& other) { return other.row == row && other.name == name; };
   mirrors_.erase(std::remove_if(mirrors_.begin(), mirrors_.end(), is_same), mirrors_.end());
-  if (mirror.shown.empty()) return;
+  if (!values || mirror.shown.empty()) return;
   mirrors_.push_back(std::move(mirror));
   std::memcpy(values, mirrors_.back().shown.data(), mirrors_.back().shown.size());
 }
