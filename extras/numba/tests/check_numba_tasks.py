@@ -8,11 +8,11 @@ from typing import Any
 import mjenv_numba as jit
 import numpy as np
 import pytest
-from tasks_of_numba import NumbaHopper
 
 import mjenv
 import mjenv.task
 from check_python_tasks import check_steps, flat, pair
+from tasks_of_numba import NumbaHopper
 
 mjenv.register("NumbaHopper-v5", NumbaHopper)
 
