@@ -100,9 +100,13 @@ pageTest("each robot moves and stays up", `#robot=${ROBOTS[0]}&speed=4`, {}, asy
     await page.getByLabel("Robot", { exact: true }).selectOption(robot);
     await hasPolicy(page);
     const start = await reset(page, 0);
-    await page.waitForFunction((seconds) => mjenvPlay.episode.time >= seconds || mjenvPlay.episode.end, SECONDS);
+    // Read at once: the next episode, of another seed, begins while a slow machine takes the picture.
+    const reached = await page.waitForFunction((seconds) => {
+      const { env, time, steps, end } = mjenvPlay.episode;
+      return (time >= seconds || end) && { steps, end, qpos: [...env.read("qpos")] };
+    }, SECONDS);
+    const { steps, end, qpos } = await reached.jsonValue();
     await page.screenshot({ path: join(SCREENSHOTS, `${robot.replace("/", "-")}.png`) });
-    const { steps, end, qpos } = await state(page);
     assert.notEqual(end, "terminated", `${robot} after ${steps} steps`);
     assert.notDeepEqual(qpos, start.qpos, robot);
   }
