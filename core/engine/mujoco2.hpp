@@ -251,8 +251,8 @@ inline const std::vector<const char*> kConstants{
 inline const std::vector<const char*> kMoreSearch{};
 // How many boxes of bvh_aabb belong to bodies: this version has no such array.
 inline std::int64_t body_boxes(const mjModel&) { return 0; }
-// Parameters whose signs decide which variables an actuator's state consists of: none in this version.
-inline const std::vector<const char*> kSlotParameters{};
+// Of each element of an array, whether its sign decides which variables an actuator's state consists of: none does.
+inline std::vector<bool> fixed_signs(const mjModel&, const std::string&) { return {}; }
 // Calls visit for each input of mjData that only this version has: there are none.
 template <typename Visit>
 void for_each_more_input(const mjModel&, const mjData&, const Visit&) {}

@@ -42,10 +42,10 @@ extern "C" void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum
   X(mjr_uploadTexture) X(mjr_setBuffer) X(mjr_readPixels) X(mjr_render) X(mjr_overlay) X(_mjPRIVATE_setTlsLogHandler) \
   X(mj_kinematics) X(mj_comPos) X(mj_makeM) X(mj_factorM) X(mj_comVel) X(mj_rne) X(mj_tendon) X(mj_collision) \
   X(mj_makeConstraint) X(mj_island) X(mj_projectConstraint) X(mj_transmission) X(mj_energyPos) X(mj_energyVel) \
-  X(mju_mulMatVecSparse) X(mju_rayGeom) X(mju_normalize3) X(mj_passive) X(mj_referenceConstraint) X(mj_fwdActuation) X(mj_fwdAcceleration) \
-  X(mj_fwdConstraint) X(mj_Euler) X(mj_implicit) X(mj_RungeKutta) X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) \
-  X(mj_addContact) X(mjcb_passive) X(mjcb_control) X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) \
-  X(mjcb_act_bias)
+  X(mju_mulMatVecSparse) X(mju_rayGeom) X(mju_normalize3) X(mj_passive) X(mj_referenceConstraint) \
+  X(mj_fwdActuation) X(mj_fwdAcceleration) X(mj_fwdConstraint) X(mj_Euler) X(mj_implicit) X(mj_RungeKutta) \
+  X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) X(mj_addContact) X(mjcb_passive) X(mjcb_control) \
+  X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) X(mjcb_act_bias)
 // clang-format on
 
 namespace mjenv::core {
@@ -300,8 +300,19 @@ inline std::int64_t body_boxes(const mjModel& m) {
   for (int i = 0; i < m.nbody; ++i) count = std::max(count, m.body_bvhadr[i] + m.body_bvhnum[i]);
   return count;
 }
-// Parameters whose signs decide which variables an actuator's state consists of.
-inline const std::vector<const char*> kSlotParameters{"actuator_dynprm", "actuator_gainprm", "actuator_biasprm"};
+// Of each element of an array, whether its sign decides which variables an actuator's state consists of. Empty: none.
+inline std::vector<bool> fixed_signs(const mjModel& m, const std::string& name) {
+  const bool is_bias = name == "actuator_biasprm";
+  const int columns = name == "actuator_dynprm" ? mjNDYN : name == "actuator_gainprm" ? mjNGAIN : is_bias ? mjNBIAS : 0;
+  std::vector<bool> fixed;
+  for (int i = 0; columns > 0 && i < m.nactuator; ++i) {
+    const int dyn = m.actuator_dyntype[i], gain = m.actuator_gaintype[i];
+    const bool is_motor = dyn == mjDYN_DCMOTOR || gain == mjGAIN_DCMOTOR || m.actuator_biastype[i] == mjBIAS_DCMOTOR;
+    const bool is_pid = dyn == mjDYN_PID || gain == mjGAIN_PID;
+    fixed.insert(fixed.end(), static_cast<std::size_t>(columns), is_motor || (is_pid && !is_bias));
+  }
+  return fixed;
+}
 // Calls visit(name, pointer, count, source) for each input of mjData that only this version has. mj_resetData copies
 // `source` to the input.
 template <typename Visit>

@@ -156,14 +156,13 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
     fail(MJENV_E_VALUE, element_is(name, i, value_of(i)) + why);
   };
   const bool positive = is_in(kPositive, name), not_negative = positive || is_in(kNotNegative, name);
-  const bool has_sign = is_in(kSlotParameters, name);
   for (std::size_t i = 0; i < count; ++i) {
     const double value = value_of(i);
     const double original = array.original.data ? element(array.original.type, array.original.data, i) : 0;
     if (accepts_originals && array.original.data && value == original) continue;
     if (!std::isfinite(value)) refuse(i, ", but must be finite");
     if (name == "hfield_size" && value > mjMAXVAL) refuse(i, ", which is too large");
-    if (has_sign && (value > 0) - (value < 0) != (original > 0) - (original < 0))
+    if (!array.signs.empty() && array.signs[i] && (value > 0) - (value < 0) != (original > 0) - (original < 0))
       refuse(i, ", but must have the sign of the model's own " + number(original) +
                     ", which says what the actuator's state consists of");
     if (array.bounds && (value != std::floor(value) || value < array.bounds->first || value > array.bounds->second))
@@ -249,6 +248,7 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
     array.cleared = input->cleared;
   }
   if (is_integer(array.original.type)) array.bounds = bounds_of(m, name);
+  array.signs = fixed_signs(m, name);
   if (name == "opt.enableflags" || name == "opt.disableflags") array.fixed = fixed_flags(m, name == "opt.enableflags");
   array.collisions = is_in(kSearch, name) || is_in(kMoreSearch, name) || is_in(kMethods, name) ? Collisions::other_pairs
                      : is_in(kContacts, name) ? Collisions::other_contacts

@@ -27,6 +27,7 @@ struct OwnArray {
   std::size_t offset;  // of the array in a row's block (OwnArrays)
   std::optional<std::pair<double, double>> bounds;  // the least and the greatest value, if it holds integers
   int fixed;                                        // flags that keep the model's values
+  std::vector<bool> signs;                          // the elements that keep the sign of the model's; empty: none
   // Of an input of mjData: the model's array that mj_resetData copies to it. Null: mj_resetData sets zeros, or the
   // bodies' poses for mocap_pos and mocap_quat (OwnArrays::clear_inputs).
   const void* cleared;

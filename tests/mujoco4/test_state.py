@@ -219,6 +219,35 @@ def test_equality_constraints() -> None:
         pair.envs._pool.rows.write(0, "eq_active", [2.0])
 
 
+@pytest.mark.parametrize(
+    ("name", "array", "is_free"),
+    [
+        *(
+            ("plain", "actuator_biasprm", True),
+            ("plain", "actuator_gainprm", True),
+            ("filter", "actuator_biasprm", True),
+        ),
+        *(("pid", "actuator_biasprm", True), ("pid", "actuator_gainprm", False), ("pid", "actuator_dynprm", False)),
+        *(("motor", "actuator_gainprm", False), ("motor", "actuator_dynprm", False)),
+    ],
+)
+def test_signs_of_parameters(name: str, array: str, is_free: bool) -> None:
+    """A parameter may change its sign, unless the sign decides which variables its actuator's state consists of."""
+    pair = Pair(name)
+    pair.reset(np.ones(ROWS, np.bool_))
+    values = -1 - getattr(pair.model, array)
+    if not is_free:
+        with pytest.raises(mjenv.InvalidValueError, match="state consists of"):
+            pair.envs._pool.rows.write(0, array, values.ravel())
+        return
+    pair.models[1] = copy.copy(pair.model)
+    for model in (pair.models[1], pair.envs.envs[1].model):
+        getattr(model, array)[:] = values
+    for step in range(5):
+        pair.step()
+        pair.check(step)
+
+
 def test_divergence_without_a_reset() -> None:
     """A model can keep MuJoCo from resetting a simulation with bad numbers: then the inputs stay, too."""
     MODELS["kept"] = {"option": '<flag autoreset="disable"/>'}
