@@ -44,7 +44,9 @@ endif()
 # small instead of fast.
 if(MJENV_PGO)
   list(TRANSFORM MJENV_LANES PREPEND frame/ OUTPUT_VARIABLE names)
-  foreach(name IN LISTS names ITEMS frame/lane_stepper frame/row_maker frame/row_solver mujoco2/stepper mujoco2/solver mujoco2/constraint_maker)
+  list(APPEND names frame/lane_stepper frame/row_maker frame/row_solver mujoco2/stepper mujoco2/solver
+       mujoco2/constraint_maker)
+  foreach(name IN LISTS names)
     set_property(SOURCE ${folder}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -fno-profile-generate
                                                                               -fno-profile-instr-use)
   endforeach()
