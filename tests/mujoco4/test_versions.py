@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
+import sys
 from ctypes import CDLL, create_string_buffer
 from pathlib import Path
 
@@ -60,6 +62,30 @@ def test_every_element_and_attribute_of_today() -> None:
         )
     ]
     assert without == []
+
+
+NOP = bytes.fromhex("662e0f1f840000000000")  # an instruction that does nothing; its last bytes do not matter
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        (b"", b"", ""),
+        (NOP, NOP[:-1] + b"\1", "and its library is another build of {}"),
+        (b"\x004.0.", b"\x004.9.", "and its library is 4.9"),
+    ],
+)
+def test_lanes_of_libraries(tmp_path: Path, old: bytes, new: bytes, why: str) -> None:
+    """Rows step in lanes on the published libraries alone, and all others say why they do not."""
+    library = Path(os.environ.get("MJENV_MUJOCO") or next(Path(mujoco.__file__).parent.glob("libmujoco.so.4.0.*")))
+    changed = tmp_path / library.name
+    changed.write_bytes(library.read_bytes().replace(old, new, 1))
+    program = "import mjenv; env = mjenv.make_vec('Hopper-v5', 8, engine='4.0'); print(env.lanes, env.lanes_reason)"
+    environment = os.environ | {"MJENV_MUJOCO": str(changed)}
+    told = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    lanes, _, reason = told.stdout.strip().partition(" ")
+    assert (int(lanes) > 0) == (why == "")
+    assert why.format(library.name[-5:]) in reason if why else reason == ""
 
 
 def test_assets_stay() -> None:

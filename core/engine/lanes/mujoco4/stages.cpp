@@ -1,7 +1,12 @@
 // Which stages of a step, and which models, the lane code for MuJoCo 4.0 computes.
 #include "engine/lanes/frame/stages.hpp"
 
+#include <link.h>
+
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <string>
 
 #include "engine/lanes/frame/lane_arrays.hpp"
@@ -9,6 +14,7 @@
 #include "engine/lanes/mujoco4/collider.hpp"
 #include "engine/lanes/mujoco4/sensing.hpp"
 #include "engine/lanes/mujoco4/solver.hpp"
+#include "hash.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -194,14 +200,51 @@ std::string integration(const Model& model) {
   return "";
 }
 
+// ---- The library ----
+
+// The published libraries, with the hashes of their code. Another compiler may add in another order.
+struct Published {
+  const char* version;
+  std::uint64_t code;
+};
+constexpr Published kPublished[] = {{"4.0.0", 0x751575f41449f932}, {"4.0.1", 0x1821749a38063305}};
+
+// The hash of the code of the library that has this function.
+std::uint64_t hash_of_code(const void* function) {
+  struct Search {
+    ElfW(Addr) function;
+    std::uint64_t hash;
+  } search{reinterpret_cast<ElfW(Addr)>(function), 0};
+  dl_iterate_phdr(
+      [](dl_phdr_info* library, std::size_t /*size*/, void* data) {
+        auto& [wanted, value] = *static_cast<Search*>(data);
+        for (int i = 0; i < library->dlpi_phnum; ++i) {
+          const auto& part = library->dlpi_phdr[i];
+          const ElfW(Addr) start = library->dlpi_addr + part.p_vaddr;
+          if (part.p_type != PT_LOAD || wanted < start || wanted >= start + part.p_filesz) continue;
+          value = core::hash(reinterpret_cast<const void*>(start), part.p_filesz);
+          return 1;
+        }
+        return 0;
+      },
+      &search);
+  return search.hash;
+}
+
 }  // namespace
 
 std::string absence() {
   if (!mujoco_is_open()) return "";
-  const std::string version = mj_versionString();
-  return version == "4.0.0" || version == "4.0.1"
-             ? ""
-             : "lanes follow MuJoCo 4.0.0 and 4.0.1, and its library is " + version;
+  static const std::string why = [] {
+    const std::string version = mj_versionString(),
+                      follow = "lanes follow the published libraries of MuJoCo 4.0.0 and 4.0.1, and ";
+    const auto* const found = std::find_if(std::begin(kPublished), std::end(kPublished),
+                                           [&](const Published& known) { return known.version == version; });
+    if (found == std::end(kPublished)) return follow + "its library is " + version;
+    const bool is_same = hash_of_code(reinterpret_cast<const void*>(mj_step)) == found->code;
+    return is_same ? "" : follow + "its library is another build of " + version;
+  }();
+  return why;
 }
 
 const std::vector<Obstacle>& obstacles() {
@@ -282,8 +325,7 @@ const std::vector<Stage>& stages() {
       {"passive forces",
        "linear springs of slides and hinges, dampers; the fluid model of boxes; compensation of gravity",
        "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, adhesion, "
-       "or "
-       "compensation of gravity by actuators",
+       "or compensation of gravity by actuators",
        {MJENV_SHOW(passive)},
        always,
        passive,
@@ -311,8 +353,8 @@ const std::vector<Stage>& stages() {
       {"solver",
        "Newton; PGS for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
        "CG and noslip, sparse Jacobians, islands that are disabled; rows with `connect` or `weld`, or with islands "
-       "whose "
-       "dofs do not follow each other; PGS with elliptic cones, and rows with equalities, friction or several islands",
+       "whose dofs do not follow each other; PGS with elliptic cones, and rows with equalities, friction or several "
+       "islands",
        {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton),
         MJENV_FUNCTION(projectConstraint), MJENV_FUNCTION(solPGS), MJENV_FUNCTION(dualFinish)},
        always,
@@ -323,9 +365,7 @@ const std::vector<Stage>& stages() {
       {"integration",
        "Euler, RK4 and implicitfast",
        "implicit; all, if actuators have states; implicitfast with fluids, dampers of tendons, free bodies without "
-       "other "
-       "joints, or "
-       "actuators that are computed row by row",
+       "other joints, or actuators that are computed row by row",
        {MJENV_FUNCTION(Euler), MJENV_FUNCTION(implicitfast), MJENV_FUNCTION(RungeKutta)},
        always,
        integration,
