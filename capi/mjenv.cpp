@@ -463,8 +463,8 @@ mjenv_status mjenv_randomize(mjenv_env* env, const char* document) {
   return change_env(env, [&](Env& e) { e.randomize(document ? document : ""); });
 }
 
-mjenv_status mjenv_randomization(const mjenv_env* env, const char** document) {
-  return read_env(env, [&](const Env& e) { need(document, "document") = e.randomization().c_str(); });
+mjenv_status mjenv_randomization(mjenv_env* env, const char** document) {
+  return change_env(env, [&](Env& e) { need(document, "document") = e.randomization().c_str(); });
 }
 
 mjenv_status mjenv_simulate(mjenv_env* env, std::int64_t row, const double* ctrl, std::int64_t count,

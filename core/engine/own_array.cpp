@@ -167,8 +167,8 @@ void check_values(const OwnArray& array, const Value& value_of, bool accepts_ori
                     ", which says what the actuator's state consists of");
     if (array.bounds && (value != std::floor(value) || value < array.bounds->first || value > array.bounds->second))
       refuse(i, ", but must be an integer from " + number(array.bounds->first) + " to " + number(array.bounds->second));
-    if (array.fixed && ((static_cast<int>(value) ^ static_cast<int>(original)) & array.fixed))
-      refuse(i, ", which changes a flag that a row's state does not allow to change: " + std::to_string(array.fixed));
+    if (const int changed = array.fixed ? array.fixed & (static_cast<int>(value) ^ static_cast<int>(original)) : 0)
+      refuse(i, ", which changes what a row's state does not allow to change: the flag " + std::to_string(changed));
     if (array.original.type == MJENV_DTYPE_FLOAT32 && std::fabs(value) > std::numeric_limits<float>::max())
       refuse(i, ", more than a float32 can hold");
     if (not_negative && value < 0) refuse(i, ", but must not be negative");

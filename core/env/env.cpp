@@ -523,21 +523,31 @@ void Env::mirror(std::int64_t row, const std::string& name, std::byte* values, s
 }
 
 void Env::take_mirrors() {
+  struct Taken {
+    Mirror& mirror;
+    std::vector<double> numbers;
+    std::optional<Writing> writing;
+  };
+  std::vector<Taken> list;
   for (Mirror& mirror : mirrors_) {
     const std::size_t size = mirror.shown.size();
     if (std::memcmp(mirror.values, mirror.shown.data(), size) == 0) continue;
     try {
-      std::vector<double> numbers;
+      Taken& taken = list.emplace_back(Taken{mirror, {}, {}});
       with_type(mirror.type, [&](auto zero) {
         const auto* values = reinterpret_cast<const decltype(zero)*>(mirror.values);
-        numbers.assign(values, values + size / sizeof zero);
+        taken.numbers.assign(values, values + size / sizeof zero);
       });
-      write(only(mirror.row), mirror.name, numbers.data(), static_cast<std::int64_t>(numbers.size()));
+      const auto count = static_cast<std::int64_t>(taken.numbers.size());
+      taken.writing = prepare(only(mirror.row), mirror.name, taken.numbers.data(), count);
     } catch (...) {
       std::memcpy(mirror.values, mirror.shown.data(), size);
       throw;
     }
-    std::memcpy(mirror.shown.data(), mirror.values, size);
+  }
+  for (const Taken& taken : list) {
+    commit(*taken.writing);
+    std::memcpy(taken.mirror.shown.data(), taken.mirror.values, taken.mirror.shown.size());
   }
 }
 
@@ -602,6 +612,11 @@ void Env::reset_data(const Selection& selected) {
 }
 
 void Env::write(const Selection& selected, const std::string& array, const double* values, std::int64_t count) {
+  commit(prepare(selected, array, values, count));
+}
+
+Env::Writing Env::prepare(const Selection& selected, const std::string& array, const double* values,
+                          std::int64_t count) {
   check_received();
   std::optional<Numbers> target;
   if (array != kCarried || task_.physics_only) target = numbers(array);
@@ -618,7 +633,8 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
               : selected.count == 1 ? ""
                                     : " (the same in all rows) or " + std::to_string(selected.count * each) + " (" +
                                           std::to_string(each) + " for each row)"));
-  const auto of = [&](std::int64_t place) { return count == each ? values : values + place * each; };
+  const std::int64_t stride = count == each ? 0 : each;
+  const auto of = [&](std::int64_t place) { return values + place * stride; };
   const double* checked = nullptr;  // the values that were checked last; rows may share them
   selected.for_each([&](std::int64_t row, std::int64_t place) {
     if (of(place) == checked) return;
@@ -629,18 +645,25 @@ void Env::write(const Selection& selected, const std::string& array, const doubl
     }
     checked = of(place);
   });
-  if (count == 0) return;
-  selected.for_each([&](std::int64_t row, std::int64_t place) {
-    if (!target || target->part == Part::state) workers_.of(row).expect_write(row);
+  if (!target && each > 0 && !rows_.arrays().find(array)) make_own({array});
+  if (!target || target->part == Part::state)
+    selected.for_each([&](std::int64_t row, std::int64_t /*place*/) { workers_.of(row).expect_write(row); });
+  return {selected, array, std::move(target), values, each, stride};
+}
+
+void Env::commit(const Writing& writing) {
+  if (writing.each == 0) return;
+  writing.selected.for_each([&](std::int64_t row, std::int64_t place) {
+    const double* values = writing.values + place * writing.stride;
+    const auto& target = writing.target;
     if (target) {
-      std::copy_n(of(place), each, at(*target, row));
+      std::copy_n(values, writing.each, at(*target, row));
       if (target->part == Part::parameters) forget_observation(row);
       if (target->part == Part::state) note_write(row);
       return;
     }
-    if (!rows_.arrays().find(array)) make_own({array});
     rows_.keep(row);
-    rows_.arrays().find(array)->write(of(place), rows_.own_values(row));
+    rows_.arrays().find(writing.array)->write(values, rows_.own_values(row));
     note_write(row);
   });
 }

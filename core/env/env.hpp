@@ -168,6 +168,17 @@ class Env {
 
   const Identity& identity() const;
   std::optional<Numbers> numbers(const std::string& name) const;
+  // A write that cannot fail any more.
+  struct Writing {
+    Selection selected;
+    std::string array;
+    std::optional<Numbers> target;  // or else an own array
+    const double* values;
+    std::int64_t each, stride;  // stride: from the values of one row to those of the next
+  };
+  // Throws unless `write` can be done, and changes nothing that can be read.
+  Writing prepare(const Selection& selected, const std::string& array, const double* values, std::int64_t count);
+  void commit(const Writing& writing);
   // The same, if readers see these numbers.
   std::optional<Numbers> shown_numbers(const std::string& name) const;
   double* at(const Numbers& numbers, std::int64_t row) { return rows_.numbers(numbers.part, row) + numbers.first; }

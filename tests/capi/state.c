@@ -445,9 +445,15 @@ static void test_mirrors(void** state) {
   qpos[0] = NAN;
   assert_refused(MJENV_E_VALUE, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "qpos[0]");
   assert_true(qpos[0] == before);
-  xpos[0] += 1;
+  // Nor is another array written then.
+  const double angle = qpos[2];
+  xpos[0] += 1, qpos[2] += 0.25;
   assert_refused(MJENV_E_NAME, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "xpos", "computes");
   assert_mirrored(twin, "xpos", xpos);
+  qpos[2] = NAN;
+  assert_refused(MJENV_E_VALUE, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "qpos[2]");
+  assert_true(qpos[2] == angle);
+  assert_mirrored(twin, "qpos", qpos);
   // Other memory, or none, in place of the first.
   double other[6];
   assert_ok(mjenv_mirror(env, 0, "qpos", other, sizeof other));

@@ -44,6 +44,7 @@ static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double*
   const double numbers[64] = {0, 0, 1, 1};
   uint64_t stream[4];
   int64_t count;
+  const char* text;
   switch (which) {
     case 0: return mjenv_step(env, NULL, actions, ROWS * nu, MJENV_DTYPE_FLOAT64, &out->batch);
     case 1: return mjenv_reset(env, no_row, &out->batch);
@@ -56,10 +57,11 @@ static mjenv_status call(int which, mjenv_env* env, struct outputs* out, double*
     case 8: return mjenv_get_stream(env, 0, stream, 4);
     case 9: return mjenv_set_stream(env, 0, words, 4);
     case 10: return mjenv_simulate(env, 0, numbers, nu, 1);
+    case 11: return mjenv_randomization(env, &text);
     default: return mjenv_set_state(env, 1, numbers, 24, numbers, 23);
   }
 }
-enum { CALLS = 12 };
+enum { CALLS = 13 };
 
 static void test_one_environment(void** state) {
   (void)state;

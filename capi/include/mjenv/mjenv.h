@@ -26,8 +26,8 @@
  * describes the functions in detail. docs/abi.md has the rules for threads, forks, ownership and later versions.
  *
  * Arrays
- *   The caller owns all arrays that it passes, and the library keeps no pointer to them. Arrays are contiguous and
- *   row-major; shapes are written [rows][count]. Counts are of elements, unless the name ends in _bytes.
+ *   The caller owns all arrays that it passes, and the library keeps no pointer to them (except mjenv_mirror). Arrays
+ *   are contiguous and row-major; shapes are written [rows][count]. Counts are of elements, unless the name ends in _bytes.
  * Masks
  *   A mask is uint8_t[rows]: the function acts on the rows whose element is not 0, and leaves the other rows and their
  *   outputs as they are. NULL selects all rows.
@@ -665,7 +665,8 @@ MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array
  * a program reads and writes it without calls: every other function that reads or changes rows first takes over what the
  * program has written there, as mjenv_write_row does, and in the end brings the memory up to date, unless rows are under
  * way. If it refuses the values (NAME, VALUE, or PENDING while rows are under way), it does nothing else, and the memory
- * of this array is as before. Free the memory only after the call that ends its use.
+ * of this array is as before. mjenv_render and mjenv_window_draw are such functions, too: while one draws on another
+ * thread, leave the memory alone. Free it only after the call that ends its use.
  *   values    [bytes], aligned for the type, in place of earlier memory for this array; NULL: no longer
  * Errors: NAME, VALUE (row), SIZE (bytes), PHYSICS. */
 MJENV_API mjenv_status mjenv_mirror(mjenv_env *env, int64_t row, const char *array, void *values, int64_t bytes);
@@ -748,7 +749,7 @@ MJENV_API mjenv_status mjenv_restore(mjenv_env *env, int64_t row, const void *im
 MJENV_API mjenv_status mjenv_randomize(mjenv_env *env, const char *document);
 
 /* Returns the document with all parts that are set, "{}" if none is. It is valid until the next mjenv_randomize. */
-MJENV_API mjenv_status mjenv_randomization(const mjenv_env *env, const char **document);
+MJENV_API mjenv_status mjenv_randomization(mjenv_env *env, const char **document);
 
 /* ---- Pictures ----
  * A picture equals Gymnasium's render() after the last reset, step or set_state, pixel for pixel, if both draw with the

@@ -301,7 +301,7 @@ extern "C" {
     pub fn mjenv_snapshot(env: *mut mjenv_env, row: i64, image: *mut ::std::os::raw::c_void, capacity_bytes: i64, size_bytes: *mut i64) -> mjenv_status;
     pub fn mjenv_restore(env: *mut mjenv_env, row: i64, image: *const ::std::os::raw::c_void, size_bytes: i64) -> mjenv_status;
     pub fn mjenv_randomize(env: *mut mjenv_env, document: *const ::std::os::raw::c_char) -> mjenv_status;
-    pub fn mjenv_randomization(env: *const mjenv_env, document: *mut *const ::std::os::raw::c_char) -> mjenv_status;
+    pub fn mjenv_randomization(env: *mut mjenv_env, document: *mut *const ::std::os::raw::c_char) -> mjenv_status;
     pub fn mjenv_render_defaults(env: *const mjenv_env, settings: *mut mjenv_render_settings) -> mjenv_status;
     pub fn mjenv_renderer_create(env: *mut mjenv_env, settings: *const mjenv_render_settings, renderer: *mut *mut mjenv_renderer) -> mjenv_status;
     pub fn mjenv_renderer_destroy(renderer: *mut mjenv_renderer);
