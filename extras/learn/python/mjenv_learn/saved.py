@@ -108,7 +108,7 @@ def stages_of(path: Path) -> list[Stage]:
 
 
 def _checked(kind: Any, value: T) -> T:
-    if not isinstance(value, kind):
+    if not isinstance(value, kind) or isinstance(value, bool):  # to Python, true and false are integers
         raise TypeError(f"{value!r} is no {getattr(kind, '__name__', 'number')}")
     return value
 

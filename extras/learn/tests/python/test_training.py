@@ -184,6 +184,7 @@ def test_a_training_is_not_lost(tmp_path: Path) -> None:
         ({"seed": "1"}, "'1' is no int"),
         ({"stages": [{}]}, "TypeError"),
         ({"stages": [{"steps": 1, "until": "5"}]}, "'5' is no number"),
+        ({"stages": [{"steps": True}]}, "True is no int"),
         ({"stages": 3}, "TypeError"),
         ({"options": 3}, "3 is no dict"),
         ({"stage": -5, "seed": 2**64}, "a seed is"),
