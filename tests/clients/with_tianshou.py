@@ -35,6 +35,7 @@ def play(envs):
         found.append([obs, reward, terminated, truncated, [info["env_id"] for info in infos]])
         if (ended := np.flatnonzero(terminated | truncated)).size:
             found.append(envs.reset(np.arange(3)[ids or slice(None)][ended])[0])
+    found.append(len(envs.get_env_attr("action_space", [2, 0])))
     envs.close()
     return digest(found)
 
