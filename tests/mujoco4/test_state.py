@@ -294,3 +294,11 @@ def test_refused(changes: dict[str, str], why: str) -> None:
     assert mujoco.MjModel.from_xml_string(xml).nq > 0
     with pytest.raises(mjenv.ModelError, match=why):
         mjenv.make("Model-v0", engine="4.0", xml_string=xml)
+
+
+def test_refused_flag() -> None:
+    xml = ARM.format(**(PLAIN | {"sensors": "<e_kinetic/>"}))
+    env = mjenv.make("Model-v0", engine="4.0", xml_string=xml)
+    energy = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    with pytest.raises(mjenv.InvalidValueError, match=f"the flag {energy}$"):
+        env.unwrapped.model.opt.enableflags |= energy
