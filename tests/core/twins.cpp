@@ -103,6 +103,13 @@ constexpr const char* kLimits = R"(<mujoco><option impratio='3' %s/><default><ge
     <fixed range='-0.2 0.3' margin='0.05' solimplimit='0.3 0.9 1 0.2 4'><joint joint='h' coef='1.5'/><joint joint='s' coef='-2'/></fixed>
     </tendon></mujoco>)";
 
+// Balls among boxes, which they touch from without and from within.
+constexpr const char* kBoxes =
+    R"(<mujoco><default><geom type='box' size='0.2 0.3 0.1' gap='0.01' margin='0.03'/></default>
+    <worldbody><geom/><geom size='0.05 0.02 0.4'/><geom size='0.3 0.3 0.3' condim='1'/>
+    <body><freejoint/><geom type='sphere' size='0.1'/><geom type='sphere' size='0.02' condim='4'/></body>
+    </worldbody></mujoco>)";
+
 // Sensors of motion; %s stands for others.
 constexpr const char* kSensors =
     R"(<mujoco><option %s><flag %s/></option><worldbody><light pos='0 0 3' mode='trackcom'/>
@@ -230,11 +237,10 @@ class Twins : public lanes::LaneArrays {
       mjData& d = *work->data();
       for (int i = 0; i < m_.ngeom; ++i) {
         const double a = noise.below(3) ? 3 * noise() : 1, b = noise.below(3) ? 3 * noise() : 1;
-        const double axis[] = {std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)};
-        for (int k = 0; k < 3; ++k) {
-          d.geom_xpos[3 * i + k] = noise.below(20) ? 0.5 * noise() : 0;
-          d.geom_xmat[9 * i + 3 * k + 2] = axis[k];
-        }
+        const double x = std::sin(a), z = std::cos(a), s = std::sin(b), c = std::cos(b);
+        const double mat[] = {z * c, -s, x * c, z * s, c, x * s, -x, 0, z};
+        std::copy_n(mat, 9, d.geom_xmat + 9 * i);
+        for (int k = 0; k < 3; ++k) d.geom_xpos[3 * i + k] = noise.below(20) ? 0.5 * noise() : 0;
       }
       mj_collision(&m_, &d);
     }
@@ -424,14 +430,15 @@ void test_stages(void** /*state*/) {
 }
 
 void test_contacts(void** /*state*/) {
-  for (const char* name : {"ant.xml", "hopper.xml", "humanoid.xml"})
+  std::vector<Named> found{{"boxes", Model::parse("boxes", kBoxes)}};
+  for (const char* name : {"ant.xml", "hopper.xml", "humanoid.xml"}) found.emplace_back(name, Model::open(name));
+  for (const auto& [name, model] : found)
     for (const int width : lanes::widths()) {
-      const auto model = Model::open(name);
       assert_string_equal(lanes::Collider::obstacle(*model).c_str(), "");
       Noise noise;
       Twins twins(model, *lanes::code_of(width));
       for (int round = 0; round < 100; ++round)
-        if (twins.finds_other_contacts(noise)) fail_msg("%s, %d lanes", name, width);
+        if (twins.finds_other_contacts(noise)) fail_msg("%s, %d lanes", name.c_str(), width);
       assert_true(twins.contacts() > 100);
     }
 }

@@ -166,9 +166,7 @@ def test_goals() -> None:
 def test_rows() -> None:
     """A vector gives what single environments give, in lanes too, also after snapshots."""
     for id in ("PointMaze_Medium-v3", "AntMaze_UMaze-v5"):
-        envs = mjenv.make_vec(
-            f"mazes/{id}", 8, engine=ENGINE, lanes="max" if ENGINE == "2.2.2" else 0, reset_target=True
-        )
+        envs = mjenv.make_vec(f"mazes/{id}", 8, engine=ENGINE, lanes="max", reset_target=True)
         singles = [pair(id, reset_target=True)[0] for _ in range(8)]
         obs, _ = envs.reset(seed=3)
         for row, env in enumerate(singles):

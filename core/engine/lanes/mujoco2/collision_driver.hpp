@@ -62,7 +62,7 @@ bool collision(const Lanes& d, Contacts& c) {
         break;
       case Shapes::sphere_sphere: SphereSphere<false>(found[0], margin, g1, g1.pos, g2, g2.pos); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
-      case Shapes::sphere_box: SphereBox(found[0], margin, g1, g2); break;
+      case Shapes::sphere_box: SphereBox<false>(found[0], margin, g1, g2); break;
       case Shapes::capsule_capsule: count = CapsuleCapsule(found, margin, g1, g2); break;
       default: is_single = true;
     }

@@ -123,45 +123,5 @@ inline void PlaneBox(Contact* con, V margin, const Geom& plane, const Geom& box)
   }
 }
 
-// ---- engine_collision_box.c ----
-
-// _SphereBox
-inline void SphereBox(Contact& con, V margin, const Geom& sphere, const Geom& box) {
-  V tmp[3], center[3], clamped[3], pos[3];
-  for (int k = 0; k < 3; ++k) tmp[k] = sphere.pos[k] - box.pos[k];
-  rotVecMatT(center, tmp, box.mat);
-  for (int k = 0; k < 3; ++k) {
-    const V limit = box.size[k];
-    clamped[k] = center[k] < -limit ? -limit : (center[k] > limit ? limit : center[k]);
-    tmp[k] = clamped[k] - center[k];
-  }
-  const V dist = normalize3(tmp);
-  con.dist = dist - sphere.size[0];
-  con.is_there = ~(con.dist > margin);
-  for (int k = 0; k < 3; ++k) {
-    const V deepest = center[k] + tmp[k] * sphere.size[0];
-    pos[k] = V{} + clamped[k] * 0.5 + deepest * 0.5;
-  }
-  const Mask is_inside = dist <= splat(mjMINVAL);
-  if (__builtin_expect(any(is_inside), 0)) {
-    V closest = (box.size[0] + box.size[1] + box.size[2]) * 2.0, nearest[3] = {};
-    for (int i = 0; i < 6; ++i) {
-      const V far = abs((i % 2 ? 1.0 : -1.0) * box.size[i / 2] - center[i / 2]);
-      const Mask is_closer = closest > far;
-      closest = is_closer ? far : closest;
-      for (int k = 0; k < 3; ++k) nearest[k] = is_closer ? splat(k == i / 2 ? (i % 2 ? -1 : 1) : 0) : nearest[k];
-    }
-    const V scale = (sphere.size[0] - closest) * 0.5;
-    for (int k = 0; k < 3; ++k) {
-      pos[k] = is_inside ? center[k] + nearest[k] * scale : pos[k];
-      tmp[k] = is_inside ? nearest[k] : tmp[k];
-    }
-  }
-  rotVecMat(con.frame, tmp, box.mat);
-  rotVecMat(con.pos, pos, box.mat);
-  add_to(con.pos, box.pos, 3);
-  zero(con.frame + 3, 3);
-}
-
 }  // namespace
 }  // namespace mjenv::core::lanes

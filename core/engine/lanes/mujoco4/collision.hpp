@@ -1,4 +1,4 @@
-// The contacts of planes, spheres and capsules as MuJoCo 4.0 finds them, for several rows at once.
+// The contacts of planes, spheres, capsules, cylinders and boxes as MuJoCo 4.0 finds them, for several rows at once.
 #pragma once
 
 #include "engine/lanes/frame/collision_primitive.hpp"
@@ -103,8 +103,11 @@ bool collision(const Lanes& d, Contacts& c) {
   for (int lane = 0; lane < kWidth; ++lane) c.found[lane] = 0;
   for (int i = 0; i < m.npair; ++i) {
     const int id1 = m.pair_geom1[i], id2 = m.pair_geom2[i];
-    const V size1[2] = {splat(m.geom_size[3 * id1]), splat(m.geom_size[3 * id1 + 1])};
-    const V size2[2] = {splat(m.geom_size[3 * id2]), splat(m.geom_size[3 * id2 + 1])};
+    V size1[3], size2[3];
+    for (int k = 0; k < 3; ++k) {
+      size1[k] = splat(m.geom_size[3 * id1 + k]);
+      size2[k] = splat(m.geom_size[3 * id2 + k]);
+    }
     const Geom g1{vectors(d.geom_xpos) + 3 * id1, vectors(d.geom_xmat) + 9 * id1, size1},
         g2{vectors(d.geom_xpos) + 3 * id2, vectors(d.geom_xmat) + 9 * id2, size2};
     const double reach = m.pair_margin[i] + m.pair_gap[i];
@@ -126,6 +129,7 @@ bool collision(const Lanes& d, Contacts& c) {
       case Shapes::capsule_capsule: count = CapsuleCapsule(found, margin, g1, g2); break;
       case Shapes::sphere_capsule: SphereCapsule(found[0], margin, g1, g2); break;
       case Shapes::sphere_sphere: SphereSphere<true>(found[0], margin, g1, g1.pos, g2, g2.pos); break;
+      case Shapes::sphere_box: SphereBox<true>(found[0], margin, g1, g2); break;
       default: return false;
     }
     for (int k = 0; k < count; ++k) {

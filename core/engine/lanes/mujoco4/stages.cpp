@@ -311,7 +311,9 @@ const std::vector<Stage>& stages() {
        compute_tendons,
        kMiddle},
       {"contacts, constraints",
-       "contacts of planes with spheres, capsules and cylinders, and of spheres and capsules; limits, friction",
+       "contacts of planes with spheres, capsules and cylinders, of spheres and capsules, and of spheres with boxes; "
+       "limits, "
+       "friction",
        "all constraints of models with equalities, and of rows that the solver does not solve; all contacts "
        "where other shapes are near each other, in models with actuators that act on bodies, if lanes cannot list the "
        "pairs of geoms, or if the solver is computed row by row; those of a step's last evaluation if more than the "
