@@ -29,9 +29,11 @@ def touching(sim: Sim, geoms: Sequence[int], other: int) -> NDArray[np.bool_]:
     if (sim.ncon > room).any():
         row = int(np.argmax(sim.ncon > room))
         raise InvalidValueError(f"row {row} has {int(sim.ncon[row])} contacts, but the task has room for {room}")
-    near = (np.arange(room) < sim.ncon[:, None]) & (contact.dist <= 0)
-    first, second = contact.geom1 == other, contact.geom2 == other
-    partner = np.where(near & (first | second), np.where(first, contact.geom2, contact.geom1), -1)
+    most = int(sim.ncon.max(initial=0))
+    geom1, geom2 = contact.geom1[:, :most], contact.geom2[:, :most]
+    near = (np.arange(most) < sim.ncon[:, None]) & (contact.dist[:, :most] <= 0)
+    first, second = geom1 == other, geom2 == other
+    partner = np.where(near & (first | second), np.where(first, geom2, geom1), -1)
     return np.asarray((partner[:, :, None] == np.asarray(geoms)).any(axis=1))
 
 
