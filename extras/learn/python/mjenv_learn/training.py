@@ -80,6 +80,22 @@ class Evaluation:
     def std_return(self) -> float:
         return float(self.returns.std())
 
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % confidence interval of the mean return, as if means had a normal distribution; nan for one episode."""
+        count = len(self.returns)
+        error = 1.959964 * self.std_return / math.sqrt(count - 1) if count > 1 else math.nan
+        return self.mean_return - error, self.mean_return + error
+
+    def __str__(self) -> str:
+        """A table with a line for returns and one for lengths."""
+        lines = [
+            f"{name}  mean {x.mean():.6g}  std {x.std():.6g}  least {x.min():.6g}  most {x.max():.6g}"
+            for name, x in (("return", self.returns), ("length", self.lengths))
+        ]
+        low, high = self.interval
+        return f"{lines[0]}  95 % interval of the mean {low:.6g} to {high:.6g}\n{lines[1]}"
+
 
 class Training:
     """A training: its environments, its learner and its curve. mjenv.train makes and runs one.

@@ -10,6 +10,7 @@ import os
 import re
 import shlex
 import signal
+import statistics
 import subprocess
 import sys
 import time
@@ -28,7 +29,7 @@ from mjenv_command import main
 from mjenv_learn import learner, training
 from mjenv_learn.policy import Input, Policy
 from mjenv_learn.saved import stages_of
-from mjenv_learn.training import Settings, Stage, Training
+from mjenv_learn.training import Evaluation, Settings, Stage, Training
 from systems import not_on_windows
 
 ID = "InvertedPendulum-v5"
@@ -394,6 +395,14 @@ def test_evaluation_plays_the_policy(precision: str) -> None:
                 assert (got.returns[episode], got.lengths[episode]) == (total, length)
             else:
                 assert got.returns[episode] == pytest.approx(total, rel=0.05)
+
+
+def test_the_interval_of_a_mean_return() -> None:
+    found = Evaluation(np.array([1.0, 2, 3, 4, 5]), np.arange(5))
+    error = statistics.NormalDist().inv_cdf(0.975) * statistics.stdev(found.returns) / math.sqrt(5)
+    assert found.interval == pytest.approx((3 - error, 3 + error), rel=1e-6)
+    assert f"95 % interval of the mean {3 - error:.6g} to {3 + error:.6g}\nlength  mean 2" in str(found)
+    assert np.isnan(Evaluation(np.ones(1), np.ones(1, np.int64)).interval).all()
 
 
 def test_episodes_do_not_depend_on_each_other() -> None:
