@@ -194,6 +194,12 @@ void set_random(const mjModel& m, Work& work, Noise& noise) {
   const double spread = noise.below(4) == 0 ? 0.0 : noise.below(2) ? 0.1 : 1.0;
   const double speed = noise.below(6) == 0 ? 3000 : 3;
   for (int i = 0; i < m.nq; ++i) d.qpos[i] = m.qpos0[i] + spread * noise();
+  for (int i = 0; i < m.njnt; ++i) {  // quaternions that turn nothing, some of them zeros
+    if ((m.jnt_type[i] != mjJNT_FREE && m.jnt_type[i] != mjJNT_BALL) || noise.below(6)) continue;
+    mjtNum* const quat = d.qpos + m.jnt_qposadr[i] + (m.jnt_type[i] == mjJNT_FREE ? 3 : 0);
+    quat[0] = noise.below(2) ? 1 : 0;
+    for (int k = 1; k < 4; ++k) quat[k] = noise.below(2) ? 0.0 : -0.0;
+  }
   for (int i = 0; i < m.nv; ++i) d.qvel[i] = noise.below(5) == 0 ? noise.odd() : speed * spread * noise();
   for (int i = 0; i < m.nu; ++i) d.ctrl[i] = noise();
   for (int i = 0; i < m.nv; ++i) d.qacc_warmstart[i] = 30 * spread * noise();
@@ -463,7 +469,7 @@ struct Reading {
   const char* array;  // one that is announced
   bool is_current;    // Work::keep_current
   std::int64_t frames;
-  bool is_own = false;  // rows have frictions of their own
+  const char* own = nullptr;  // an array of which rows have their own values
 };
 
 // Steps leave the bits of mj_step, and lanes leave few rows.
@@ -487,16 +493,16 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
     before.push_back(befores[static_cast<std::size_t>(row)].data());
   }
   OwnArrays own(*model);
-  if (reading.is_own) own.add("geom_friction");
+  if (reading.own) own.add(reading.own);
   std::vector<std::vector<double>> blocks(all.size(), std::vector<double>(own.block_bytes() / sizeof(double)));
   std::vector<double> state(works[0]->layout().size), last(state.size());
   for (int round = 0; round < kRounds; ++round) {
     for (std::size_t row = 0; row < all.size(); ++row) {
       auto* const block = reinterpret_cast<std::byte*>(blocks[row].data());
       own.fill(0, block);
-      for (double& friction : blocks[row]) friction *= 1 + 0.3 * noise();
+      for (double& value : blocks[row]) value = value * (1 + 0.3 * noise()) + (noise.below(8) ? 0 : 0.1);
       for (Work* work : {works[row].get(), plain[row].get()})
-        if (reading.is_own) work->use(own, block);
+        if (reading.own) work->use(own, block);
       set_random(*model->get(), *plain[row], noise);
       plain[row]->save(state.data());
       for (Work* work : {works[row].get(), plain[row].get()}) {
@@ -527,9 +533,98 @@ void test_steps(void** /*state*/) {
                                      {"qpos", false, 3},
                                      {"qpos", true, 2},
                                      {"cfrc_ext", true, 1},
-                                     {"qpos", false, 2, true}})
+                                     {"qpos", false, 2, "geom_friction"},
+                                     {"qpos", false, 1, "body_quat"}})
         test_steps(named, *lanes::code_of(width), reading, rows, left);
   assert_true(left < rows / 10);
+}
+
+// Rows whose own values lanes do not compute with are left to MuJoCo.
+void test_rows_left(void** /*state*/) {
+  std::string fast = kForces;
+  fast.insert(fast.find("density"), "integrator='implicitfast' ")
+      .replace(fast.find("density='900' viscosity='0.3'"), 29, "");
+  for (const auto& [text, array] : {std::pair<std::string, const char*>{kForces, "jnt_stiffness"},
+                                    {fast, "opt.density"},
+                                    {fast, "opt.viscosity"},
+                                    {fast, "dof_damping"}}) {
+    const Named named(array, Model::parse("forces", text));
+    for (const int width : lanes::widths()) {
+      int rows = 0, left = 0;
+      test_steps(named, *lanes::code_of(width), {"qpos", false, 1, array}, rows, left);
+      assert_true(std::strcmp(array, "dof_damping") == 0 ? left < rows / 10 : left > 0);
+    }
+  }
+}
+
+// What a model has, where it begins in kForces, and which stage it keeps out of lanes: all, if that is "".
+struct Kept {
+  const char *before, *feature, *stage, *why;
+};
+constexpr Kept kKept[] = {
+    {"</actuator>", "<intvelocity joint='a' actrange='-1 1'/>", "actuators", "states of actuators"},
+    {"</actuator>", "<pid joint='c' kp='3' kv='1'/>", "actuators", "actuators with several inputs or outputs"},
+    {"</actuator>", "<dcmotor joint='c' motorconst='0.5' resistance='1'/>", "actuators",
+     "gains and biases that are neither constant nor affine"},
+    {"</actuator>", "<motor joint='f' gear='1 2 3 4 5 6'/>", "actuators",
+     "actuators that act on something other than slides and hinges"},
+    {"</mujoco>",
+     "<tendon><fixed name='t'><joint joint='a' coef='2'/></fixed></tendon><actuator><motor tendon='t'/></actuator>",
+     "actuators", "actuators that act on something other than slides and hinges"},
+    {"<default>", "<option><flag actuation='disable'/></option>", "actuators", "disabled actuators"},
+    {"</mujoco>", "<tendon><fixed stiffness='3'><joint joint='a' coef='2'/></fixed></tendon>", "passive forces",
+     "springs and dampers of tendons"},
+    {"</mujoco>", "<tendon><fixed damping='3'><joint joint='a' coef='2'/></fixed></tendon>", "passive forces",
+     "springs and dampers of tendons"},
+    {"</mujoco>", "<tendon><fixed damping='3'><joint joint='a' coef='2'/></fixed></tendon>", "tendons",
+     "not written yet"},
+    {"</worldbody>", "<body><joint type='ball' stiffness='3'/><geom/></body>", "passive forces",
+     "springs of free joints and balls"},
+    {"</worldbody>", "<body><joint stiffness='3 1'/><geom pos='0.1 0 0'/></body>", "passive forces",
+     "springs that are not linear"},
+    {"</worldbody>", "<body><joint/><geom pos='0.1 0 0' fluidshape='ellipsoid'/></body>", "passive forces",
+     "the fluid model of ellipsoids"},
+    {"<default>", "<option integrator='implicit'/>", "integration", "the integrator implicit"},
+    {"<default>", "<option integrator='implicitfast'/>", "integration", "implicitfast with a fluid"},
+    {"<default>", "<option solver='CG'/>", "solver", "a solver other than Newton and PGS"},
+    {"<default>", "<option solver='CG'/>", "contacts, constraints", "the solver is computed row by row"},
+    {"<default>", "<option jacobian='sparse'/>", "solver", "sparse Jacobians"},
+    {"<default>", "<option solver='PGS' cone='elliptic'/>", "solver", "elliptic cones with PGS"},
+    {"<default>", "<option noslip_iterations='2'/>", "solver", "noslip"},
+    {"<default>", "<option><flag island='disable'/></option>", "solver", "no islands (opt.disableflags)"},
+    {"</actuator>", "<adhesion body='d' ctrlrange='0 1'/>", "contacts, constraints", "actuators that act on bodies"},
+    {"</mujoco>", "<sensor><rangefinder site='s'/></sensor>", "sensors",
+     "sensors other than those of motion, touch and forces of actuators"},
+    {"<default>", "<option><flag fwdinv='enable'/></option>", "",
+     "the comparison of forward and inverse dynamics (opt.enableflags)"},
+    {"</worldbody>", "<body mocap='true'/>", "", "mocap bodies"},
+    {"</worldbody>", "<body><joint stiffness='3' springyield='1'/><geom pos='0.1 0 0'/></body>", "",
+     "plastic joints or tendons"},
+    {"</actuator>", "<motor joint='a' nsample='3'/>", "", "delays or histories"},
+    {"</actuator>", "<motor joint='a' armature='1'/>", "", "actuators or tendons with inertia or damping"},
+    {"</mujoco>", "<tendon><fixed armature='3'><joint joint='a' coef='2'/></fixed></tendon>", "",
+     "actuators or tendons with inertia or damping"},
+    {"</mujoco>", "<sensor><e_kinetic/></sensor>", "", "sensors of energies"},
+    {"</worldbody>", "<body><joint damping='3 1'/><geom pos='0.1 0 0'/></body>", "", "damping that is not linear"},
+    {"<default>", "<option integrator='discrete'/>", "", "the integrator discrete"},
+};
+
+// Models with such features say so, and step with MuJoCo's bits.
+void test_obstacles(void** /*state*/) {
+  for (const Kept& kept : kKept) {
+    std::string text = kForces;
+    text.replace(text.find("<freejoint"), 10, "<freejoint name='f'")
+        .insert(text.find("<body pos='0 1 0'") + 5, " name='d'");
+    text.insert(text.find("</worldbody>"), "<site name='s'/>").insert(text.find(kept.before), kept.feature);
+    const auto model = Model::parse("kept", text);
+    std::string found = lanes::obstacle(*model);
+    for (const lanes::Stage& stage : lanes::stages())
+      if (stage.name == std::string(kept.stage)) found = stage.obstacle(*model);
+    if (found != kept.why) fail_msg("%s: %s", kept.feature, found.c_str());
+    int rows = 0, left = 0;
+    for (const int width : lanes::widths())
+      if (*kept.stage) test_steps({kept.feature, model}, *lanes::code_of(width), {"qpos", false, 2}, rows, left);
+  }
 }
 
 }  // namespace
@@ -538,6 +633,7 @@ void test_steps(void** /*state*/) {
 int run_twins() {
   using namespace mjenv::core;
   const CMUnitTest tests[] = {cmocka_unit_test(test_stages), cmocka_unit_test(test_contacts),
-                              cmocka_unit_test(test_steps)};
+                              cmocka_unit_test(test_steps), cmocka_unit_test(test_rows_left),
+                              cmocka_unit_test(test_obstacles)};
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

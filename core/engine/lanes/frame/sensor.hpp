@@ -20,6 +20,10 @@ inline void shiftMotion(V* res, const V* vec, const V* newpos, const V* oldpos) 
 template <typename T>  // NOLINTNEXTLINE(readability-redundant-declaration)
 void mulQuat(V* res, const V* a, const T* b);
 
+// get_xquat, the orientation of an object, which each version defines
+// NOLINTNEXTLINE(readability-redundant-declaration)
+void xquat(const Lanes& d, V* res, int type, int id);
+
 class MotionSensors {
  public:
   explicit MotionSensors(Lanes& d) : d_(d), m_(*d.model), com_(vectors(d.subtree_com)) {}
@@ -149,26 +153,6 @@ class MotionSensors {
   Frame reference_of(int sensor) const { return frame(m_.sensor_reftype[sensor], m_.sensor_refid[sensor]); }
   bool has_reference(int sensor) const { return m_.sensor_refid[sensor] >= 0; }
 
-  void world_quat(V* res, const V* of_body, const V* own, const double* shared) const {
-    d_.has_own_frames ? mulQuat(res, of_body, own) : mulQuat(res, of_body, shared);
-  }
-  // get_xquat
-  void xquat(V* res, int type, int id) const {
-    const V* const of_bodies = vectors(d_.xquat);
-    switch (type) {
-      case mjOBJ_XBODY: return copy(res, of_bodies + 4 * id, 4);
-      case mjOBJ_BODY:
-        return world_quat(res, of_bodies + 4 * id, vectors(d_.body_iquat) + 4 * id, m_.body_iquat + 4 * id);
-      case mjOBJ_GEOM:
-        return world_quat(res, of_bodies + 4 * m_.geom_bodyid[id], vectors(d_.geom_quat) + 4 * id,
-                          m_.geom_quat + 4 * id);
-      case mjOBJ_CAMERA: return mulQuat(res, of_bodies + 4 * m_.cam_bodyid[id], vectors(d_.cam_quat) + 4 * id);
-      default:
-        return world_quat(res, of_bodies + 4 * m_.site_bodyid[id], vectors(d_.site_quat) + 4 * id,
-                          m_.site_quat + 4 * id);
-    }
-  }
-
   // mj_objectVelocity, in the object's frame
   void objectVelocity(V* res, const Frame& f) const {
     transformMotion(res, vectors(d_.cvel) + 6 * f.body, f.pos, root(f.body), f.mat);
@@ -221,9 +205,9 @@ class MotionSensors {
 
   void framequat(int i, V* data) const {
     V quat[4], reference[4];
-    xquat(quat, m_.sensor_objtype[i], m_.sensor_objid[i]);
+    xquat(d_, quat, m_.sensor_objtype[i], m_.sensor_objid[i]);
     if (!has_reference(i)) return copy(data, quat, 4);
-    xquat(reference, m_.sensor_reftype[i], m_.sensor_refid[i]);
+    xquat(d_, reference, m_.sensor_reftype[i], m_.sensor_refid[i]);
     negQuat(reference, reference);
     mulQuat(data, reference, quat);
   }

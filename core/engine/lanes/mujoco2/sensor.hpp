@@ -26,6 +26,21 @@ inline void transformForce(V* res, const V* vec, const V* newpos, const V* oldpo
   }
 }
 
+void xquat(const Lanes& d, V* res, int type, int id) {
+  const mjModel& m = *d.model;
+  const V* const of_bodies = vectors(d.xquat);
+  const auto world_quat = [&](int body, const V* own, const double* shared) {
+    d.has_own_frames ? mulQuat(res, of_bodies + 4 * body, own) : mulQuat(res, of_bodies + 4 * body, shared);
+  };
+  switch (type) {
+    case mjOBJ_XBODY: return copy(res, of_bodies + 4 * id, 4);
+    case mjOBJ_BODY: return world_quat(id, vectors(d.body_iquat) + 4 * id, m.body_iquat + 4 * id);
+    case mjOBJ_GEOM: return world_quat(m.geom_bodyid[id], vectors(d.geom_quat) + 4 * id, m.geom_quat + 4 * id);
+    case mjOBJ_CAMERA: return mulQuat(res, of_bodies + 4 * m.cam_bodyid[id], vectors(d.cam_quat) + 4 * id);
+    default: return world_quat(m.site_bodyid[id], vectors(d.site_quat) + 4 * id, m.site_quat + 4 * id);
+  }
+}
+
 // Computes the forces between bodies from the constraints that a solver has solved.
 class Forces : protected MotionSensors {
  public:

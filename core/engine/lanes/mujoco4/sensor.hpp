@@ -7,6 +7,18 @@
 namespace mjenv::core::lanes {
 namespace {
 
+// Kinematics has these quaternions. Products of the body's would differ in the signs of zeros.
+void xquat(const Lanes& d, V* res, int type, int id) {
+  switch (type) {
+    case mjOBJ_XBODY: return copy(res, vectors(d.xquat) + 4 * id, 4);
+    case mjOBJ_BODY: return copy(res, vectors(d.xiquat) + 4 * id, 4);
+    case mjOBJ_GEOM: return copy(res, vectors(d.geom_xquat) + 4 * id, 4);
+    case mjOBJ_CAMERA:
+      return mulQuat(res, vectors(d.xquat) + 4 * d.model->cam_bodyid[id], vectors(d.cam_quat) + 4 * id);
+    default: return copy(res, vectors(d.site_xquat) + 4 * id, 4);
+  }
+}
+
 class Sensors : MotionSensors {
  public:
   using MotionSensors::MotionSensors;
