@@ -3,26 +3,30 @@
 
     keywords.py FILE
 
-The build of the Python package writes them as mjenv/_overloads.pyi. Needs Gymnasium and the library.
+The build of the Python package writes them as mjenv/_overloads.pyi. MJENV_LIBRARY names the library.
 """
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+# The package without its __init__.py, which imports NumPy and Gymnasium: a build needs neither.
+package = sys.modules["mjenv"] = ModuleType("mjenv")
+package.__path__ = [str(Path(__file__).parents[1] / "bindings/python/src/mjenv")]
+
+from mjenv.capi.declarations import Kind, Library, mjenv_option  # noqa: E402
 
 # Only the ids of the library itself.
-os.environ.pop("MJENV_ENGINE", None)
 os.environ.pop("MJENV_TASKS", None)
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "bindings/python/src"))  # PYTHONPATH may be that of a build by pip
-
-import mjenv
-from mjenv import Kind, Option
-from mjenv.gym.namespace import UNLISTED
+LIBRARY = Library(os.environ["MJENV_LIBRARY"])
+UNLISTED = b"Model-v0"
 
 # Keywords that make or make_vec name themselves.
 NAMED = ("max_episode_steps", "num_threads", "autoreset_mode")
@@ -56,21 +60,31 @@ class Common(Rendering, Randomizing, total=False):
 '''
 
 
-def type_of(option: Option) -> str:
+def options_of(id: bytes) -> Iterator[tuple[str, Any]]:
+    """The options of an id: their names, and the library's descriptions, each until the next is asked for."""
+    options, option = ctypes.c_void_p(), mjenv_option(ctypes.sizeof(mjenv_option))
+    assert not LIBRARY.mjenv_options_create(id, options), LIBRARY.mjenv_last_error()
+    for i in range(LIBRARY.mjenv_options_count(options)):
+        assert not LIBRARY.mjenv_options_at(options, i, option), LIBRARY.mjenv_last_error()
+        yield option.name.decode(), option
+    LIBRARY.mjenv_options_destroy(options)
+
+
+def type_of(name: str, option: Any) -> str:
     if option.kind == Kind.REALS:
-        return "Sequence[float]" if isinstance(option.default, tuple) else "float"
+        return "float" if option.count == 1 else "Sequence[float]"
     if option.choices:
-        choices = ", ".join(f'"{choice}"' for choice in option.choices)
+        choices = ", ".join(f'"{choice}"' for choice in option.choices.decode().split())
         return f"Literal[{choices}]" + (" | int" if option.kind == Kind.STRING_OR_INT else "")
-    if option.name == "xml_file":
+    if name == "xml_file":
         return "str | PathLike[str]"
     return {Kind.FLAG: "bool", Kind.INTEGER: "int", Kind.STRING: "str", Kind.STRING_OR_INT: "str | int"}[option.kind]
 
 
 def lines() -> Iterator[str]:
     options = {
-        id: [f"    {name}: {type_of(option)}" for name, option in mjenv.options(id).items() if name not in NAMED]
-        for id in (*mjenv.ids(), UNLISTED)
+        id.decode(): [f"    {name}: {type_of(name, option)}" for name, option in options_of(id) if name not in NAMED]
+        for id in (*map(LIBRARY.mjenv_id_at, range(LIBRARY.mjenv_id_count())), UNLISTED)
     }
     first, *others = options.values()
     common = [line for line in first if all(line in other for other in others)]
