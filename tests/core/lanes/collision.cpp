@@ -130,7 +130,7 @@ TEST(test_odd_radii) {
     m.geom_rbound[0] = is_bounded ? 1 : 0;
     for (const int odd : {4, 5}) m.geom_rbound[odd] = 0;
     const auto stepper = lanes::make_stepper(*model, *lanes::code_of(2));
-    assert_string_equal(compare(model, 2, *stepper, none, kFewRows, {}).c_str(), "");
+    assert_string_equal(compare(model, 2, *stepper, none, kFewRows).c_str(), "");
   }
 }
 

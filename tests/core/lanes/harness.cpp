@@ -245,9 +245,12 @@ std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std
   return "";
 }
 
-bool is_writable(const Model& model, const Array& array) {
+std::vector<Array> writable_arrays(const Model& model) {
   const std::vector<std::string> names = writable_names(model);
-  return std::find(names.begin(), names.end(), array.name) != names.end();
+  std::vector<Array> found;
+  for (const Array& array : model.arrays())
+    if (std::find(names.begin(), names.end(), array.name) != names.end()) found.push_back(array);
+  return found;
 }
 
 bool is_read(const std::string& name) {
@@ -265,23 +268,21 @@ OwnArrays own_arrays(const Model& model, bool with_frames) {
                                         "qpos0",    "geom_pos",    "geom_quat",    "geom_size",        "geom_margin",
                                         "geom_gap", "geom_rbound", "geom_contype", "geom_conaffinity", "geom_fluid",
                                         "site_pos", "site_quat"};
-  for (const Array& array : model.arrays())
-    if (is_writable(model, array) && is_read(array.name) &&
-        (with_frames || std::count(frames.begin(), frames.end(), array.name) == 0))
+  for (const Array& array : writable_arrays(model))
+    if (is_read(array.name) && (with_frames || std::count(frames.begin(), frames.end(), array.name) == 0))
       own.add(array.name);
   for (const char* input : {"qfrc_applied", "xfrc_applied"}) own.add(input);
   if (model.get()->nmocap > 0) own.add("mocap_pos");
   return own;
 }
 
-}  // namespace
+// Work spaces that are used in turns: no more of mjData is read than after every step, all of it, or forces; and the same of
+// the new state.
+constexpr std::size_t kKinds = 6;
+using Works = std::array<std::vector<std::unique_ptr<Work>>, kKinds>;
 
-std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
-                    int rows, Leavable leavable) {
-  // In turns, no more of mjData is read than after every step, all of it, or forces; and the same of the new state.
-  constexpr std::size_t kKinds = 6;
-  static std::size_t turn = 0;
-  std::array<std::vector<std::unique_ptr<Work>>, kKinds> works;
+Works works_of(const std::shared_ptr<const Model>& model, int width) {
+  Works works;
   for (std::size_t kind = 0; kind < kKinds; ++kind)
     for (int i = 0; i < width; ++i) {
       works[kind].push_back(std::make_unique<Work>(model));
@@ -289,6 +290,12 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
       if (kind % 3 == 2) works[kind].back()->expect(part_of("cfrc_ext"));
       if (kind >= 3) works[kind].back()->keep_current();
     }
+  return works;
+}
+
+std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, Works& works,
+                    const OwnArrays& own, int rows, Leavable leavable) {
+  static std::size_t turn = 0;
   Work plain(model), plain_current(model);
   plain_current.keep_current();
   plain_current.expect(part_of("cfrc_ext"));  // so that its steps compute the forces
@@ -320,6 +327,14 @@ std::string compare(const std::shared_ptr<const Model>& model, int width, lanes:
   return "";
 }
 
+}  // namespace
+
+std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
+                    int rows) {
+  Works works = works_of(model, width);
+  return compare(model, width, stepper, works, own, rows, {});
+}
+
 void count_making(lanes::Lanes& d, const lanes::Contacts& contacts, lanes::Constraints& c) {
   ++made;
   made_of_contacts += contacts.contact_count > 0;
@@ -346,8 +361,10 @@ std::string compare(const std::shared_ptr<const Model>& model, int rows, Leavabl
     code.makeConstraint = count_making;
     code.solNewton = count_leaving;
     const auto stepper = lanes::make_stepper(*model, code);
+    Works of_shared = works_of(model, width), of_own = works_of(model, width);
     for (const OwnArrays* arrays : {&shared, &own, &placed, &shared}) {
-      const std::string found = compare(model, width, *stepper, *arrays, rows, leavable);
+      Works& works = arrays == &shared ? of_shared : of_own;
+      const std::string found = compare(model, width, *stepper, works, *arrays, rows, leavable);
       if (!found.empty()) return found;
     }
   }

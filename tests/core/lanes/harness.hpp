@@ -68,7 +68,8 @@ bool diverges(Work& work, int frames, double* before);
 // Whether a step may read the array.
 bool is_read(const std::string& name);
 
-bool is_writable(const Model& model, const Array& array);
+// The arrays of which rows can have their own values
+std::vector<Array> writable_arrays(const Model& model);
 
 // Of rows in usual states, those that lanes may leave to MuJoCo: one of so many
 struct Leavable {
@@ -76,8 +77,9 @@ struct Leavable {
   int of_own = 2;      // of rows with values of their own
 };
 
+// Steps rows in lanes of this stepper.
 std::string compare(const std::shared_ptr<const Model>& model, int width, lanes::Stepper& stepper, const OwnArrays& own,
-                    int rows, Leavable leavable);
+                    int rows);
 
 // How often constraints were made in lanes, and how often those of contacts were.
 extern int made, made_of_contacts;

@@ -14,8 +14,8 @@ TEST(test_own_arrays) {
   for (const char* name : {"lanes.xml", "actuators.xml", "equalities.xml", "sensing.xml", "shapes.xml", "fluids.xml"}) {
     const auto model = Model::parse(name, odd_model(name));
     const ErrorTrap trap;
-    for (const Array& array : model->arrays()) {
-      if (!is_writable(*model, array) || !is_read(array.name) || array.count() == 0) continue;
+    for (const Array& array : writable_arrays(*model)) {
+      if (!is_read(array.name) || array.count() == 0) continue;
       const std::string found = compare_own(model, array.name);
       if (!found.empty()) failures += std::string(name) + ", " + array.name + ": " + found + "\n";
     }
@@ -62,9 +62,8 @@ TEST(test_excessive_own_numbers) {
   const ErrorTrap trap;
   failures.clear();
   int compared = 0;
-  for (const Array& array : model->arrays()) {
-    if (!is_writable(*model, array) ||
-        !std::any_of(std::begin(kLimited), std::end(kLimited), [&](const char* name) { return array.name == name; }))
+  for (const Array& array : writable_arrays(*model)) {
+    if (!std::any_of(std::begin(kLimited), std::end(kLimited), [&](const char* name) { return array.name == name; }))
       continue;
     const std::string found = compare_own(model, array.name, in_odd_rows(1.1e10, 1), kOddRows);
     ++compared;

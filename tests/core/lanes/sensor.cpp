@@ -51,7 +51,7 @@ TEST(test_sensors_of_frames) {
   for (const char* option : {"", "<option integrator='RK4'><flag energy='enable'/></option>"}) {
     const auto model = Model::parse("frames", in_front_of_body(option, scene));
     const auto stepper = lanes::make_stepper(*model, *lanes::code_of(2));
-    const std::string found = compare(model, 2, *stepper, OwnArrays(*model), 12 * share, {});
+    const std::string found = compare(model, 2, *stepper, OwnArrays(*model), 12 * share);
     if (!found.empty()) fail_msg("%s: %s", option, found.c_str());
   }
 }
