@@ -1064,6 +1064,38 @@ def test_methods_under_options() -> None:
         mjenv.make("OptionalMap-v0", pushes=True)
 
 
+class Stripped(Reach):
+    """Methods that build takes away."""
+
+    options = {"plain": False}  # noqa: RUF012
+
+    def build(self, model: Any) -> None:
+        for name in ("before_step", "carry", "reset_info") if self.plain else ():
+            setattr(self, name, None)
+
+    def before_step(self, sim: Any, action: Any) -> Any:
+        return action / 2
+
+    def carry(self, sim: Any) -> None:
+        raise RuntimeError("carry was called")
+
+    def reset_info(self, sim: Any) -> dict[str, Any]:
+        return {"fresh": np.ones(len(sim.qpos))}
+
+
+mjenv.register("Stripped-v0", Stripped)
+
+
+def test_methods_that_build_takes_away() -> None:
+    with pytest.raises(RuntimeError, match="carry was called"):
+        mjenv.make("Stripped-v0")
+    env, as_long = mjenv.make("Stripped-v0", plain=True), mjenv.make("OptionalMap-v0")
+    assert env.reset(seed=1)[1] == {}
+    as_long.reset(seed=1)
+    action = np.array([0.75])
+    assert flat(env.step(action)[0]) == flat(as_long.step(action)[0])
+
+
 def test_restoring_one_row_reads_that_row_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     envs = mjenv.make_vec("NumpyHopper-v5", 50)
     envs.reset(seed=1)

@@ -297,6 +297,9 @@ class Registered:
 
         Returns how many numbers it observes.
         """
+        for name in _METHODS:
+            if getattr(task, name) is None and (absent := getattr(Task, name)):  # build has taken it away
+                setattr(task, name, absent.__get__(task))
         arrays = {name: _initial(model, name, self.kind.max_contacts)[None] for name in self.needs}
         state = {name: np.zeros((1, *shape)) for name, shape in self.kind.state.items()}
         options = {name: model.option(name, s.default) for name, s in self.settings.items() if s.live}
