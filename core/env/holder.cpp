@@ -107,7 +107,12 @@ void Holder::clear(std::int64_t row) {
 void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel) {
   const StateLayout& layout = work_.layout();
   const bool has_stepped = rows_.head(row).origin == Origin::step;
-  if (has_stepped && task_.calls->has_carry()) hold(row);  // the callback carry may read the last step's forces
+  // The callback carry may read what mj_forward leaves of the last step: forces, arrays that the task names, and what
+  // the row's flags turn off.
+  const Needs& needs = task_.needs;
+  const bool leaves_some =
+      (needs.parts & Lag::forces) || !needs.arrays.empty() || needs.current || !rows_.arrays().empty();
+  if (has_stepped && leaves_some && task_.calls->has_carry()) hold(row);
   const bool has_forces = has_stepped && holds(row) && !work_.has_lost_forces();
   if (has_stepped) rows_.make_room(Entry::set_state);
   double* start = before_.data();
