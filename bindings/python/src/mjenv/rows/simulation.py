@@ -139,7 +139,7 @@ class Simulation(OfRows):
     @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
-        seconds: float = self.model.timestep.item() if self._is_alone else self._rows.timestep(self._row)
+        seconds = float(self.model.timestep) if self._is_alone else self._rows.timestep(self._row)
         return seconds * self.frame_skip
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
