@@ -82,7 +82,7 @@ class Evaluation:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The 95 % confidence interval of the mean return, as if means had a normal distribution; nan for one episode."""
+        """The 95 % confidence interval of the mean return, for normally distributed means; nan for one episode."""
         count = len(self.returns)
         error = 1.959964 * self.std_return / math.sqrt(count - 1) if count > 1 else math.nan
         return self.mean_return - error, self.mean_return + error
