@@ -100,12 +100,30 @@ static int collide_all(const mjModel* m, mjData* d) {
   return 1;
 }
 
+// Whether mj_collideGeoms would certainly find that the bounding spheres are apart, which takes it longer: it computes a
+// root.
+static int spheres_are_apart(const mjModel* m, const mjData* d, int pair) {
+  const int geom1 = m->pair_geom1[pair], geom2 = m->pair_geom2[pair];
+  const mjtNum radius1 = m->geom_rbound[geom1], radius2 = m->geom_rbound[geom2];
+  const mjtNum *a = d->geom_xpos + 3 * geom1, *b = d->geom_xpos + 3 * geom2,
+               reach = radius1 + radius2 + m->pair_margin[pair];
+  const mjtNum dif[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  const mjtNum square = dif[0] * dif[0] + dif[1] * dif[1] + dif[2] * dif[2];
+  return radius1 > 0 && radius2 > 0 && square > reach * reach * (1 + 1e-9);
+}
+
 // engine_forward.c calls this in place of mj_collision.
 void mjenv_collision(const mjModel* m, mjData* d) {
   const mjWarningStat before = d->warning[mjWARN_CONTACTFULL];
   d->ncon = 0;
-  if (m->opt.disableflags & (mjDSBL_CONSTRAINT | mjDSBL_CONTACT) || m->nconmax == 0 || !is_simple(m))
+  if (m->opt.disableflags & (mjDSBL_CONSTRAINT | mjDSBL_CONTACT) || m->nconmax == 0 || m->nbody < 2)
     return mj_collision(m, d);
+  if (m->opt.collision == mjCOL_PAIR && !(m->opt.enableflags & mjENBL_OVERRIDE)) {
+    for (int pair = 0; pair < m->npair; ++pair)
+      if (!spheres_are_apart(m, d, pair)) mj_collideGeoms(m, d, pair, -1, 0, 0);
+    return;
+  }
+  if (!is_simple(m)) return mj_collision(m, d);
   if (collide_all(m, d)) return;
   d->warning[mjWARN_CONTACTFULL] = before;
   mj_collision(m, d);

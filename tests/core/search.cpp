@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ extern "C" {
 }
 
 #include "engine/model.hpp"
+#include "engine/pairs.hpp"
 #include "engine/work.hpp"
 #include "noise.hpp"
 #include "run.hpp"
@@ -159,7 +161,7 @@ void test_search(void** /*state*/) {
   const std::string plane = "<geom type='plane' size='1 1 1' pos='0 0 -.3'/>";
   const std::string hills = "<geom type='hfield' hfield='hills' pos='0 0 -.3'/><geom size='.3'/>";
   Noise noise;
-  int found = 0, full = 0;
+  int found = 0, full = 0, listed = 0;
   for (const auto& [bodies, option, floor] : {std::tuple{5, "", plane},
                                               {8, "", hills},
                                               {3, "collision='dynamic'", std::string()},
@@ -172,14 +174,19 @@ void test_search(void** /*state*/) {
     const mjModel& m = *model->get();
     Work work(model);
     mjData& d = *work.data();
+    mjModel view = m;  // with the pairs listed, if they can be
+    std::optional<Pairs> pairs = searched_pairs(m);
+    if (pairs) set_pairs(view, *pairs);
     for (int round = 0; round < kRounds * 8 / (8 + bodies); ++round) {
       place(m, d, noise, round);
+      expect_same_contacts(view, d, round);
+      listed += view.npair > 0 ? d.ncon : 0;
       full += expect_same_contacts(m, d, round) > kWarned;
       found += d.ncon;
     }
   }
   std::printf("%d contacts; the buffer was full in %d states\n", found, full);
-  assert_true(found > 20000 && full > 100);
+  assert_true(found > 20000 && full > 100 && listed > 10000);
 }
 
 }  // namespace
