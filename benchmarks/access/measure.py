@@ -3,7 +3,7 @@
     measure.py [--rounds N]
 
 Prints tables: CPU microseconds of each, the least of the rounds, and the median of their ratios. Needs Gymnasium with
-the mujoco package of the engine's version.
+the mujoco package of the engine's version, and for the steps of MaMuJoCo Gymnasium-Robotics.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 from statistics import median
 from types import SimpleNamespace
@@ -132,6 +133,34 @@ def classes() -> Iterator[tuple[str, list[Call]]]:
         yield name, [playing(classes_on(base, folder)[name]()) for base in (Ours, Theirs)]
 
 
+def agents() -> Iterator[tuple[str, list[Call]]]:
+    """Steps of MaMuJoCo, whose observations are made of many reads."""
+    try:
+        from gymnasium_robotics import mamujoco_v1
+    except ImportError:
+        return
+    rng = np.random.default_rng(0)
+    for robot, parts in {"Ant": "2x4", "HalfCheetah": "6x1", "Humanoid": "9|8", "Walker2d": "2x3"}.items():
+        envs = [
+            mamujoco_v1.parallel_env(robot, parts, gym_env=gymnasium.make(id, **options))
+            for id, options in ((f"mjenv:mjenv/{robot}-v5", {"engine": ENGINE}), (f"{robot}-v5", {}))
+        ]
+        spaces = {agent: envs[0].action_space(agent) for agent in envs[0].possible_agents}
+        actions = [
+            {agent: rng.uniform(space.low, space.high).astype(np.float32) for agent, space in spaces.items()}
+            for _ in range(100)
+        ]
+        for env in envs:
+            env.reset(seed=0)
+        yield f"{robot} {parts.replace('|', ', ')}", [partial(step_agents, env, cycle(actions)) for env in envs]
+
+
+def step_agents(env: Any, actions: Iterator[Any]) -> None:
+    if not env.agents:
+        env.reset(seed=0)
+    env.step(next(actions))
+
+
 def add(env: Any) -> None:
     env.data.qpos[0] += 1e-9
 
@@ -170,7 +199,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=5)
     rounds = parser.parse_args().rounds
-    for title, lines in (("one environment", pairs), ("bound", bounds), ("step of a class", classes)):
+    for title, lines in (
+        ("one environment", pairs),
+        ("bound", bounds),
+        ("step of a class", classes),
+        ("step of MaMuJoCo", agents),
+    ):
         print(f"\n| {title}, MuJoCo {ENGINE} | mjenv, us | Gymnasium, us | Gymnasium / mjenv |\n|---|---:|---:|---:|")
         for name, calls in lines():
             times = [[microseconds(call) for call in calls] for _ in range(rounds)]
