@@ -479,6 +479,13 @@ mjenv_status mjenv_observe(mjenv_env* env, const mjenv_batch* out) {
   });
 }
 
+mjenv_status mjenv_observe_row(mjenv_env* env, std::int64_t row, const mjenv_batch* out) {
+  return change_env(env, out, [&](Env& e, const mjenv_batch& batch) {
+    need(out, "out");
+    e.observe(row, batch);
+  });
+}
+
 mjenv_status mjenv_copy_row(mjenv_env* env, const std::uint8_t* mask, std::int64_t from) {
   return change_env(env, [&](Env& e) { e.copy_row(mask, from); });
 }

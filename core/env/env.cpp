@@ -392,6 +392,16 @@ void Env::observe(const mjenv_batch& out) {
   for_held_rows_first([&](Worker& worker, std::int64_t row) { episodes_.observe(worker, row, {out, rows(), row}); });
 }
 
+void Env::observe(std::int64_t row, const mjenv_batch& out) {
+  check_received();
+  workers_.pool().check_here();
+  rows_.check(row);
+  schema_.check(out, rows());
+  Worker& worker = workers_.of(row);
+  worker.attempt(row, [&] { episodes_.observe(worker, row, {out, rows(), row}); });
+  workers_.raise();
+}
+
 template <typename Body>
 void Env::for_held_rows_first(const Body& body) {
   std::vector<std::uint8_t> done(static_cast<std::size_t>(rows()));

@@ -72,6 +72,7 @@ class Env {
   void step(const std::uint8_t* mask, const Action& actions, const mjenv_batch& out);
   void rollout(const Action& actions, std::int64_t steps, const mjenv_batch& out);
   void observe(const mjenv_batch& out);
+  void observe(std::int64_t row, const mjenv_batch& out);
 
   // The parts of resets and steps of a physics_only task, whose outputs the caller computes. ctrl: null, or
   // what the caller has made of the actions. given: what the caller has computed; null: nothing.

@@ -184,6 +184,7 @@ static void test_null_env(void** state) {
   assert_refused(wanted, mjenv_simulate(b->env, 0, NULL, 3, 1), "ctrl is NULL");
   assert_refused(wanted, mjenv_observe(NULL, &b->out->batch), "env is NULL");
   assert_refused(wanted, mjenv_observe(b->env, NULL), "out is NULL");
+  assert_refused(wanted, mjenv_observe_row(b->env, 0, NULL), "out is NULL");
   assert_refused(wanted, mjenv_snapshot(NULL, 0, values, sizeof values, &count), "env is NULL");
   assert_refused(wanted, mjenv_snapshot(b->env, 0, NULL, 8, &count), "NULL");
   assert_refused(wanted, mjenv_snapshot(b->env, 0, values, sizeof values, NULL), "NULL");
@@ -253,6 +254,7 @@ static void test_batch_sizes(void** state) {
     assert_refused(MJENV_E_SIZE, mjenv_reset(b->env, NULL, &reset_info), "reset_info_count", "2");
     assert_refused(MJENV_E_SIZE, mjenv_observe(b->env, &rows), "rows");
     assert_refused(MJENV_E_SIZE, mjenv_observe(b->env, &obs), "obs_count");
+    assert_refused(MJENV_E_SIZE, mjenv_observe_row(b->env, 0, &obs), "obs_count");
   }
   mjenv_batch dtype = b->out->batch;
   const mjenv_dtype no_floats[] = {0,
@@ -386,6 +388,7 @@ static void test_rows(void** state) {
     assert_refused(MJENV_E_VALUE, mjenv_copy_row(b->env, NULL, row), "row", "0..2");
     assert_refused(MJENV_E_VALUE, mjenv_simulate(b->env, row, numbers, 3, 1), "row", "0..2");
     if (row == -1) continue;  // names all rows there
+    assert_refused(MJENV_E_VALUE, mjenv_observe_row(b->env, row, &b->out->batch), "row", "0..2");
     assert_refused(MJENV_E_VALUE, mjenv_get_stream(b->env, row, words, 4), "row");
     assert_refused(MJENV_E_VALUE, mjenv_set_stream(b->env, row, words, 4), "row");
     assert_refused(MJENV_E_VALUE, mjenv_read(b->env, row, "qpos", values, 64, &count), "row", "0..2");

@@ -246,6 +246,12 @@ static void test_observe(void** state) {
   batch.obs_dtype = MJENV_DTYPE_FLOAT32;
   assert_ok(mjenv_observe(p->many, &batch));
   for (size_t i = 0; i < count; ++i) assert_true(narrow[i] == (float)seen[i]);
+  const size_t width = (size_t)p->out->obs_count;
+  for (int64_t row = ROWS - 1; row >= 0; --row) {  // one by one; the others' elements stay
+    for (size_t i = 0; i < count; ++i) narrow[i] = -7;
+    assert_ok(mjenv_observe_row(p->many, row, &batch));
+    for (size_t i = 0; i < count; ++i) assert_true(narrow[i] == (i / width == (size_t)row ? (float)seen[i] : -7));
+  }
   free(seen);
   free(narrow);
   pair_free(p);

@@ -61,6 +61,7 @@ static void refuse_env(mjenv_env* env) {
   assert_refused(wanted, mjenv_set_state(env, 0, numbers, 6, numbers, 6), why);
   assert_refused(wanted, mjenv_simulate(env, 0, numbers, 3, 1), why);
   assert_refused(wanted, mjenv_observe(env, &batch), why);
+  assert_refused(wanted, mjenv_observe_row(env, 0, &batch), why);
   assert_refused(wanted, mjenv_copy_row(env, mask, 0), why);
   assert_refused(wanted, mjenv_snapshot(env, 0, values, sizeof values, &count), why);
   assert_refused(wanted, mjenv_restore(env, 0, values, sizeof values), why);

@@ -263,7 +263,7 @@ class Calls {
     const auto mask = bytes_.list<std::uint8_t>(4);
     const mjenv_batch* out = batch(s, changed);
     check(mjenv_reset(s.env.get(), bytes_.flag() ? nullptr : mask.data(), out));
-    if (out) check(mjenv_observe(s.env.get(), out));
+    if (out) check(mjenv_observe(s.env.get(), out)), check(mjenv_observe_row(s.env.get(), 0, out));
   }
 
   void roll() {

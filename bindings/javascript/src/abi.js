@@ -232,6 +232,7 @@ export const mjenv_batch = struct(96, {
  * @property {(env: number, least: bigint, timeout: number, rows: number, capacity: bigint, count: number, out: number) => number} mjenv_recv
  * @property {(env: number, action: number, count: bigint, dtype: number, steps: bigint, out: number) => number} mjenv_rollout
  * @property {(env: number, out: number) => number} mjenv_observe
+ * @property {(env: number, row: bigint, out: number) => number} mjenv_observe_row
  * @property {(env: number, mask: number, qpos: number, nq: bigint, qvel: number, nv: bigint, out: number) => number} mjenv_begin
  * @property {(env: number, mask: number, action: number, count: bigint, dtype: number, seen: number) => number} mjenv_act
  * @property {(env: number, mask: number, action: number, count: bigint, dtype: number, ctrl: number, ctrl_count: bigint, out: number) => number} mjenv_advance

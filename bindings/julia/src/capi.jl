@@ -501,13 +501,13 @@ const FUNCTIONS = (
     :mjenv_create, :mjenv_destroy, :mjenv_info_of, :mjenv_lane_stages_of, :mjenv_options_of, :mjenv_space_of,
     :mjenv_field_count, :mjenv_field_at, :mjenv_seed, :mjenv_seed_row, :mjenv_get_stream, :mjenv_set_stream,
     :mjenv_draw, :mjenv_seed_actions, :mjenv_sample_actions, :mjenv_reset, :mjenv_step, :mjenv_send, :mjenv_recv,
-    :mjenv_rollout, :mjenv_observe, :mjenv_begin, :mjenv_act, :mjenv_advance, :mjenv_finish, :mjenv_compute_reward,
-    :mjenv_read, :mjenv_mirror, :mjenv_object_count, :mjenv_object_index, :mjenv_object_name, :mjenv_set_state,
-    :mjenv_reset_data, :mjenv_write, :mjenv_write_row, :mjenv_set_constants, :mjenv_set_constants_row, :mjenv_simulate,
-    :mjenv_copy_row, :mjenv_snapshot, :mjenv_restore, :mjenv_randomize, :mjenv_randomization, :mjenv_render_defaults,
-    :mjenv_renderer_create, :mjenv_renderer_destroy, :mjenv_renderer_gl, :mjenv_render, :mjenv_render_segmentation,
-    :mjenv_window_create, :mjenv_window_destroy, :mjenv_window_is_open, :mjenv_window_draw, :mjenv_register_task,
-    :mjenv_load_tasks, :mjenv_task_functions
+    :mjenv_rollout, :mjenv_observe, :mjenv_observe_row, :mjenv_begin, :mjenv_act, :mjenv_advance, :mjenv_finish,
+    :mjenv_compute_reward, :mjenv_read, :mjenv_mirror, :mjenv_object_count, :mjenv_object_index, :mjenv_object_name,
+    :mjenv_set_state, :mjenv_reset_data, :mjenv_write, :mjenv_write_row, :mjenv_set_constants, :mjenv_set_constants_row,
+    :mjenv_simulate, :mjenv_copy_row, :mjenv_snapshot, :mjenv_restore, :mjenv_randomize, :mjenv_randomization,
+    :mjenv_render_defaults, :mjenv_renderer_create, :mjenv_renderer_destroy, :mjenv_renderer_gl, :mjenv_render,
+    :mjenv_render_segmentation, :mjenv_window_create, :mjenv_window_destroy, :mjenv_window_is_open, :mjenv_window_draw,
+    :mjenv_register_task, :mjenv_load_tasks, :mjenv_task_functions
 )
 mjenv_abi_version(engine) =
     ccall(address(engine, 1), UInt32, ())
@@ -589,76 +589,78 @@ mjenv_rollout(env, action, count, dtype, steps, out) =
     ccall(address(env, 39), mjenv_status, (Ptr{mjenv_env}, Ptr{Cvoid}, Int64, mjenv_dtype, Int64, Ptr{mjenv_batch}), env, action, count, dtype, steps, out)
 mjenv_observe(env, out) =
     ccall(address(env, 40), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_batch}), env, out)
+mjenv_observe_row(env, row, out) =
+    ccall(address(env, 41), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{mjenv_batch}), env, row, out)
 mjenv_begin(env, mask, qpos, nq, qvel, nv, out) =
-    ccall(address(env, 41), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Float64}, Int64, Ptr{Float64}, Int64, Ptr{mjenv_batch}), env, mask, qpos, nq, qvel, nv, out)
+    ccall(address(env, 42), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Float64}, Int64, Ptr{Float64}, Int64, Ptr{mjenv_batch}), env, mask, qpos, nq, qvel, nv, out)
 mjenv_act(env, mask, action, count, dtype, seen) =
-    ccall(address(env, 42), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Cvoid}), env, mask, action, count, dtype, seen)
+    ccall(address(env, 43), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Cvoid}), env, mask, action, count, dtype, seen)
 mjenv_advance(env, mask, action, count, dtype, ctrl, ctrl_count, out) =
-    ccall(address(env, 43), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Float64}, Int64, Ptr{mjenv_batch}), env, mask, action, count, dtype, ctrl, ctrl_count, out)
+    ccall(address(env, 44), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{Cvoid}, Int64, mjenv_dtype, Ptr{Float64}, Int64, Ptr{mjenv_batch}), env, mask, action, count, dtype, ctrl, ctrl_count, out)
 mjenv_finish(env, mask, given, out) =
-    ccall(address(env, 44), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}, Ptr{mjenv_batch}), env, mask, given, out)
+    ccall(address(env, 45), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Ptr{mjenv_batch}, Ptr{mjenv_batch}), env, mask, given, out)
 mjenv_compute_reward(env, achieved, desired, count, rewards, reward_count) =
-    ccall(address(env, 45), mjenv_status, (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64), env, achieved, desired, count, rewards, reward_count)
+    ccall(address(env, 46), mjenv_status, (Ptr{mjenv_env}, Ptr{Float64}, Ptr{Float64}, Int64, Ptr{Float64}, Int64), env, achieved, desired, count, rewards, reward_count)
 mjenv_read(env, row, array, values, capacity, count) =
-    ccall(address(env, 46), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}), env, row, array, values, capacity, count)
+    ccall(address(env, 47), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64, Ptr{Int64}), env, row, array, values, capacity, count)
 mjenv_mirror(env, row, array, values, bytes) =
-    ccall(address(env, 47), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Cvoid}, Int64), env, row, array, values, bytes)
+    ccall(address(env, 48), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Cvoid}, Int64), env, row, array, values, bytes)
 mjenv_object_count(env, type, count) =
-    ccall(address(env, 48), mjenv_status, (Ptr{mjenv_env}, Cstring, Ptr{Int64}), env, type, count)
+    ccall(address(env, 49), mjenv_status, (Ptr{mjenv_env}, Cstring, Ptr{Int64}), env, type, count)
 mjenv_object_index(env, type, name, index) =
-    ccall(address(env, 49), mjenv_status, (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}), env, type, name, index)
+    ccall(address(env, 50), mjenv_status, (Ptr{mjenv_env}, Cstring, Cstring, Ptr{Int64}), env, type, name, index)
 mjenv_object_name(env, type, index, name) =
-    ccall(address(env, 50), mjenv_status, (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}), env, type, index, name)
+    ccall(address(env, 51), mjenv_status, (Ptr{mjenv_env}, Cstring, Int64, Ptr{Cstring}), env, type, index, name)
 mjenv_set_state(env, row, qpos, nq, qvel, nv) =
-    ccall(address(env, 51), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64), env, row, qpos, nq, qvel, nv)
+    ccall(address(env, 52), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Ptr{Float64}, Int64), env, row, qpos, nq, qvel, nv)
 mjenv_reset_data(env, mask) =
-    ccall(address(env, 52), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}), env, mask)
+    ccall(address(env, 53), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}), env, mask)
 mjenv_write(env, mask, array, values, count) =
-    ccall(address(env, 53), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64), env, mask, array, values, count)
+    ccall(address(env, 54), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Cstring, Ptr{Float64}, Int64), env, mask, array, values, count)
 mjenv_write_row(env, row, array, values, count) =
-    ccall(address(env, 54), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64), env, row, array, values, count)
+    ccall(address(env, 55), mjenv_status, (Ptr{mjenv_env}, Int64, Cstring, Ptr{Float64}, Int64), env, row, array, values, count)
 mjenv_set_constants(env, mask) =
-    ccall(address(env, 55), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}), env, mask)
+    ccall(address(env, 56), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}), env, mask)
 mjenv_set_constants_row(env, row) =
-    ccall(address(env, 56), mjenv_status, (Ptr{mjenv_env}, Int64), env, row)
+    ccall(address(env, 57), mjenv_status, (Ptr{mjenv_env}, Int64), env, row)
 mjenv_simulate(env, row, ctrl, count, frames) =
-    ccall(address(env, 57), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64), env, row, ctrl, count, frames)
+    ccall(address(env, 58), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Float64}, Int64, Int64), env, row, ctrl, count, frames)
 mjenv_copy_row(env, mask, from) =
-    ccall(address(env, 58), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Int64), env, mask, from)
+    ccall(address(env, 59), mjenv_status, (Ptr{mjenv_env}, Ptr{UInt8}, Int64), env, mask, from)
 mjenv_snapshot(env, row, image, capacity_bytes, size_bytes) =
-    ccall(address(env, 59), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}), env, row, image, capacity_bytes, size_bytes)
+    ccall(address(env, 60), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64, Ptr{Int64}), env, row, image, capacity_bytes, size_bytes)
 mjenv_restore(env, row, image, size_bytes) =
-    ccall(address(env, 60), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64), env, row, image, size_bytes)
+    ccall(address(env, 61), mjenv_status, (Ptr{mjenv_env}, Int64, Ptr{Cvoid}, Int64), env, row, image, size_bytes)
 mjenv_randomize(env, document) =
-    ccall(address(env, 61), mjenv_status, (Ptr{mjenv_env}, Cstring), env, document)
+    ccall(address(env, 62), mjenv_status, (Ptr{mjenv_env}, Cstring), env, document)
 mjenv_randomization(env, document) =
-    ccall(address(env, 62), mjenv_status, (Ptr{mjenv_env}, Ptr{Cstring}), env, document)
+    ccall(address(env, 63), mjenv_status, (Ptr{mjenv_env}, Ptr{Cstring}), env, document)
 mjenv_render_defaults(env, settings) =
-    ccall(address(env, 63), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}), env, settings)
+    ccall(address(env, 64), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}), env, settings)
 mjenv_renderer_create(env, settings, renderer) =
-    ccall(address(env, 64), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}), env, settings, renderer)
+    ccall(address(env, 65), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_renderer}}), env, settings, renderer)
 mjenv_renderer_destroy(renderer) =
-    ccall(address(renderer, 65), Cvoid, (Ptr{mjenv_renderer},), renderer)
+    ccall(address(renderer, 66), Cvoid, (Ptr{mjenv_renderer},), renderer)
 mjenv_renderer_gl(renderer) =
-    ccall(address(renderer, 66), Cstring, (Ptr{mjenv_renderer},), renderer)
+    ccall(address(renderer, 67), Cstring, (Ptr{mjenv_renderer},), renderer)
 mjenv_render(renderer, row, rgb, rgb_count, depth, depth_count) =
-    ccall(address(renderer, 67), mjenv_status, (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64), renderer, row, rgb, rgb_count, depth, depth_count)
+    ccall(address(renderer, 68), mjenv_status, (Ptr{mjenv_renderer}, Int64, Ptr{UInt8}, Int64, Ptr{Float32}, Int64), renderer, row, rgb, rgb_count, depth, depth_count)
 mjenv_render_segmentation(renderer, row, objects, count) =
-    ccall(address(renderer, 68), mjenv_status, (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64), renderer, row, objects, count)
+    ccall(address(renderer, 69), mjenv_status, (Ptr{mjenv_renderer}, Int64, Ptr{Int32}, Int64), renderer, row, objects, count)
 mjenv_window_create(env, settings, window) =
-    ccall(address(env, 69), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}), env, settings, window)
+    ccall(address(env, 70), mjenv_status, (Ptr{mjenv_env}, Ptr{mjenv_render_settings}, Ptr{Ptr{mjenv_window}}), env, settings, window)
 mjenv_window_destroy(window) =
-    ccall(address(window, 70), Cvoid, (Ptr{mjenv_window},), window)
+    ccall(address(window, 71), Cvoid, (Ptr{mjenv_window},), window)
 mjenv_window_is_open(window) =
-    ccall(address(window, 71), Int32, (Ptr{mjenv_window},), window)
+    ccall(address(window, 72), Int32, (Ptr{mjenv_window},), window)
 mjenv_window_draw(window, row) =
-    ccall(address(window, 72), mjenv_status, (Ptr{mjenv_window}, Int64), window, row)
+    ccall(address(window, 73), mjenv_status, (Ptr{mjenv_window}, Int64), window, row)
 mjenv_register_task(engine, task) =
-    ccall(address(engine, 73), mjenv_status, (Ptr{mjenv_task},), task)
+    ccall(address(engine, 74), mjenv_status, (Ptr{mjenv_task},), task)
 mjenv_load_tasks(engine, path) =
-    ccall(address(engine, 74), mjenv_status, (Cstring,), path)
+    ccall(address(engine, 75), mjenv_status, (Cstring,), path)
 mjenv_task_functions(engine) =
-    ccall(address(engine, 75), Ptr{mjenv_task_api}, ())
+    ccall(address(engine, 76), Ptr{mjenv_task_api}, ())
 
 # The library's functions for callbacks; api is a Ptr{mjenv_task_api}.
 task_fail_with(api, message) =

@@ -1096,6 +1096,25 @@ def test_methods_that_build_takes_away() -> None:
     assert flat(env.step(action)[0]) == flat(as_long.step(action)[0])
 
 
+def test_observing_and_resetting_one_row_sees_that_row_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    envs, alone = mjenv.make_vec("NumpyHopper-v5", 50), mjenv.make("Hopper-v5")
+    envs.reset(seed=1)
+    alone.reset(seed=4)
+    rows, observe = [], NumpyHopper.observe
+    monkeypatch.setattr(NumpyHopper, "observe", lambda task, sim: [rows.append(len(sim.qpos)), observe(task, sim)][1])
+    state = np.array([0, 1.2, 0.1, 0, 0, 0]), np.array([0, 1.0, 0, 2, 0, 0])
+    for row in envs.envs[2:4]:
+        row.set_state(*state)
+    alone.set_state(*state)
+    assert flat(envs.envs[3].observe()) == flat(alone.observe())
+    assert flat(envs.envs[3].reset(seed=8)[0]) == flat(alone.reset(seed=8)[0])
+    assert rows == [1, 1]
+    # A reset of some rows still returns the others' observations as they are.
+    seen = envs.reset(options={"reset_mask": np.arange(50) == 7})[0]
+    alone.set_state(*state)
+    assert flat(seen[2]) == flat(alone.observe())
+
+
 def test_restoring_one_row_reads_that_row_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     envs = mjenv.make_vec("NumpyHopper-v5", 50)
     envs.reset(seed=1)

@@ -587,6 +587,10 @@ MJENV_API mjenv_status mjenv_rollout(mjenv_env *env, const void *action, int64_t
  * mjenv_restore. Errors: SIZE, PHYSICS, TASK. */
 MJENV_API mjenv_status mjenv_observe(mjenv_env *env, const mjenv_batch *out);
 
+/* The same for one row, in a time that does not depend on the number of rows. out has room for all rows; the other rows'
+ * elements stay as they are. */
+MJENV_API mjenv_status mjenv_observe_row(mjenv_env *env, int64_t row, const mjenv_batch *out);
+
 /* ---- Resets and steps whose outputs the caller computes ----
  * For "Batch-v0", and tasks with physics_only (mjenv/task.h), the caller computes observations, rewards and infos: for
  * all rows at once, in any language, from the arrays of the option "arrays". The library does what it does for other

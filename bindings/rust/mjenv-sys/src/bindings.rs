@@ -280,6 +280,7 @@ extern "C" {
     pub fn mjenv_recv(env: *mut mjenv_env, least: i64, timeout: f64, rows: *mut i64, capacity: i64, count: *mut i64, out: *const mjenv_batch) -> mjenv_status;
     pub fn mjenv_rollout(env: *mut mjenv_env, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, steps: i64, out: *const mjenv_batch) -> mjenv_status;
     pub fn mjenv_observe(env: *mut mjenv_env, out: *const mjenv_batch) -> mjenv_status;
+    pub fn mjenv_observe_row(env: *mut mjenv_env, row: i64, out: *const mjenv_batch) -> mjenv_status;
     pub fn mjenv_begin(env: *mut mjenv_env, mask: *const u8, qpos: *const f64, nq: i64, qvel: *const f64, nv: i64, out: *const mjenv_batch) -> mjenv_status;
     pub fn mjenv_act(env: *mut mjenv_env, mask: *const u8, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, seen: *mut ::std::os::raw::c_void) -> mjenv_status;
     pub fn mjenv_advance(env: *mut mjenv_env, mask: *const u8, action: *const ::std::os::raw::c_void, count: i64, dtype: mjenv_dtype, ctrl: *const f64, ctrl_count: i64, out: *const mjenv_batch) -> mjenv_status;

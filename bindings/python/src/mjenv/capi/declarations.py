@@ -367,6 +367,8 @@ class Library(CDLL):
         self.mjenv_rollout.restype = c_int32
         self.mjenv_observe.argtypes = (c_void_p, POINTER(mjenv_batch))
         self.mjenv_observe.restype = c_int32
+        self.mjenv_observe_row.argtypes = (c_void_p, c_int64, POINTER(mjenv_batch))
+        self.mjenv_observe_row.restype = c_int32
         self.mjenv_begin.argtypes = (
             c_void_p,
             POINTER(c_uint8),

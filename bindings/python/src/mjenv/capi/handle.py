@@ -402,6 +402,12 @@ class Rows:
         """Frees the handle. Closing twice is fine."""
         self.closed, self._pointer, self._owned = True, None, None
 
+    def only(self, row: int) -> NDArray[np.bool_]:
+        """The mask of one row."""
+        mask = np.zeros(self.count, np.bool_)
+        mask[row] = True
+        return mask
+
     # ---- outputs of all rows; the caller must have the turn ----
 
     def reset(self, mask: NDArray[np.bool_] | None, out: Any) -> None:
@@ -411,6 +417,10 @@ class Rows:
     def observe(self, out: Any) -> None:
         """Writes the observations of the rows as they are."""
         self.check(self.engine.mjenv_observe(self.pointer, out))
+
+    def observe_row(self, row: int, out: Any) -> None:
+        """Writes that of one row alone."""
+        self.check(self.engine.mjenv_observe_row(self.pointer, row, out))
 
     def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
         """Plays `steps` actions of each row."""
@@ -669,8 +679,7 @@ class Rows:
 
     def reset_data(self, row: int) -> None:
         """Calls mj_resetData for a row."""
-        mask = None if self.count == 1 else pointer_to(np.arange(self.count) == row, c_uint8)
-        self.change(self.engine.mjenv_reset_data, mask)
+        self.change(self.engine.mjenv_reset_data, pointer_to(self.only(row), c_uint8))
 
     def simulate(self, row: int, ctrl: NDArray[Any], frames: int) -> None:
         if frames != _int64(frames):

@@ -138,6 +138,10 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
         mask, pool = reset_mask_of(options, self.num_envs), self._pool
         pool.check_settled()
         pool.reseed(seed, mask)
+        self._rows.flush()
+        if mask is not None and pool.stale:
+            self.observe()
+        pool.stale = False
         return self._begin(mask, lambda: (self._observations(), pool.outputs.reset_infos(mask)))
 
     def _reset_row(self, row: int, seed: int | None) -> Any:
@@ -145,15 +149,12 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
         outputs = self._pool.outputs
         self._pool.check_settled()
         self._pool.reseed_row(row, seed)
-        return self._begin(np.arange(self.num_envs) == row, lambda: outputs.observations.copy(outputs.obs[row]))
+        self._rows.flush()
+        return self._begin(self._rows.only(row), lambda: outputs.observations.copy(outputs.obs[row]))
 
     def _begin(self, mask: BoolArray | None, results: Callable[[], T]) -> T:
-        self._rows.flush()
-        if mask is not None and self._pool.stale:
-            self.observe()
         with self._rows.changing():
             self._rows.reset(mask, self._pool.out)
-            self._pool.stale = False
             found = results()
         if self._in_windows:
             self.render()
@@ -264,18 +265,16 @@ class VectorEnv(Whole, gymnasium.vector.VectorEnv[Any, Array, Array]):
 
     def observe(self) -> Any:
         """The observations of the rows as they are, without a step: after restore, copy_row or rollout, for example."""
-        return self._observed(self._observations)
-
-    def _observe_row(self, row: int) -> Any:
-        """The observation of one row, for which the library computes those of all rows."""
-        outputs = self._pool.outputs
-        return self._observed(lambda: outputs.observations.copy(outputs.obs[row]))
-
-    def _observed(self, results: Callable[[], Any]) -> Any:
         with self._rows.changing():
             self._rows.observe(self._pool.out)
             self._pool.stale = False
-            return results()
+            return self._observations()
+
+    def _observe_row(self, row: int) -> Any:
+        outputs = self._pool.outputs
+        with self._rows.changing():
+            self._rows.observe_row(row, self._pool.out)
+            return outputs.observations.copy(outputs.obs[row])
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike, mask: BoolArray | None = None) -> None:
         """Sets qpos (num_envs, nq) and qvel (num_envs, nv) of the rows where mask is True, of all rows without a mask.

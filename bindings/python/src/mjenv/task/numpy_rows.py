@@ -157,6 +157,15 @@ class NumpyRows(Rows):
         self._finish(None, found)
         self._show_arrays(found)
 
+    def observe_row(self, row: int, out: Any) -> None:
+        self._give_up()
+        self.check(self.engine.mjenv_observe_row(self.pointer, row, byref(self._inner.struct)))
+        chosen = np.array([row])
+        self._given.obs[chosen] = self._observations(self._sim_of(chosen)[0])
+        found = _Out(out._obj, self)
+        self._finish(self.only(row), found)
+        self._show_arrays(found)
+
     def rollout(self, actions: NDArray[Any], steps: int, out: Any) -> None:
         self._give_up()
         actions = actions.reshape(self.count, steps, -1)
@@ -337,7 +346,7 @@ class NumpyRows(Rows):
         else:
             for row in chosen.tolist():
                 self._resetting.row, self._resetting.error = row, None
-                self._begin_masked(np.arange(self.count) == row)
+                self._begin_masked(self.only(row))
                 if self._resetting.error is not None:
                     raise self._resetting.error
                 for name, values in self._resetting.state.items() if not self._failed[row] else ():
@@ -357,14 +366,9 @@ class NumpyRows(Rows):
 
     def _carried(self, chosen: NDArray[np.intp]) -> Sim:
         """The simulations of these rows, after the task's carry."""
-        state, sim = self._state, self._sim
+        sim, state = self._sim, self._state
         if len(chosen) < self.count:
-            arrays, parameters, state = (
-                {name: values[chosen] for name, values in of.items()}
-                for of in (self._views, self._parameters, self._state)
-            )
-            own = _OwnOfStep(self._own, chosen)
-            sim = Sim(arrays, state, parameters, own, Random(()), np.zeros((len(chosen), self._task.nv)))
+            sim, state = self._sim_of(chosen)
         if len(chosen):
             self._task.carry(sim)
             self._checked.bounded("step or carry", state, chosen)
@@ -372,6 +376,14 @@ class NumpyRows(Rows):
             for name, values in state.items():
                 self._state[name][chosen] = values
         return sim
+
+    def _sim_of(self, chosen: NDArray[np.intp]) -> tuple[Sim, dict[str, Float64Array]]:
+        """The simulations of these rows, and the task's state in them."""
+        arrays, parameters, state = (
+            {name: values[chosen] for name, values in of.items()} for of in (self._views, self._parameters, self._state)
+        )
+        own, kick = _OwnOfStep(self._own, chosen), np.zeros((len(chosen), self._task.nv))
+        return Sim(arrays, state, parameters, own, Random(()), kick), state
 
     def _observations(self, sim: Sim) -> NDArray[Any]:
         obs, width = self._checked.observe(sim), self._given.obs.shape[1]
