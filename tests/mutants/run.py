@@ -94,8 +94,14 @@ class Verdict(enum.IntEnum):
 SECONDS = 0.1
 
 
+def equal_in(name: str) -> set[str]:
+    """What a file names as equal: mutants and lines."""
+    lines = [line.strip() for line in (HERE / name).read_text().splitlines()]
+    return {line for line in lines if line and not line.startswith("#")}
+
+
 class Judge:
-    def __init__(self, folder: Path, program: Path, only: str, all_mutants: bool) -> None:
+    def __init__(self, folder: Path, program: Path, only: str, all_mutants: bool, mujoco4: bool) -> None:
         self.folder, self.program = folder / "verdicts", program
         self.only, self.all_mutants = only, all_mutants
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -104,8 +110,9 @@ class Judge:
         self.killer: dict[int, str] = {}
         self.watched: set[tuple[str, int]] = set()  # the lines of which a mutant is killed
         self.seconds: dict[str, float] = {}
-        equal = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
-        self.equal = {line for line in equal if line and not line.startswith("#")}
+        self.file = "equal4.txt" if mujoco4 else "equal.txt"  # MuJoCo 4.0 shares the frame with 2.2.2
+        self.own = equal_in(self.file)
+        self.equal = self.own | equal_in("equal.txt")
 
     def path(self, test: str) -> Path:
         return self.folder / test.replace(" ", "+").replace(":", "")
@@ -220,9 +227,9 @@ class Judge:
         print(f"{'':22}", *(f"{verdict:>10}" for verdict in verdicts))
         for file, count in counts.items():
             print(f"{file:22}", *(f"{count[verdict]:10}" for verdict in verdicts))
-        stale = self.equal - {name(mutant) for mutant in self.mutants for name in (key, source_of)}
+        stale = self.own - {name(mutant) for mutant in self.mutants for name in (key, source_of)}
         for name in sorted(stale):
-            print(f"equal.txt names what is neither a mutant nor a line with mutants: {name}")
+            print(f"{self.file} names what is neither a mutant nor a line with mutants: {name}")
         return not stale and not sum(counts["all"][verdict] for verdict in verdicts[2:])
 
 
@@ -290,7 +297,8 @@ def main() -> None:
     folder = (arguments.folder or ROOT / ("build/mutants4" if arguments.mujoco4 else "build/mutants")).resolve()
     if not arguments.program and not arguments.report:
         build(folder, arguments.mujoco4)
-    judge = Judge(folder, arguments.program or folder / "cmake/tests/core/test_core", arguments.only, arguments.all)
+    program = arguments.program or folder / "cmake/tests/core/test_core"
+    judge = Judge(folder, program, arguments.only, arguments.all, arguments.mujoco4)
     again = arguments.test or []
     for test in again:
         judge.path(test).unlink(missing_ok=True)
