@@ -152,8 +152,7 @@ void place(Lanes& d) {
     const int first = m.body_jntadr[i], count = m.body_jntnum[i], parent = m.body_parentid[i];
     if (count == 1 && m.jnt_type[first] == mjJNT_FREE) {
       copy(pos, qpos + m.jnt_qposadr[first], 3);
-      copy(quat, qpos + m.jnt_qposadr[first] + 3, 4);
-      normalize4(quat);
+      copy(quat, qpos + m.jnt_qposadr[first] + 3, 4);  // normalised below
       copy(xanchor + 3 * first, pos, 3);
       for (int k = 0; k < 3; ++k) xaxis[3 * first + k] = splat(jnt_axis[3 * first + k]);
     } else {
