@@ -88,7 +88,7 @@ std::string Calls::out_of_bounds(const void* numbers) const {
         return element_is("carried", static_cast<std::size_t>(i), value) + ", not " + number(bounds.low) + " to " +
                number(bounds.high);
     }
-  return "";
+  return {};
 }
 
 // Fails if the callback wrote a number outside of its bounds, because an image with that number could not be restored.

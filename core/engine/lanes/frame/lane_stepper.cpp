@@ -109,10 +109,12 @@ void LaneStepper::gather(Party writer) {
 }
 
 void LaneStepper::scatter(Party reader, unsigned rows) {
+  std::array<mjData*, kMaxWidth> taking{};
+  for (int row = 0; row < count_; ++row)
+    if (rows >> row & 1) taking[row] = data_[row];
   std::array<double*, kMaxWidth> to{};
   for (const LaneArray& array : read_[index_of(reader)]) {
-    for (int lane = 0; lane < code_.width; ++lane)
-      to[lane] = lane < count_ && rows >> lane & 1 ? data_[lane]->*array.data : spare_.data();
+    for (int lane = 0; lane < code_.width; ++lane) to[lane] = taking[lane] ? taking[lane]->*array.data : spare_.data();
     code_.scatter(to.data(), lanes_.*array.numbers, array.count);
   }
 }
