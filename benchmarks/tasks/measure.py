@@ -34,7 +34,7 @@ def start(kind: str, arguments: argparse.Namespace) -> Worker:
     python = {"gymnasium": arguments.reference_python, "mujoco-batch": arguments.peers_python}.get(kind)
     if python is None:
         python = arguments.numba_python
-        folders = ("bindings/python/tests", "extras/numba/python", "extras/numba/tests")
+        folders = ("bindings/python/tests", "extras/batch/python", "extras/numba/python", "extras/numba/tests")
         path += [Path(arguments.package), *(ROOT / folder for folder in folders)]
         environment["MJENV_LIBRARY"] = arguments.library
     environment["PYTHONPATH"] = os.pathsep.join(map(str, path))

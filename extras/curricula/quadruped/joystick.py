@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from mjenv_batch import Random, Sim
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.task import Model, Random, Setting, Sim
+from mjenv.task import Model, Setting
 from mjenv.task.locomotion import Terrain, air_time, touching
 
 ID = "QuadrupedJoystickNumPy-v0"

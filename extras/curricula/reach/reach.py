@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from mjenv_batch import Random, Sim
 from numpy.typing import NDArray
 
 import mjenv
-from mjenv.task import Model, Random, Sim
+from mjenv.task import Model
 
 ID = "Reach-v0"
 LENGTHS = (0.4, 0.3)  # of the links, m

@@ -11,8 +11,8 @@ import pytest
 
 import mjenv
 import mjenv.task
-from check_python_tasks import check_steps, flat, pair
 from tasks_of_numba import NumbaHopper
+from tasks_of_python import check_steps, flat, pair
 
 mjenv.register("NumbaHopper-v5", NumbaHopper)
 

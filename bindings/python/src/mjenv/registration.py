@@ -6,7 +6,6 @@ import os
 import sys
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,14 @@ from typing import Any
 from gymnasium.envs.registration import EnvSpec
 
 from mjenv import errors
+from mjenv.beside import listed, value_of
 from mjenv.capi import handle
 from mjenv.capi.declarations import Status
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.schema import EngineInfo, Option
 from mjenv.gym import namespace
 from mjenv.task import Task
-from mjenv.task.numpy_rows import NumpyRows
-from mjenv.task.registered import Registered
+from mjenv.task.registered import Registered, is_code
 
 _TASKS: dict[str, None] = {}  # the files that load_tasks has loaded, in their order
 
@@ -163,11 +162,20 @@ def register(id: str, task: type[Task]) -> None:
     """
     if not isinstance(task, type) or not issubclass(task, Task):
         raise errors.OptionError(f"a task is a class derived from mjenv.Task, not {task!r}", Status.E_TYPE)
-    registered = Registered(id, task)
+    if is_code(task):
+        registered = Registered(id, task)
+    elif "NumpyRegistered" in listed("NAMES"):
+        registered = value_of("NumpyRegistered")(id, task)
+    else:
+        raise errors.OptionError(
+            f"{task.__name__} has no machine code, and the program that computes NumPy tasks is not installed: "
+            "install mjenv with the programs of its folder extras",
+            Status.E_TYPE,
+        )
 
     def registration(engine: Engine) -> None:
         registered.register(engine)
-        handle.OPENERS[id] = registered.open if registered.is_code else partial(NumpyRows, registered)
+        handle.OPENERS[id] = registered.open
 
     ENGINES.register(registration)
     namespace.register_ids()

@@ -60,7 +60,7 @@ def rust_plugin() -> Path:
         ("CppAnt-v5", lambda: PLUGINS / "libant_cpp.so"),
         ("RustHopper-v5", rust_plugin),
         ("NumbaHopper-v5", lambda: ROOT / "extras/numba/tests/check_numba_tasks.py"),
-        ("NumpyHopper-v5", lambda: TESTS / "check_python_tasks.py"),
+        ("NumpyHopper-v5", lambda: ROOT / "extras/batch/tests/check_numpy_tasks.py"),
     ],
 )
 def test_own_tasks_appear(id: str, file: Any, tab: Any) -> None:

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv.errors import InvalidValueError
-from mjenv.task import Model, Sim
+from mjenv.task import Model
 
 _HEIGHT_FIELD = 1  # mjGEOM_HFIELD
 
 
-def touching(sim: Sim, geoms: Sequence[int], other: int) -> NDArray[np.bool_]:
+def touching(sim: Any, geoms: Sequence[int], other: int) -> NDArray[np.bool_]:
     """For each row and each of these geoms, whether it touches the other geom: (rows, geoms).
 
     Two geoms touch if they have a contact whose distance is at most 0. The task needs "ncon", "contact.geom1",

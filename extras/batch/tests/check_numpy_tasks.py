@@ -1,65 +1,31 @@
-"""Tasks written in Python. tests/run gives these tests a process of their own, because a task stays registered."""
+"""Tasks written in NumPy. tests/run gives these tests a process of their own, because a task stays registered."""
 
 import copy
-import ctypes
-import gc
 import pickle
-import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, suppress
-from pathlib import Path
+from contextlib import closing
 from types import CodeType
 from typing import Any
 
 import gymnasium
+import mjenv_batch
 import numpy as np
 import pytest
+from mjenv_batch import Random, Sim
+from mjenv_batch.rows import NumpyRows
 
 import mjenv
 from interrupts import interrupted_before
-from mjenv.capi import handle, task_declarations
-from mjenv.capi.engine import ENGINES, Engines
-from mjenv.task import Field, Random, Setting, Sim
-from mjenv.task.registered import Registered
-from tasks_of_python import NumpyHopper
+from mjenv.task import Setting
+from tasks_of_python import NumpyHopper, check_steps, flat, pair
+from test_misuse import INTERPRETERS, run
 
-INCLUDE = Path(__file__).resolve().parents[3] / "capi" / "include"
 PENDULUM = """<mujoco><worldbody><body name="pole"><joint name="hinge" type="hinge" axis="0 1 0"/>
 <geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.05"/></body></worldbody>
 <actuator><motor joint="hinge" ctrllimited="true" ctrlrange="-1 1"/></actuator></mujoco>"""
 
 mjenv.register("NumpyHopper-v5", NumpyHopper)
-
-
-def flat(values: Any) -> Any:
-    """What two results must have in common: types, shapes and bits."""
-    if isinstance(values, dict):
-        return {name: flat(value) for name, value in values.items()}
-    if isinstance(values, (tuple, list)):
-        return [flat(value) for value in values]
-    if values is None:
-        return None
-    array = np.asarray(values)
-    return flat(list(array)) if array.dtype == object else (array.dtype.str, array.shape, array.tobytes())
-
-
-def pair(rows: int = 64, own: str = "NumpyHopper-v5", **options: Any) -> list[mjenv.VectorEnv]:
-    envs = [mjenv.make_vec(id, rows, **options) for id in ("Hopper-v5", own)]
-    assert flat(envs[0].reset(seed=3)) == flat(envs[1].reset(seed=3))
-    return envs
-
-
-def check_steps(envs: list[mjenv.VectorEnv], steps: int, dtype: Any = np.float32, seed: int = 0) -> int:
-    """Steps both and returns how many episodes ended."""
-    stream, ended = np.random.default_rng(seed), 0
-    for _ in range(steps):
-        action = stream.uniform(-1, 1, (envs[0].num_envs, 3)).astype(dtype)
-        built_in, own = (env.step(action) for env in envs)
-        assert flat(built_in) == flat(own)
-        ended += int((built_in[2] | built_in[3]).sum())
-    return ended
 
 
 @pytest.mark.parametrize(
@@ -828,112 +794,11 @@ def test_bounds_of_the_state() -> None:
             mjenv.make_vec("Bounded-v0", 1)
 
 
-# ---- machine code ----
-
-CODE = """
-#include <mjenv/task.h>
-int32_t reset(const double *self, mjenv_start *start) {
-  start->qpos[0] = mjenv_random_uniform(start->random, -self[0], self[0]);
-  start->carried[1] = start->carry_count;
-  return 0;
-}
-int32_t observe(const double *self, const mjenv_sim *sim, double *observation) {
-  observation[0] = sim->qpos[0], observation[1] = sim->qvel[0], observation[2] = sim->carried[1];
-  return 0;
-}
-int32_t step(const double *self, const mjenv_sim *sim, mjenv_outcome *outcome) {
-  if (sim->action[0] > 0.9) return mjenv_task_fail(sim->api, "too strong");
-  outcome->reward = self[0] + sim->action[0], outcome->carried[1] += 1;
-  outcome->info[0] = sim->geom_xpos[2], outcome->terminated = sim->qpos[0] > self[1];
-  return 0;
-}
-"""
-
-SIZES = r"""
-#include <mjenv/task.h>
-#include <stdio.h>
-#define SHOW(type, last) printf(#type " %zu %zu\n", sizeof(type), offsetof(type, last))
-int main(void) {
-  SHOW(mjenv_task_option, reserved); SHOW(mjenv_task_field, group); SHOW(mjenv_task_camera, elevation);
-  SHOW(mjenv_sim, reserved2); SHOW(mjenv_start, own); SHOW(mjenv_outcome, qvel); SHOW(mjenv_control, qvel);
-  SHOW(mjenv_task_api, control_forward); SHOW(mjenv_builder, task); SHOW(mjenv_task, compute_reward);
-}
-"""
-
-
-def compiled(folder: Path, source: str, *options: str) -> Path:
-    (folder / "code.c").write_text(source)
-    made = folder / "code.so"
-    subprocess.run(["cc", "-I", INCLUDE, *options, "-o", made, folder / "code.c"], check=True)
-    return made
-
-
-def test_structs_are_those_of_the_header(tmp_path: Path) -> None:
-    shown = subprocess.run([compiled(tmp_path, SIZES)], check=True, capture_output=True, text=True).stdout
-    assert len(shown.splitlines()) == 10
-    for line in shown.splitlines():
-        name, size, offset = line.split()
-        struct = getattr(task_declarations, name)
-        assert (ctypes.sizeof(struct), getattr(struct, struct._fields_[-1][0]).offset) == (int(size), int(offset)), name
-
-
-def test_functions_of_a_shared_object(tmp_path: Path) -> None:
-    code = ctypes.CDLL(str(compiled(tmp_path, CODE, "-shared", "-fPIC")))
-
-    class Coded(mjenv.Task):
-        model = PENDULUM
-        options = {"spread": 0.25}  # noqa: RUF012
-        needs = ("geom_xpos",)
-        state = {"a": (), "b": ()}  # noqa: RUF012
-        observation_fields = {"all": 3}  # noqa: RUF012
-        info_fields = {"height": Field(doc="of the geom, m")}  # noqa: RUF012
-        reset, observe, step = code.reset, code.observe, code.step
-
-        def build(self, model: Any) -> Any:
-            assert model.index("body", "pole") == 1
-            return [self.spread, 0.1]  # type: ignore[attr-defined]
-
-    mjenv.register("Coded-v0", Coded)
-    gc.collect()
-    envs = mjenv.make_vec("Coded-v0", 4, num_threads=2, spread=0.5)
-    obs, _ = envs.reset(seed=1)
-    drawn = [np.random.default_rng(1 + row).uniform(-0.5, 0.5) for row in range(4)]
-    np.testing.assert_array_equal(obs[:, 0], drawn)
-    np.testing.assert_array_equal(obs[:, 2], 2)
-    image = envs.snapshot()
-    first = envs.step(np.full((4, 1), 0.5))
-    np.testing.assert_array_equal(first[1], 1.0)
-    np.testing.assert_array_equal(first[0][:, 2], 3)
-    np.testing.assert_array_equal(first[2], first[0][:, 0] > 0.1)
-    assert (first[4]["height"] < 0).all()
-    envs.restore(image)
-    assert flat(envs.step(np.full((4, 1), 0.5))) == flat(first)
-    with pytest.raises(mjenv.TaskError, match="too strong"):
-        envs.step(np.ones((4, 1)))
-
-    class Bounded(Coded):
-        state_bounds = {"b": (0, 2)}  # noqa: RUF012
-
-    mjenv.register("BoundedCode-v0", Bounded)
-    bounded = mjenv.make_vec("BoundedCode-v0", 1)
-    bounded.reset(seed=1)
-    with pytest.raises(mjenv.TaskError, match=r"step: carried\[1\] is 3, not 0 to 2"):
-        bounded.step(np.zeros((1, 1)))
-
-    class Refused(Coded):
-        def build(self, model: Any) -> Any:
-            return [model.index("body", "leg")]
-
-    mjenv.register("Refused-v0", Refused)
-    with pytest.raises(mjenv.ModelError, match="leg"):
-        mjenv.make_vec("Refused-v0", 1)
-
-
 # ---- Interrupts ----
 
 
 def is_numpy_rows(code: CodeType) -> bool:
-    return code.co_filename == mjenv.task.numpy_rows.__file__
+    return code.co_filename == mjenv_batch.rows.__file__
 
 
 @pytest.mark.parametrize("mode", ["disabled", "next_step"])
@@ -964,8 +829,9 @@ def test_an_interrupted_reset_keeps_the_random_streams(mode: str) -> None:
 
 
 def builds_a_task(code: CodeType) -> bool:
-    names = ("create", "_build_environment", "prepare", "_describe_numpy", "open")
-    return code.co_name in names and code.co_filename == mjenv.task.registered.__file__
+    names = ("create", "_build_environment", "prepare", "describe", "_describe_methods", "open")
+    files = mjenv.task.registered.__file__, mjenv_batch.registered.__file__
+    return code.co_name in names and code.co_filename in files
 
 
 def test_an_interrupt_of_a_build_is_a_keyboard_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -976,63 +842,6 @@ def test_an_interrupt_of_a_build_is_a_keyboard_interrupt(monkeypatch: pytest.Mon
     assert instruction > 200
     with closing(mjenv.make_vec("NumpyHopper-v5", 2)) as envs:
         envs.reset(seed=1)
-
-
-def tells_engines(code: CodeType) -> bool:
-    files = mjenv.capi.engine.__file__, mjenv.task.registered.__file__, mjenv.registration.__file__
-    return code.co_filename in files and code.co_name in ("get", "_load", "register", "_register", "registration")
-
-
-def test_an_interrupt_of_a_registration_leaves_nothing_half_made() -> None:
-    """The task has its id and works, or it can be registered again; no thread waits for ever."""
-    instruction = 0
-    while True:
-        id = f"Interrupted-v{instruction}"
-        kind = type("Copied", (NumpyHopper,), {})
-        if not interrupted_before(lambda id=id, kind=kind: mjenv.register(id, kind), instruction, tells_engines):
-            break
-        gc.collect()
-        with ThreadPoolExecutor(1) as thread:
-            thread.submit(ENGINES.register, lambda engine: None).result(timeout=60)
-        if id not in mjenv.ids():
-            mjenv.register(id, kind)
-        with closing(mjenv.make_vec(id, 1)) as envs, closing(mjenv.make_vec("NumpyHopper-v5", 1)) as others:
-            assert flat(envs.reset(seed=1)) == flat(others.reset(seed=1))
-            assert flat(envs.step(np.ones((1, 3)))) == flat(others.step(np.ones((1, 3))))
-        instruction += 1
-    assert instruction > 100
-
-
-def test_an_interrupt_while_an_engine_is_loaded() -> None:
-    instruction = 0
-    while True:
-        engines, id = Engines(), f"Loaded-v{instruction}"
-        engines.register(Registered(id, NumpyHopper).register)
-        if not interrupted_before(engines.get, instruction, tells_engines):
-            break
-        assert id in handle.ids(engines.get())
-        instruction += 1
-    assert instruction > 50
-
-
-def test_a_registration_that_fails_changes_nothing() -> None:
-    """Also where an interrupt comes when it has failed: then an engine tells once, and works from then on."""
-    with pytest.raises(mjenv.InvalidValueError, match="built-in"):
-        mjenv.register("Hopper-v5", NumpyHopper)
-    failed = instruction = 0
-    while interrupted_before(lambda: refuse("Hopper-v5"), instruction, tells_engines):
-        try:
-            ENGINES.get()
-        except mjenv.InvalidValueError:
-            failed += 1
-        assert isinstance(mjenv.make("Hopper-v5").unwrapped, mjenv.Environment)
-        instruction += 1
-    assert failed > 0
-
-
-def refuse(id: str) -> None:
-    with suppress(mjenv.InvalidValueError):
-        mjenv.register(id, NumpyHopper)
 
 
 class OptionalMap(Reach):
@@ -1119,10 +928,45 @@ def test_restoring_one_row_reads_that_row_alone(monkeypatch: pytest.MonkeyPatch)
     envs = mjenv.make_vec("NumpyHopper-v5", 50)
     envs.reset(seed=1)
     image, rows = envs.snapshot(3), []
-    read = type(envs._pool.rows)._read_into
-    monkeypatch.setattr(
-        type(envs._pool.rows), "_read_into", lambda self, *rest: (rows.append(rest[1]), read(self, *rest))
-    )
+    for name in ("_numbers", "_read_row"):
+        read = getattr(NumpyRows, name)
+        seen = lambda self, row, *rest, read=read: (rows.append(row), read(self, row, *rest))[1]  # noqa: E731
+        monkeypatch.setattr(NumpyRows, name, seen)
     envs.restore(image, 7)
-    assert set(rows) <= {7}
+    assert set(rows) == {7}
     assert envs.snapshot(7) == image
+
+
+@pytest.mark.skipif(not INTERPRETERS, reason="this Python has no subinterpreters")
+def test_after_subinterpreters() -> None:
+    """In Python 3.10 and 3.11, each of them gives ctypes.POINTER other types in this interpreter."""
+    said = run(
+        f"""
+import {INTERPRETERS} as interpreters
+import numpy as np
+
+class Slider(mjenv.Task):
+    model = {PENDULUM!r}
+    current = True
+    own = ("body_mass",)
+
+    def reset_row(self, start):
+        start.qpos[0] = start.rng.uniform(-1, 1)
+        start.own["body_mass"][1] = start.sim.xpos[1, 2] + 1
+
+    def observe(self, sim):
+        return np.concatenate([sim.qpos, sim.own["body_mass"]], axis=1)
+
+    def step(self, sim, action):
+        return sim.qpos[:, 0], sim.qpos[:, 0] > 9, {{}}
+
+for version in range(3):
+    mjenv.register("Slider-v%d" % version, Slider)
+    env = mjenv.make("Slider-v%d" % version)
+    print(*(part.tobytes() for part in (env.reset(seed=3)[0], env.step(np.ones(1))[0])))
+    inner = interpreters.create()
+    interpreters.run_string(inner, "import ctypes")
+    interpreters.destroy(inner)"""
+    )
+    first, *others = said.splitlines()
+    assert others == [first, first]

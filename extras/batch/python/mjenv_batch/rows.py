@@ -27,8 +27,9 @@ from mjenv.capi.schema import Field
 from mjenv.capi.turns import Turn
 from mjenv.errors import ResetNeeded, TaskError
 from mjenv.rows.step import views
-from mjenv.task import Drawing, Random, Sim, Size
-from mjenv.task.registered import Checked, Registered, Resetting, overrides
+from mjenv.task.registered import Registered, overrides
+from mjenv_batch.checked import Checked, NumpyBuild, Resetting
+from mjenv_batch.sim import Drawing, Random, Sim, Size
 
 BoolArray = NDArray[np.bool_]
 
@@ -85,8 +86,13 @@ class NumpyRows(Rows):
         self._task = registered.kind()
         given = {**options, "arrays": " ".join(name for name in names if name not in of_model)}
         given["max_contacts"] = settings["max_contacts"] or registered.kind.max_contacts
-        self._resetting = Resetting(id, self._task) if registered.resets_rows else None
-        width = registered.create(partial(super().__init__, engine, id, given, count), self._task, self._resetting)
+        self._resetting = Resetting(id, self._task) if overrides(self._task, "reset_row") else None
+        now = NumpyBuild(self._task, resetting=self._resetting)
+        try:
+            registered.create(partial(super().__init__, engine, id, given, count), now)
+            width = now.width
+        finally:
+            del now  # breaks the cycle of its error, the traceback and this frame
         self.options = dict(options)
         self.has_goals = overrides(self._task, "compute_reward")
         self._checked = Checked(id, self._task)
@@ -221,10 +227,11 @@ class NumpyRows(Rows):
         what = "is a NumPy task, which computes all rows at once: send works only with tasks in machine code"
         raise TaskError(f"{self.id} {what}", Status.E_TASK)
 
-    def _read_fields(self, role: Role) -> list[Field]:
-        has_bools = role in (Role.INFO, Role.RESET_INFO)
-        fields = super()._read_fields(role)
-        return [replace(one, type=BOOL) if has_bools and one.type == Dtype.UINT8 else one for one in fields]
+    def fields(self, role: Role) -> tuple[Field, ...]:
+        found = super().fields(role)
+        if role not in (Role.INFO, Role.RESET_INFO):
+            return found
+        return tuple(replace(one, type=BOOL) if one.type == Dtype.UINT8 else one for one in found)
 
     def _step(self, action: NDArray[Any], out: _Out) -> int:
         self._begin_call()
@@ -318,8 +325,8 @@ class NumpyRows(Rows):
 
     def _give_up(self) -> None:
         """Ends a step or reset in which the task has raised an exception or an interrupt has come."""
-        if self._open and self._pointer is not None:
-            self.check(self.engine.mjenv_finish(self._pointer, None, None, None))
+        if self._open and not self.closed:
+            self.check(self.engine.mjenv_finish(self.pointer, None, None, None))
             self._open = False
 
     def _reset_rows(self, resets: BoolArray, out: _Out) -> None:
@@ -476,7 +483,12 @@ class NumpyRows(Rows):
     def _read_parameters(self, rows: Iterable[int]) -> None:
         for name, values in self._parameters.items():
             for row in rows:
-                values[row] = self._read(row, _PREFIX + name, values[row].size).reshape(values.shape[1:])
+                values[row] = self._numbers(row, _PREFIX + name, values[row].size).reshape(values.shape[1:])
+
+    def _numbers(self, row: int, name: str, size: int) -> Float64Array:
+        values = np.empty(size)
+        self.call(self.engine.mjenv_read, row, name.encode(), pointer_to(values, c_double), size, byref(c_int64()))
+        return values
 
     def is_copied(self, name: str) -> bool:
         return name.startswith(_PREFIX) or bool(self._named(name))
@@ -497,7 +509,11 @@ class NumpyRows(Rows):
         if name is not None and name.startswith(_PREFIX):
             self._read_parameters(rows)
         else:
-            in_turn(NumpyRows._read_model)(self, self._named(name), rows)
+            self._read_again(name, rows)
+
+    @in_turn
+    def _read_again(self, name: str | None, rows: Iterable[int]) -> None:
+        self._read_model(self._named(name), rows)
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
@@ -536,7 +552,7 @@ class NumpyRows(Rows):
         rows = range(self.count) if row == declarations.ALL_ROWS else range(row, row + 1)
         ends = np.cumsum([0, *(values[0].size for values in self._state.values())]).tolist()
         for of_row in rows if self._state else ():
-            carried = self._read(of_row, "carried", ends[-1])
+            carried = self._numbers(of_row, "carried", ends[-1])
             for values, first, end in zip(self._state.values(), ends, ends[1:], strict=False):
                 values[of_row] = carried[first:end].reshape(values.shape[1:])
         self._read_parameters(rows)
@@ -640,7 +656,7 @@ class _RowDraws(Random):
 
     def _draw(self, size: Size, draw: Drawing, kind: Distribution | None = None, low: Any = 0, high: Any = 0) -> Any:
         if kind is None or self._streams:
-            return super()._draw(size, draw)
+            return self.each(size, draw)
         values = np.zeros(self._shape(size))
         self._load()
         engine, words = self._rows.engine, pointer_to(self._words, c_uint64)
