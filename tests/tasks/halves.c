@@ -325,11 +325,19 @@ static void test_batch(void** state) {
   assert_refused(MJENV_E_TASK, mjenv_create(chosen, 2, &env), twice);
   assert_ok(mjenv_options_set_string(chosen, "infos", "speed height"));
   assert_ok(mjenv_options_set_string(chosen, "reset_infos", "start"));
-  assert_ok(mjenv_options_set_integer(chosen, "observations", 3));
+  for (const char** wrong = (const char*[]){"mass", "=1", "policy/=1", "mass=-1", "mass=9999999", NULL}; *wrong;
+       ++wrong) {
+    assert_ok(mjenv_options_set_string(chosen, "terms", *wrong));
+    assert_refused(MJENV_E_TASK, mjenv_create(chosen, 2, &env), "is not GROUP/NAME=COUNT or NAME=COUNT");
+  }
+  assert_ok(mjenv_options_set_string(chosen, "terms", "policy/joints=1 policy/speed=1 mass=1"));  // for observations=3
   assert_ok(mjenv_options_set_integer(chosen, "carried", 4));
   assert_ok(mjenv_options_set_integer(chosen, "actions", 2));
   env = env_of_options(chosen, 2);
   assert_int_equal(role_count(env, MJENV_ROLE_OBSERVATION), 3);
+  mjenv_field field = MJENV_FIELD_INIT;
+  assert_ok(mjenv_field_at(env, MJENV_ROLE_GROUPS, 0, &field));
+  assert_true(strcmp(field.name, "policy") == 0 && field.count == 2);
   assert_int_equal(role_count(env, MJENV_ROLE_INFO), 2);
   assert_int_equal(role_count(env, MJENV_ROLE_RESET_INFO), 1);
   assert_int_equal(action_count(env), 2);

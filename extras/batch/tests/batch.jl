@@ -77,6 +77,88 @@ end
     @test same(found.obs, wanted.obs) && found.reward === found.info.steps === 1.0
 end
 
+# The walker's level is kept; its speed is written by the program. Of its reward, the step draws a part.
+struct Walk <: MJEnv.BatchTask end
+
+MJEnv.state_of(::Walk) = (level = 1, speed = 1, start = 1)
+MJEnv.reset!(::Walk, rng, rows) =
+    ([0, 1.25, 0, 0, 0, 0] .+ zeros(6, rows), zeros(6, rows), (level = rng.state.level .+ 1, start = MJEnv.uniform(rng, 0, 1)))
+MJEnv.observe(::Walk, sim) = (policy = vcat(sim.qpos, sim.speed), critic = vcat(sim.level, sim.start))
+
+function MJEnv.step!(::Walk, sim, action)
+    sim.level .+= 0.25
+    return (reward = vec(sim.speed .* MJEnv.uniform(sim.rng, 0, 1)), terminated = falses(length(sim.speed)))
+end
+
+walk(; options...) = MJEnv.BatchEnv(
+    Walk(); model = "hopper.xml", observations = (policy = (qpos = 6, speed = 1), critic = 2), rows = 3, max_episode_steps = 4,
+    options...,
+)
+
+@testset "groups, kept and written state, draws of steps, $mode" for mode in (:next_step, :same_step)
+    envs = walk(; autoreset_mode = mode)
+    seed!(envs.env, 1)
+    @test [field.name for field in MJEnv.fields(envs.env, :observation)] == ["qpos", "speed", "critic"]
+    reset!(envs)
+    envs.state.speed .= [1.0 2.0 -1.0]
+    # NumPy's default_rng(1), of which the reset has drawn the first number
+    numbers = [0.5118216247002567, 0.9504636963259353, 0.14415961271963373, 0.9486494471372439, 0.31183145201048545, 0.42332644897257565]
+    @test MJEnv.groups(envs.batch).critic[:, 1] == [1, numbers[1]]
+    for step in 1:4
+        found = step!(envs, zeros(3, 3))
+        @test found.reward[1] == numbers[step + 1] && sign.(found.reward) == [1, 1, -1]
+    end
+    level, drawn = MJEnv.groups(envs.batch).critic[:, 1]
+    if mode == :next_step
+        @test (level, drawn) == (2, numbers[1])
+        level, drawn = (step!(envs, zeros(3, 3)); MJEnv.groups(envs.batch).critic[:, 1])
+    end
+    @test (level, drawn) == (3, numbers[6])
+    @test MJEnv.groups(envs.batch).policy[7, :] == [1, 2, -1]
+    randomize!(envs.env, """{"noise": {"observation": {"policy": 0.1}}}""")
+    reset!(envs)
+    critic = copy(MJEnv.groups(envs.batch).critic)
+    @test critic[1, :] == [4, 4, 4] && MJEnv.groups(envs.batch).policy[7, 1] != 1
+end
+
+@testset "rollouts, $mode" for mode in (:next_step, :same_step, :disabled)
+    options = (max_episode_steps = 30, autoreset_mode = mode)
+    env, envs = Env("Hopper-v5"; rows = 8, history = 2, options...), hop(; options...)
+    foreach(each -> (seed!(each, 5)), (env, envs.env))
+    reset!(env), reset!(envs)
+    actions = [((7i + 11row + 3step) % 19) / 9 - 1 for i in 1:3, step in 1:40, row in 1:8]
+    wanted, found = rollout(env, actions), rollout(envs, actions)
+    @test same(found.obs, wanted.obs) && same(found.terminated, wanted.terminated) && same(found.truncated, wanted.truncated)
+    @test same(found.reward, found.info.steps) && iszero(found.reward[40, :]) && maximum(found.reward) > 5
+    @test_throws Union{ArgumentError,MJEnvError} rollout(envs, actions)
+    reset!(envs), reset!(env)
+    @test same(rollout(envs, actions[:, 1:3, :]).obs, rollout(env, actions[:, 1:3, :]).obs)
+end
+
+isdefined(MJEnv, :Learner) && @testset "a learner" begin
+    settings = (rollout_steps = 32, minibatch_size = 64, hidden = (16,))
+    learners = map(1:2) do _
+        envs = walk(; autoreset_mode = :same_step)
+        envs.state.speed .= 1
+        MJEnv.Learner(envs; seed = 3, actor_obs = [index <= 7 for index in 1:9], settings...)
+    end
+    first, second = learners
+    MJEnv.train!(first, 5 * 96)
+    foreach(_ -> MJEnv.train!(second, 96), 1:5)
+    @test MJEnv.report(first).updates == 5 && MJEnv.policy_text(first) == MJEnv.policy_text(second)
+    @test occursin("\ninput qpos 6\ninput speed 1\nmean", MJEnv.policy_text(first))
+    mktempdir() do folder
+        MJEnv.save(first, joinpath(folder, "checkpoint"))
+        MJEnv.train!(MJEnv.load!(second, joinpath(folder, "checkpoint")), 96)
+        @test MJEnv.report(second).updates == 6
+    end
+    first.stepped.state.speed .= NaN
+    @test_throws MJEnvError MJEnv.train!(first, 96)
+    first.stepped.state.speed .= 1
+    MJEnv.train!(first, 96)
+    @test MJEnv.report(first).updates == 6
+end
+
 @testset "errors" begin
     envs = hop()
     reset!(envs)  # from the system's entropy

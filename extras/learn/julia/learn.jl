@@ -97,6 +97,9 @@ seeds and resets the environment, which others must not use until the learner is
 [`MJEnv.learn_settings`](@ref)`(env.id)`; `rows` is that of the environment. The same seed gives the same bits with any
 number of `threads`.
 
+In place of an [`Env`](@ref), `env` may be an environment that Julia steps, such as an `MJEnv.BatchEnv`: an object with the fields
+`env` and `batch`, and methods of `reset!` and `step!`.
+
 You may read the fields `env` and `settings`. `close(learner)` frees its memory at once; without it the garbage
 collector frees it at some time.
 
@@ -112,15 +115,41 @@ mutable struct Learner
     handle::Ptr{mjenv_learner}
     env::Env
     settings::NamedTuple
+    stepped::Any  # what Julia steps; nothing: the library steps env
+    restarts::Bool  # the rollout under way was given up
 
-    function Learner(env::Env; seed::Integer = 1, threads::Integer = 1, settings...)
+    function Learner(create, env::Env, stepped, seed::Integer, threads::Integer, settings)
         chosen = learn_settings(env.id; rows = env.rows, settings...)
         created = Ref{Ptr{mjenv_learner}}(C_NULL)
-        calls = Ref(learn_calls(env.handle.engine))
         words = text("$(setting_words(chosen)) seed=$seed threads=$threads")
-        learn_check(inside(handle -> mjenv_learner_create(calls, handle, text(env.id), words, created), env))
-        return finalizer(destroy, new(created[], env, chosen))
+        learn_check(inside(handle -> create(handle, text(env.id), words, created), env))
+        return finalizer(destroy, new(created[], env, chosen, stepped, false))
     end
+end
+
+function Learner(env::Env; seed::Integer = 1, threads::Integer = 1, settings...)
+    calls = Ref(learn_calls(env.handle.engine))
+    create(handle, id, words, created) = mjenv_learner_create(calls, handle, id, words, created)
+    return Learner(create, env, nothing, seed, threads, settings)
+end
+
+function Learner(stepped; seed::Integer = 1, threads::Integer = 1, settings...)
+    env, obs = stepped.env, stepped.batch.obs
+    env.same_step || throw(ArgumentError("training needs the option autoreset_mode = :same_step"))
+    seed!(env, seed)
+    reset!(stepped)
+    spaces = [Ref(space_of(env.handle, role)) for role in (MJENV_ROLE_OBSERVATION, MJENV_ROLE_ACTION)]
+    create(_, id, words, created) = mjenv_learner_create_apart(spaces..., id, words, obs, length(obs), created)
+    learner = Learner(create, env, stepped, seed, threads, settings)
+    names, counts = terms_of(env)
+    learning(handle -> mjenv_learner_describe(handle, Cstring(C_NULL), names, counts, length(names)), learner)
+    return learner
+end
+
+# The names and lengths of the terms of an observation.
+function terms_of(env::Env)
+    terms = fields(env, :observation)
+    return [term.name for term in terms], [Int64(length(term.range)) for term in terms]
 end
 
 destroy(learner::Learner) = (mjenv_learner_destroy(learner.handle); learner.handle = C_NULL; nothing)
@@ -143,8 +172,29 @@ also because of Ctrl-C, the learner is as after its last update. Returns `learne
 function train!(learner::Learner, steps::Integer)
     steps >= 0 || throw(ArgumentError("steps is $steps, less than 0"))
     for _ in 1:cld(steps, learner.settings.rows * learner.settings.rollout_steps)
-        inside(_ -> learning(handle -> mjenv_learner_train(handle, 1), learner), learner.env)
+        if learner.stepped === nothing
+            inside(_ -> learning(handle -> mjenv_learner_train(handle, 1), learner), learner.env)
+        else
+            play_rollout!(learner, learner.stepped)
+        end
     end
+    return learner
+end
+
+function play_rollout!(learner::Learner, stepped)
+    if learner.restarts
+        reset!(stepped)
+        obs = stepped.batch.obs
+        learning(handle -> mjenv_learner_restart(handle, obs, length(obs)), learner)
+    end
+    learner.restarts = true
+    action = zeros(Float32, learner.env.action_count, learner.env.rows)
+    for _ in 1:(learner.settings.rollout_steps)
+        learning(handle -> mjenv_learner_act(handle, action, length(action)), learner)
+        step!(stepped, action)
+        GC.@preserve stepped learning(handle -> mjenv_learner_feed(handle, raw(stepped.batch, learner.env)), learner)
+    end
+    learner.restarts = false
     return learner
 end
 
@@ -239,6 +289,7 @@ Continues from a checkpoint, bit for bit. The learner must have been made for th
 """
 function load!(learner::Learner, path::AbstractString)
     inside(_ -> learning(handle -> mjenv_learner_load(handle, text(path)), learner), learner.env)
+    learner.restarts = learner.stepped !== nothing
     return learner
 end
 
@@ -313,11 +364,10 @@ Returns where the numbers that the policy sees are in an observation of the envi
 error that names the term if the observation lacks one.
 """
 function places(policy::Policy, env::Env)
-    terms = fields(env, :observation)
-    names, counts = [term.name for term in terms], [Int64(length(term.range)) for term in terms]
+    names, counts = terms_of(env)
     found = zeros(Int64, policy.observations)
     GC.@preserve policy learn_check(
-        mjenv_policy_find(policy.handle, names, counts, length(terms), found, length(found)),
+        mjenv_policy_find(policy.handle, names, counts, length(names), found, length(found)),
     )
     return found .+ 1
 end
