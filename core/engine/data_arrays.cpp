@@ -47,7 +47,7 @@ std::vector<std::string> on_demand_arrays() {
   return names;
 }
 
-std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
+std::vector<Array> data_arrays(const mjModel& m, const mjData& d, const std::function<const mjModel&()>& present) {
   std::vector<Array> list{{"time", MJENV_DTYPE_FLOAT64, {}, &d.time},
                           {"energy", MJENV_DTYPE_FLOAT64, {2}, d.energy},
                           {"ncon", MJENV_DTYPE_INT32, {}, &d.ncon},
@@ -65,8 +65,6 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
                                      held_elements(m, d, name)});
                    }
                  });
-  // mjContact's mu and H are left out, because MuJoCo sets them only for elliptic cones. Otherwise they hold old
-  // values.
   const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
     using T = std::decay_t<decltype(*data)>;
     const auto type = std::is_same_v<T, int> ? MJENV_DTYPE_INT32 : MJENV_DTYPE_FLOAT64;
@@ -82,14 +80,19 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d) {
   add_of_contacts("contact.friction", contact->friction, 5);
   add_of_contacts("contact.solref", contact->solref, mjNREF);
   add_of_contacts("contact.solimp", contact->solimp, mjNIMP);
+  add_of_contacts("contact.mu", &contact->mu, 1);
+  add_of_contacts("contact.H", contact->H, 36);
   add_of_contacts("contact.dim", &contact->dim, 1);
   add_of_contacts("contact.geom1", &contact->geom1, 1);
   add_of_contacts("contact.geom2", &contact->geom2, 1);
   add_of_contacts("contact.exclude", &contact->exclude, 1);
   add_of_contacts("contact.efc_address", &contact->efc_address, 1);
+  add_more_of_contacts(contact, add_of_contacts);
   // MuJoCo has a function for the force, but no array.
   add_of_contacts("contact.force", contact->frame, 6);
-  list.back().compute = [&](std::int64_t i, double* force) { mj_contactForce(&m, &d, static_cast<int>(i), force); };
+  list.back().compute = [&d, present](std::int64_t i, double* force) {
+    mj_contactForce(&present(), &d, static_cast<int>(i), force);
+  };
   // MuJoCo's counts of warnings, as 0 or 1, because a row does not store the counts.
   list.push_back(
       {"warnings", MJENV_DTYPE_INT32, {mjNWARNING}, d.warning, sizeof(mjWarningStat), [] { return mjNWARNING; }});

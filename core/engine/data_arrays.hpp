@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,10 @@
 
 namespace mjenv::core {
 
-// Lists the arrays. They point into the model and mjData, which must not move.
-std::vector<Array> data_arrays(const mjModel_& model, const mjData_& data);
+// Lists the arrays. They point into the model and mjData, which must not move. present: returns the model with the values
+// of the row that mjData holds.
+std::vector<Array> data_arrays(const mjModel_& model, const mjData_& data,
+                               const std::function<const mjModel_&()>& present);
 
 // Shortens the array to `count` contacts if it is an array of contacts and longer. 0: does not shorten it.
 Array with_contacts(Array array, std::int64_t count);

@@ -143,6 +143,10 @@ inline std::size_t stack_bytes(const mjModel& m) { return static_cast<std::size_
 inline int max_contacts(const mjModel& m) { return m.nconmax; }
 inline std::int64_t max_constraints(const mjModel& m) { return m.njmax; }
 
+// Calls add(name, member, columns) for the members of mjContact that only this version has.
+template <typename Add>
+void add_more_of_contacts(const mjContact*, const Add&) {}
+
 // Returns a function that tells how many elements of the array are in use, if that depends on the number of constraints
 // or on the tendons' sparse Jacobians. Otherwise the function is empty.
 inline std::function<std::int64_t()> held_by_constraints(const mjModel& m, const mjData& d, const std::string& name) {

@@ -159,6 +159,17 @@ inline int max_contacts(const mjModel& m) {
   return static_cast<int>(std::min(m.nconmax >= 0 ? m.nconmax : kDefault, room));
 }
 
+// Calls add(name, member, columns) for the members of mjContact that only this version has.
+template <typename Add>
+void add_more_of_contacts(const mjContact* contact, const Add& add) {
+  add("contact.solreffriction", contact->solreffriction, mjNREF);
+  add("contact.adhesion", &contact->adhesion, 1);
+  add("contact.surfacevel", contact->surfacevel, 3);
+  add("contact.flex", contact->flex, 2);
+  add("contact.elem", contact->elem, 2);
+  add("contact.vert", contact->vert, 2);
+}
+
 // Of how many constraints the forces can be read at most: njmax, or ten for each contact if that is not set.
 inline std::int64_t max_constraints(const mjModel& m) { return m.njmax >= 0 ? m.njmax : 10 * max_contacts(m); }
 

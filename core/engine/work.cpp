@@ -20,7 +20,9 @@ Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layou
   if (!data_) throw std::bad_alloc();
 }
 
-std::vector<Array> Work::arrays() const { return data_arrays(*model_->get(), *data_); }
+std::vector<Array> Work::arrays() const {
+  return data_arrays(*model_->get(), *data_, [this]() -> const mjModel& { return model(); });
+}
 
 void Work::use_model(const OwnArrays& arrays, const std::byte* block) {
   if (!view_) view_.emplace(*model_);

@@ -68,6 +68,59 @@ def test_forces_are_those_of_mujoco(solver: str, cone: str) -> None:
     assert pulls > 0
 
 
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_forces_of_a_row_with_its_own_cone(cone: str) -> None:
+    """mj_contactForce reads the cone of the row's own model."""
+    xml = MODEL.format(cone=cone, solver="Newton")
+    model, env = mujoco.MjModel.from_xml_string(xml), mjenv.make("Model-v0", xml_string=xml)
+    data = mujoco.MjData(model)
+    model.opt.cone = env.unwrapped.model.opt.cone = 1 - model.opt.cone
+    env.reset(seed=0)
+    mujoco.mj_forward(model, data)
+    seen = 0
+    for _ in range(STEPS):
+        env.step(np.ones(1))
+        data.ctrl[:] = 1
+        mujoco.mj_step(model, data)
+        assert env.unwrapped.data.qpos.tobytes() == data.qpos.tobytes()
+        assert env.unwrapped.data.contact.force.tobytes() == forces_of(model, data).tobytes()
+        seen += data.ncon
+    assert seen > 0
+
+
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+@pytest.mark.parametrize("solver", ["Newton", "PGS", "CG"])
+@pytest.mark.parametrize("lanes", [0, 2])
+def test_all_that_a_contact_has(solver: str, cone: str, lanes: int) -> None:
+    """Each attribute of a contact in MuJoCo's bindings, those that the solver keeps there among them."""
+    xml = MODEL.format(cone=cone, solver=solver)
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    envs = mjenv.make_vec("Model-v0", ROWS, xml_string=xml, lanes=lanes, num_threads=1)
+    envs.reset(seed=0)
+    mujoco.mj_forward(model, data)
+    names = [name for name in dir(mujoco.MjContact) if not name.startswith("_")]
+    assert {"mu", "H"} <= set(names)
+    moved = 0
+    for step in range(STEPS):
+        envs.step(np.ones((ROWS, 1)))
+        data.ctrl[:] = 1
+        mujoco.mj_step(model, data)
+        for row in (0, ROWS - 1) if step % 7 == 0 else ():
+            contacts = envs.envs[row].data.contact
+            assert len(contacts) == data.ncon
+            for number, ours in enumerate(contacts):
+                theirs = data.contact[number]
+                for name in names:
+                    value = np.asarray(getattr(theirs, name))
+                    # With NumPy 2, the package for MuJoCo 2.2.2 gives arrays without strides.
+                    value = np.lib.stride_tricks.as_strided(value, strides=(value.itemsize,) * value.ndim)
+                    found = np.asarray(getattr(ours, name), value.dtype)
+                    assert found.tobytes() == value.tobytes(), (step, row, number, name)
+                moved += int(np.any(theirs.H))
+    assert (moved > 0) == (cone == "elliptic" and solver == "Newton")
+
+
 def test_forces_after_set_state() -> None:
     """Those of mj_forward in the new state, and those of a step for rows whose arrays are computed again."""
     xml = MODEL.format(cone="pyramidal", solver="Newton")

@@ -28,7 +28,7 @@ _BODY = (
 )
 _DOFS = (
     "qvel qacc qacc_warmstart qacc_smooth qfrc_applied qfrc_passive qfrc_bias qfrc_actuator qfrc_smooth "
-    "qfrc_constraint qfrc_inverse cdof cdof_dot"
+    "qfrc_constraint qfrc_inverse cdof cdof_dot qLDiagInv qLDiagSqrtInv"
 )
 
 # Arrays of mjData by kind of object: attribute -> (array, part). Some exist only in MuJoCo 4.0.
@@ -42,7 +42,10 @@ _DATA: dict[str, dict[str, tuple[str, str]]] = {
     "light": {"xpos": ("light_xpos", _ROW), "xdir": ("light_xdir", _ROW)},
     "actuator": {name: (f"actuator_{name}", _ROW) for name in ("force", "length", "velocity")}
     | {"ctrl": ("ctrl", _ROW), "moment": ("actuator_moment", _MOMENT)},
-    "tendon": {name: (f"ten_{name}", _ROW) for name in ("length", "velocity")},
+    "tendon": {
+        name: (f"ten_{name}", _ROW)
+        for name in ("length", "velocity", "J", "J_rownnz", "J_rowadr", "J_colind", "wrapadr", "wrapnum")
+    },
     "sensor": {"data": ("sensordata", _SENSOR)},
 }
 
@@ -55,7 +58,7 @@ _MODEL: dict[str, tuple[tuple[str, str], ...]] = {
     "camera": (("cam_", _ROW),),
     "light": (("light_", _ROW),),
     "actuator": (("actuator_", _ROW),),
-    "tendon": (("tendon_", _ROW),),
+    "tendon": (("tendon_", _ROW), ("ten_", _ROW)),
     "sensor": (("sensor_", _ROW),),
 }
 # The same for objects whose other arrays do not belong to one object each, with the attributes that MuJoCo's bindings
@@ -64,7 +67,7 @@ _LISTED = {
     "mesh": ("mesh_", "vertadr vertnum faceadr facenum texcoordadr graphadr pathadr"),
     "skin": ("skin_", "matid rgba inflate vertadr vertnum texcoordadr faceadr facenum boneadr bonenum pathadr"),
     "hfield": ("hfield_", "size nrow ncol adr data pathadr"),
-    "texture": ("tex_", "type colorspace height width nchannel adr pathadr contenttypeadr"),
+    "texture": ("tex_", "type colorspace height width nchannel adr data rgb pathadr contenttypeadr"),
     "material": ("mat_", "texid texuniform texrepeat emission specular shininess reflectance rgba"),
     "pair": ("pair_", "dim geom1 geom2 signature solref solimp margin gap friction"),
     "exclude": ("exclude_", "signature"),
@@ -73,8 +76,14 @@ _LISTED = {
     "tuple": ("tuple_", "adr size objtype objid objprm"),
     "key": ("key_", "time qpos qvel act mpos mquat ctrl plastic"),
 }
-# The arrays of which an object has as many elements as its size says, from its address on.
-_SIZED_ARRAYS = ("hfield_data", "numeric_data", "tuple_objtype", "tuple_objid", "tuple_objprm")
+# The arrays of which an object has as many elements as its sizes say, from its address on: the names of these.
+_SIZED_ARRAYS = {
+    "hfield_data": "hfield_adr hfield_nrow hfield_ncol",
+    **dict.fromkeys(("tex_data", "tex_rgb"), "tex_adr tex_height tex_width tex_nchannel"),
+    "ten_J_colind": "ten_J_rowadr ten_J_rownnz",
+    "numeric_data": "numeric_adr numeric_size",
+    **dict.fromkeys(("tuple_objtype", "tuple_objid", "tuple_objprm"), "tuple_adr tuple_size"),
+}
 _QPOS_OF_MODEL = ("qpos0", "qpos_spring")
 
 # An array that holds an attribute of an object, and which part of the array belongs to the object.
@@ -275,7 +284,7 @@ class View(_Attributes):
         if part == _MOMENT and len(field.shape) == 1:
             take: Callable[[Any], Any] = self._moment
         elif part == _SIZED:
-            take = partial(self._sized, array.partition("_")[0])
+            take = partial(self._sized, *self._place(_SIZED_ARRAYS[array].split()))
         else:
             index: Any = self.id
             if part not in (_ROW, _MOMENT):
@@ -307,16 +316,28 @@ class View(_Attributes):
 
     def _moment(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """An actuator's row of actuator_moment, which is a sparse matrix in MuJoCo 4.0."""
-        first, count = (int(getattr(self._arrays, name)[self.id]) for name in ("moment_rowadr", "moment_rownnz"))
-        row = np.zeros(int(self._arrays._rows.value(Role.MODEL, "nv")))
-        row[self._arrays.moment_colind[first : first + count]] = values[first : first + count]
-        row.flags.writeable = False
-        return row
+        names = ("moment_rowadr", "moment_rownnz", "moment_colind")
+        starts, counts, columns = (np.asarray(getattr(self._arrays, name)) for name in names)
+        found = np.zeros((*values.shape[:-1], int(self._arrays._rows.value(Role.MODEL, "nv"))))
+        for row in np.ndindex(values.shape[:-1]):
+            first = starts[row][self.id]
+            held = slice(first, first + counts[row][self.id])
+            found[row][columns[row][held]] = values[row][held]
+        found.flags.writeable = False
+        return found
 
-    def _sized(self, kind: str, values: NDArray[Any]) -> NDArray[Any]:
-        sizes = ("nrow", "ncol") if kind == "hfield" else ("size",)
-        first, *shape = (int(getattr(self._arrays, f"{kind}_{name}")[self.id]) for name in ("adr", *sizes))
-        return values[first : first + math.prod(shape)].reshape(shape)
+    def _place(self, names: list[str]) -> tuple[int, tuple[int, ...]]:
+        """Where the object's elements begin in the model's array, and their shape."""
+        rows = self._arrays._rows
+        # In MuJoCo 2.2.2, all textures have three channels.
+        first, *shape = (
+            int(rows.value(Role.MODEL, name)[self.id]) if rows.array(Role.MODEL, name) else 3 for name in names
+        )
+        return first, tuple(shape)
+
+    @staticmethod
+    def _sized(first: int, shape: tuple[int, ...], values: NDArray[Any]) -> NDArray[Any]:
+        return values[..., first : first + math.prod(shape)].reshape(*values.shape[:-1], *shape)
 
     def _range(self, part: str, end: int) -> tuple[int, int]:
         address = {_QPOS: "jnt_qposadr", _DOF: "jnt_dofadr", _SENSOR: "sensor_adr"}[part]
@@ -400,7 +421,9 @@ class Data(_Named):
 
     def _part(self, kind: str, name: str) -> Part:
         found = _DATA[kind].get(name)
-        return found if found and self._rows.array(Role.DATA, found[0]) else None
+        field = self._rows.array(Role.DATA, found[0]) if found else None
+        # MuJoCo 4.0's ten_J is sparse, and no part of it belongs to a tendon.
+        return found if field and (name != "J" or len(field.shape) > 1) else None
 
     def _names(self, kind: str) -> list[str]:
         return [name for name in _DATA[kind] if self._part(kind, name)]
@@ -466,7 +489,7 @@ class Model(_Named):
         prefixes = _MODEL[kind]
         if name in _OF_JOINTS and self._rows.engine.name != "2.2.2":
             prefixes = prefixes[::-1]
-        found = ((prefix + name, part) for prefix, part in prefixes)
+        found = ((prefix + name, _SIZED if prefix + name in _SIZED_ARRAYS else part) for prefix, part in prefixes)
         return next((array for array in found if self._rows.array(Role.MODEL, array[0])), None)
 
     def _names(self, kind: str) -> list[str]:
