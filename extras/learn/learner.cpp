@@ -452,7 +452,8 @@ void Learner::check_state() const {
     const mjenv_learn_report& report = curve_[i];
     const auto update = static_cast<std::int64_t>(i) + 1;
     if (report.struct_size != sizeof report || report.reserved != 0 || report.updates != update ||
-        report.steps != update * settings_.batch() || report.episodes < 0 || report.epochs < 1)
+        report.steps != update * settings_.batch() || report.episodes < 0 || report.episodes > report.steps ||
+        report.epochs < 1)
       Reader::fail("its curve is none");
   }
   std::vector<bool> is_in(order_.size());

@@ -537,6 +537,8 @@ static void test_forged_checkpoints(void** state) {
       for (size_t k = 0; k < COUNT(members); ++k)
         assert_forged(&f, part->name, at + each + members[k], "\xff\xff\xff\xff\xff\xff\xff\xff", k < 2 ? 4 : 8,
                       f.size);
+      const int64_t more = (int64_t)1 << 62;
+      assert_forged(&f, "more episodes than steps", at + each + members[4], &more, sizeof more, f.size);
     }
     at += count * each;
   }

@@ -48,8 +48,8 @@ def _panel(panel: Panel) -> Iterator[str]:
     xs, ys = ([point[axis] for line in panel.lines for point in line.points] for axis in (0, 1))
     x_ticks, y_ticks = _ticks(0.0, max(xs)), _ticks(min(ys), max(ys))
     x_end, low, high = max(xs) or 1.0, min(y_ticks[0], min(ys)), max(y_ticks[-1], max(ys))
-    if high - low < 1e-300:  # a line without ups and downs
-        high = low + 1.0
+    if high - low < 1e-300:  # a line without ups and downs; a great number plus 1 would be the same
+        low, high = (low, low + 1.0) if low + 1.0 > low else (min(low, 0.0), max(high, 0.0))
 
     def place(x: float, y: float) -> tuple[float, float]:
         return WIDTH * x / x_end, HEIGHT * (high - y) / (high - low)

@@ -281,7 +281,7 @@ def test_the_printed_commands_name_tasks_and_models(tmp_path: Path) -> None:
 def test_the_curve_of_returns_that_cannot_be_drawn(tmp_path: Path) -> None:
     training = trained(steps=3 * BATCH)
     heights = [math.inf, -1.7e308, 5e-324, 0.0, 1.7e308, -math.inf, math.nan]
-    for picked in (heights, heights[:1], heights[2:4]):
+    for picked in (heights, heights[:1], heights[2:4], [1e99] * 2, [-1e299]):
         training.curve[:] = [dataclasses.replace(training.curve[-1], mean_return=height) for height in picked]
         training.write(tmp_path)
         picture = (tmp_path / "curve.svg").read_text()
