@@ -169,7 +169,8 @@ class Env {
 
   const Identity& identity() const;
   std::optional<Numbers> numbers(const std::string& name) const;
-  // A write that cannot fail any more.
+  // A write that cannot fail any more: rows have room for what they keep, and the workers that hold them have views of
+  // their values.
   struct Writing {
     Selection selected;
     std::string array;
