@@ -1,5 +1,4 @@
-"""Trains the policies of extras/curricula/policies again, each with the trainer that made it, and plays them.
-Another script trains that of HumanoidStandup.
+"""Trains the policies of extras/curricula/policies again, and plays them. Another script trains that of HumanoidStandup.
 
     policies.py [ID ...]            trains (default: all), and plays and draws
     policies.py --play [ID ...]     only plays
@@ -7,8 +6,7 @@ Another script trains that of HumanoidStandup.
 
 Writes extras/curricula/policies/ID.txt, and the curves to policies.csv and policies.svg beside this file. Prints what
 docs/training.md has in its table: the CPU time of the training; and over 20 episodes from seed 100, the mean and the
-standard deviation of the returns, and the length of the shortest episode. The Python of `tools/setup training` has all
-that this needs but mjenv.
+standard deviation of the returns, and the length of the shortest episode.
 """
 
 from __future__ import annotations
@@ -28,21 +26,23 @@ from pathlib import Path
 from mjenv_learn import svg as svg
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = ROOT / "extras/curricula/python"
 POLICIES = ROOT / "extras/curricula/policies"
 TABLE = Path(__file__).with_suffix(".csv")
 POINTS = 60  # of each curve, to keep the file small
 EPISODES, SEED = 20, 100
-# The policies that `mjenv train` has made, and what it was given. train_cleanrl.py has made the others.
+# The policies that `mjenv train` has made, and what it was given.
 LEARNED: dict[str, tuple[str, ...]] = {
     "Ant-v5": (),
     "HalfCheetah-v5": (),
+    "Hopper-v5": ("--seed", "3"),
     "Humanoid-v5": (),
     # Larger displacements at the start than those of the episodes that are played, so that those are within reach.
     "InvertedDoublePendulum-v5": tuple(
         "--option reset_noise_scale=0.3 --gamma 0.995 --learning-rate 0.0003 --steps 800000".split()
     ),
+    "InvertedPendulum-v5": (),
     "Pusher-v5": (),
+    "Reacher-v5": (),
     "Swimmer-v5": ("--seed", "3"),
     "Walker2d-v5": ("--seed", "4"),
 }
@@ -50,7 +50,7 @@ LEARNED: dict[str, tuple[str, ...]] = {
 # The policies that scripts of their own train, with curves of their own.
 ELSEWHERE = {"HumanoidStandup-v5": "extras/curricula/standup/train_standup.py"}
 
-sys.path.append(str(EXAMPLES))
+sys.path.append(str(ROOT / "extras/curricula/python"))
 from deploy import play  # noqa: E402
 from mjenv_learn.policy import Policy  # noqa: E402
 
@@ -65,9 +65,9 @@ class Point:
 def train(id: str) -> None:
     """Trains a policy, and puts it and its curve where they belong."""
     with tempfile.TemporaryDirectory() as folder:
-        script = ("-m", "mjenv", "train", id, *LEARNED[id]) if id in LEARNED else (EXAMPLES / "train_cleanrl.py", id)
+        command = ("-m", "mjenv", "train", id, *LEARNED[id], "--out", folder)
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, *script, "--out", folder], check=True)
+        subprocess.run([sys.executable, *command], check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         print(f"{id}: {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.0f} s of CPU time")
         text = (Path(folder) / "policy.txt").read_text()

@@ -104,7 +104,7 @@ def test_no_fall(program: Path, policy: Path, seed: int) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("mjenv-policy 1", "mjenv-policy 3", "no policy"),
+        ("mjenv-policy 2", "mjenv-policy 3", "no policy"),
         ("id Reacher-v5", "id Reacher-v9", "Reacher-v9"),
         ("id Reacher-v5", "id Ant-v5", "do not fit"),
         ("tanh", "relu", "unknown activation relu"),
