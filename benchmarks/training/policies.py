@@ -1,4 +1,4 @@
-"""Trains the policies of extras/curricula/policies again, and plays them. Another script trains that of HumanoidStandup.
+"""Trains the policies of extras/curricula/policies again, and plays them. Another script trains HumanoidStandup's.
 
     policies.py [ID ...]            trains (default: all), and plays and draws
     policies.py --play [ID ...]     only plays
