@@ -26,7 +26,7 @@ LaneArrays::LaneArrays(const mjModel& m, unsigned by_rows) : m_(m) {
   const auto add_of_data = [&](const LaneArray& array, unsigned writers, unsigned readers) {
     add(array.numbers, array.count);
     longest_ = std::max(longest_, array.count);
-    for (std::size_t party = 0; party < kParties; ++party) {
+    for (std::size_t party = 0; party < kParties && array.count > 0; ++party) {
       if (writers >> party & 1) written_[party].push_back(array);
       if (readers >> party & 1 && !(writers & by_rows)) read_[party].push_back(array);
     }

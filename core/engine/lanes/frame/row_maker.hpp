@@ -90,6 +90,11 @@ class RowMaker {
 template <typename Entry>
 bool RowMaker::set_numbers(Entry& entry, Kind kind, int id) {
   const ConstraintNumbers* some = nullptr;
+  if (shared_rows_ > 0) {  // all rows have the same numbers
+    some = numbers(0, kind, id);
+    for (int lane = 0; lane < code_.width; ++lane) entry.numbers[lane] = some;
+    return some;
+  }
   for (int lane = 0; lane < code_.width; ++lane) {
     if (!(entry.rows >> lane & 1)) continue;
     some = entry.numbers[lane] = numbers(lane, kind, id);
