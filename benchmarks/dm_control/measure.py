@@ -34,6 +34,10 @@ PAIRS = (
     ("mjenv-64", "envpool-64", "64 rows, one thread"),
 )
 PEERS = ("dm_control", "mj_step", "mjenv-suite", "mjenv-single", "mjenv-64", "envpool-64")
+# With --mujoco4, also of this model, which has elliptic cones, condim 6, friction and sensors, with its frame_skip
+MODELS = [f"{HERE.parents[1]}/examples/models/quadruped.xml:5"]
+MUJOCO4_PAIRS = (("mjenv-64", "mjenv-64-lanes0", "64 rows, one thread, on MuJoCo 4.0"),)
+MUJOCO4_PEERS = ("mjenv-64", "mjenv-64-lanes0")
 # With --pixels: CPU time for a picture and the two steps before it, drawn by EGL or OSMesa.
 PIXEL_PAIRS = (
     ("mjenv-pixels", "dm_control-pixels", "pictures, one environment, `make_vec`"),
@@ -48,55 +52,61 @@ def parse() -> argparse.Namespace:
     add = parser.add_argument
     add("--tasks", nargs="+", help="DOMAIN-TASK; default: all, with --pixels some")
     add("--pixels", choices=("egl", "osmesa"), help="measure pictures that this OpenGL draws")
+    add("--mujoco4", action="store_true", help="measure mjenv on MuJoCo 4.0, with lanes and without")
     add("--seconds", type=float, default=0.3, help="CPU seconds of a block")
     add("--rounds", type=int, default=5, help="blocks of each peer")
     add("--output", type=Path, default=Path("build/dm_control"), help="a folder")
     add("--package", help=argparse.SUPPRESS)
     add("--dm-control-python", help=argparse.SUPPRESS)
     add("--peers-python", help=argparse.SUPPRESS)
+    add("--mujoco4-python", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
 def main() -> None:
     arguments = parse()
-    peers = PIXEL_PEERS if arguments.pixels else PEERS
+    peers = PIXEL_PEERS if arguments.pixels else MUJOCO4_PEERS if arguments.mujoco4 else PEERS
     environment = {
         "OMP_NUM_THREADS": "1",
         "OPENBLAS_NUM_THREADS": "1",
         "LP_NUM_THREADS": "1",  # of Mesa
         "MUJOCO_GL": arguments.pixels or "disabled",
-        "TASKS": " ".join(TASKS),
+        "TASKS": " ".join(TASKS + MODELS),
     }
     workers = {}
     for peer in peers:
         python = arguments.peers_python if peer.startswith("envpool") else arguments.dm_control_python
         own = {"PYTHONPATH": arguments.package} if peer.startswith("mjenv") else {}
-        workers[peer] = Worker(peer, [python, str(HERE / "worker.py"), peer], environment | own)
+        if peer.endswith("-lanes0"):
+            own["MJENV_LANES"] = "0"
+        command = [arguments.mujoco4_python or python, str(HERE / "worker.py"), peer.removesuffix("-lanes0")]
+        workers[peer] = Worker(peer, command, environment | own)
     has = {peer: set(worker.ask("tasks").split()) for peer, worker in workers.items()}
     rows = []
-    for task in arguments.tasks or (PIXEL_TASKS if arguments.pixels else TASKS):
+    for task in arguments.tasks or (PIXEL_TASKS if arguments.pixels else TASKS + MODELS * arguments.mujoco4):
         chosen = [workers[peer] for peer in peers if task in has[peer]]
         rates = rates_in_turns(chosen, task, arguments.seconds, arguments.rounds)
         microseconds = {peer: 1e6 / median(found) for peer, found in rates.items()}
+        name = task.rpartition("/")[2]
         rows.append(
-            {"task": task, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in peers}}
+            {"task": name, **{peer: f"{microseconds[peer]:.2f}" if peer in microseconds else "" for peer in peers}}
         )
         print(task, *(f"{peer} {value:.1f}" for peer, value in microseconds.items()), flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    name = f"dm_control-{arguments.pixels}" if arguments.pixels else "dm_control"
+    name = "-".join(["dm_control", *filter(None, (arguments.pixels, arguments.mujoco4 and "mujoco4"))])
     with (arguments.output / f"{name}.csv").open("w", newline="") as file:
         table = csv.DictWriter(file, ["task", *peers])
         table.writeheader()
         table.writerows(rows)
-    text = report(rows, [worker.about for worker in workers.values()], arguments)
+    text = report(rows, peers, [worker.about for worker in workers.values()], arguments)
     (arguments.output / f"{name}.md").write_text(text)
     print(text)
     for worker in workers.values():
         worker.end()
 
 
-def report(rows: list[dict[str, str]], about: list[str], arguments: argparse.Namespace) -> str:
-    peers, pairs = (PIXEL_PEERS, PIXEL_PAIRS) if arguments.pixels else (PEERS, PAIRS)
+def report(rows: list[dict[str, str]], peers: tuple[str, ...], about: list[str], arguments: argparse.Namespace) -> str:
+    pairs = PIXEL_PAIRS if arguments.pixels else MUJOCO4_PAIRS if arguments.mujoco4 else PAIRS
     unit = f"picture ({arguments.pixels}) and two steps" if arguments.pixels else "environment step"
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
     lines = [
@@ -115,7 +125,7 @@ def report(rows: list[dict[str, str]], about: list[str], arguments: argparse.Nam
         if not ratios:
             continue
         least, most = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
-        against = other.removesuffix("-64").removesuffix("-pixels")
+        against = {"mjenv-64-lanes0": "no lanes"}.get(other) or other.removesuffix("-64").removesuffix("-pixels")
         lines.append(
             f"| {name}, against {against} | {geometric_mean(ratios.values()):.2f} | "
             f"{ratios[least]:.2f} ({least}) | {ratios[most]:.2f} ({most}) | {len(ratios)} |"

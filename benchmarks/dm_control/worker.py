@@ -106,7 +106,10 @@ def mjenv_rows(task: str) -> Task:
 def mjenv_vector(task: str, rows: int, make: Any = None, **keywords: Any) -> Task:
     import mjenv
 
-    envs = (make or mjenv.make_vec)(f"dm_control/{task}-v0", rows, num_threads=1, **keywords)
+    file, _, frame_skip = task.rpartition(":")
+    if file:  # a model
+        keywords |= {"xml_file": file, "frame_skip": int(frame_skip)}
+    envs = (make or mjenv.make_vec)("Model-v0" if file else f"dm_control/{task}-v0", rows, num_threads=1, **keywords)
     envs.reset(seed=1)
     space = envs.single_action_space
 
