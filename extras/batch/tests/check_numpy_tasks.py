@@ -43,6 +43,10 @@ def test_options_and_time_limit(mode: str) -> None:
     assert check_steps(envs, 45) > 15
 
 
+def test_the_wrapper_has_the_types_of_what_methods_get() -> None:
+    assert (mjenv.task.Random, mjenv.task.Sim, mjenv.task.Start) == (Random, Sim, mjenv_batch.Start)
+
+
 def test_reset_by_mask() -> None:
     envs = pair(4, autoreset_mode="disabled")
     mask = np.array([True, False, True, False])
