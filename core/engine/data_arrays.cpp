@@ -65,6 +65,7 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d, const std::fun
                                      held_elements(m, d, name)});
                    }
                  });
+  // mjContact's H is left out: lanes do not compute it, because only MuJoCo's solver reads it.
   const auto add_of_contacts = [&](const char* name, const auto* data, int columns) {
     using T = std::decay_t<decltype(*data)>;
     const auto type = std::is_same_v<T, int> ? MJENV_DTYPE_INT32 : MJENV_DTYPE_FLOAT64;
@@ -81,7 +82,6 @@ std::vector<Array> data_arrays(const mjModel& m, const mjData& d, const std::fun
   add_of_contacts("contact.solref", contact->solref, mjNREF);
   add_of_contacts("contact.solimp", contact->solimp, mjNIMP);
   add_of_contacts("contact.mu", &contact->mu, 1);
-  add_of_contacts("contact.H", contact->H, 36);
   add_of_contacts("contact.dim", &contact->dim, 1);
   add_of_contacts("contact.geom1", &contact->geom1, 1);
   add_of_contacts("contact.geom2", &contact->geom2, 1);

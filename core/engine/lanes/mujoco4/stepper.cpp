@@ -164,13 +164,11 @@ void MujocoStepper::collide(bool is_read) {
   });
 }
 
-// Lanes solve the constraints that MuJoCo has made, if they can. MuJoCo solves the others, and elliptic cones that are
-// read: lanes do not write their Hessians (mjContact.H).
+// Lanes solve the constraints that MuJoCo has made, if they can. MuJoCo solves the others.
 void MujocoStepper::solve(bool is_read) {
-  const bool may_solve = !is_read || m_.opt.cone != mjCONE_ELLIPTIC;
   std::uint32_t solvable = 0, others = 0;
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    const bool is_solvable = may_solve && Solver::prepare(m, d);
+    const bool is_solvable = Solver::prepare(m, d);
     if (d.nefc > 0) (is_solvable ? solvable : others) |= 1U << row;
     if (!is_read) return;
     if (d.nefc == 0) mj_island(&m, &d);
