@@ -34,7 +34,7 @@ void ModelView::use(const OwnArrays& arrays, const std::byte* block) {
         std::memcpy(member, &values, sizeof values);
     }
   }
-  searches_ = collisions == Collisions::other_pairs;
+  searches_ = collisions == Collisions::other_pairs || !are_searched_alike(*whole_, *model_.get());
   must_mix_ = collisions == Collisions::other_contacts && model_.pairs();
   if (must_mix_ && mixed_.dim.empty()) mix();  // so that later calls allocate no memory
 }

@@ -223,7 +223,9 @@ inline void reset_for_constants(const mjModel& m, mjData& d) {
 // Whether collision detection sorts the geom pairs of two bodies by the geoms' numbers.
 constexpr bool kSortsPairs = false;
 
-// Whether the model has a setting that changes which pairs this version finds.
+// The flags (opt.enableflags, opt.disableflags) that change which pairs this version finds, and with which parameters.
+constexpr int kSearchEnabled = mjENBL_OVERRIDE, kSearchDisabled = 0;
+// Whether the model has another setting that changes which pairs this version finds.
 inline bool has_search_settings(const mjModel& m) { return m.opt.collision == mjCOL_PAIR; }
 
 inline double mixed_margin(double a, double b) { return std::max(a, b); }

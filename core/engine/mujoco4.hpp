@@ -242,12 +242,14 @@ inline void reset_for_constants(const mjModel& m, mjData& d) { mj_resetData(&m, 
 // Whether collision detection sorts the geom pairs of two bodies by the geoms' numbers.
 constexpr bool kSortsPairs = true;
 
-// Whether the model has a setting that changes which pairs this version finds.
+// The flags (opt.enableflags, opt.disableflags) that change which pairs this version finds, and with which parameters.
+constexpr int kSearchEnabled = mjENBL_OVERRIDE | mjENBL_SLEEP | mjENBL_IPC | mjENBL_SPECULATIVE;
+constexpr int kSearchDisabled = mjDSBL_MIDPHASE;
+// Whether the model has another setting that changes which pairs this version finds.
 inline bool has_search_settings(const mjModel& m) {
   constexpr mjtSize kMaxBodies = 0x7fff;  // the signature of a pair has 16 bits for each body
   const double* surfacevel = m.geom_surfacevel;
-  return m.nflex > 0 || m.nbody > kMaxBodies || m.opt.enableflags & (mjENBL_SLEEP | mjENBL_IPC | mjENBL_SPECULATIVE) ||
-         m.opt.disableflags & mjDSBL_MIDPHASE ||
+  return m.nflex > 0 || m.nbody > kMaxBodies ||
          std::any_of(surfacevel, surfacevel + 6 * m.ngeom, [](double v) { return v != 0; });
 }
 

@@ -80,11 +80,7 @@ const Names kNotNegative{"geom_friction", "geom_rbound",         "geom_solmix", 
 const Names kQuaternions{"body_quat", "body_iquat", "geom_quat", "site_quat", "cam_quat"};
 const Names kDirections{"jnt_axis"};
 
-// How MuJoCo computes. A row with other values than the model's gets nothing of the views with which steps are faster.
-const Names kMethods{"opt.integrator",   "opt.cone",        "opt.solver",
-                     "opt.disableflags", "opt.enableflags", "opt.disableactuator"};
-
-// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch and kMethods, and other_contacts. geom_fluid changes
+// The arrays of OwnArray::Collisions::other_pairs, with kMoreSearch, and other_contacts. geom_fluid changes
 // no pairs, but it decides whether fluid forces read the frames of geoms, which Model::stepped may leave out. It is in
 // kSearch, because ModelView uses the whole model if rows have their own values of an array in this list.
 const Names kSearch{"geom_size", "geom_rbound",  "geom_pos",         "geom_quat",  "geom_margin",
@@ -250,9 +246,9 @@ OwnArray OwnArray::of(const Model& model, const std::string& name) {
   if (is_integer(array.original.type)) array.bounds = bounds_of(m, name);
   array.signs = fixed_signs(m, name);
   if (name == "opt.enableflags" || name == "opt.disableflags") array.fixed = fixed_flags(m, name == "opt.enableflags");
-  array.collisions = is_in(kSearch, name) || is_in(kMoreSearch, name) || is_in(kMethods, name) ? Collisions::other_pairs
-                     : is_in(kContacts, name) ? Collisions::other_contacts
-                                              : Collisions::same;
+  array.collisions = is_in(kSearch, name) || is_in(kMoreSearch, name) ? Collisions::other_pairs
+                     : is_in(kContacts, name)                         ? Collisions::other_contacts
+                                                                      : Collisions::same;
   const std::size_t of_model = array.original.bytes();
   if (name == "bvh_aabb") array.original.shape[0] = body_boxes(m);
   array.bytes = array.original.bytes();

@@ -21,7 +21,9 @@ bool is_surface(const mjModel& m, int geom) {
 // Whether a list of pairs can replace MuJoCo's search: the model has no setting that changes what the search finds,
 // except excluded bodies, which list_pairs considers.
 bool can_replace_search(const mjModel& m) {
-  if (m.npair > 0 || m.opt.enableflags & mjENBL_OVERRIDE || has_search_settings(m)) return false;
+  if (m.npair > 0 || m.opt.enableflags & kSearchEnabled || m.opt.disableflags & kSearchDisabled ||
+      has_search_settings(m))
+    return false;
   for (int g = 0; g < m.ngeom; ++g)
     if (is_surface(m, g) && m.geom_bodyid[g] != 0) return false;
   return true;
@@ -112,6 +114,11 @@ void clear(Pairs& mixed) {
 }
 
 }  // namespace
+
+bool are_searched_alike(const mjModel& a, const mjModel& b) {
+  return ((a.opt.enableflags ^ b.opt.enableflags) & kSearchEnabled) == 0 &&
+         ((a.opt.disableflags ^ b.opt.disableflags) & (kSearchDisabled | mjDSBL_FILTERPARENT)) == 0;
+}
 
 bool are_types_compatible(const mjModel& m, int g1, int g2) {
   return (m.geom_contype[g1] & m.geom_conaffinity[g2]) || (m.geom_contype[g2] & m.geom_conaffinity[g1]);

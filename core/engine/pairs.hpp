@@ -37,6 +37,9 @@ std::optional<Pairs> searched_pairs(const mjModel_& model);
 // Returns no value if there are too many.
 std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel_& model);
 
+// Whether the flags of two models that differ only in numbers let the search find the same pairs.
+bool are_searched_alike(const mjModel_& a, const mjModel_& b);
+
 // Whether the values of contype and conaffinity let these geoms touch.
 bool are_types_compatible(const mjModel_& model, int geom1, int geom2);
 
