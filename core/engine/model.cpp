@@ -121,6 +121,33 @@ std::unique_ptr<const mjModel> sensorless_view(mjModel model, std::optional<Pair
   return stepped_view(model, pairs, sameframe);
 }
 
+// Copies the elements of an array that are in use, and sets the others to 0.
+template <typename From, typename To>
+void copy_elements(const Array& array, To* to) {
+  const std::size_t all = array.count();
+  const auto convert = [](auto x) { return static_cast<To>(x); };
+  const auto* from = static_cast<const From*>(array.data);
+  if (array.stride == 0) {
+    const std::size_t used = array.held ? std::min(static_cast<std::size_t>(array.held()), all) : all;
+    std::fill(std::transform(from, from + used, to, convert), to + all, To{});
+    return;
+  }
+  To* const end = to + all;
+  const auto used = std::min<std::int64_t>(array.held(), array.shape[0]);
+  const std::size_t columns = used == 0 ? 0 : all / static_cast<std::size_t>(array.shape[0]);
+  for (std::int64_t i = 0; i < used; ++i) {
+    std::array<double, 6> computed{};  // the longest is a contact's force
+    if (array.compute) {
+      array.compute(i, computed.data());
+      to = std::transform(computed.begin(), computed.begin() + columns, to, convert);
+    } else {
+      to = std::transform(from, from + columns, to, convert);
+      from = reinterpret_cast<const From*>(reinterpret_cast<const char*>(from) + array.stride);
+    }
+  }
+  std::fill(to, end, To{});
+}
+
 }  // namespace
 
 std::size_t Array::count() const {
@@ -134,42 +161,11 @@ std::size_t Array::bytes() const {
 }
 
 void Array::copy(std::byte* to) const {
-  if (type == MJENV_DTYPE_FLOAT64) return read(reinterpret_cast<double*>(to));
-  std::vector<double> numbers(count());
-  read(numbers.data());
-  with_type(type, [&](auto zero) {
-    std::transform(numbers.begin(), numbers.end(), reinterpret_cast<decltype(zero)*>(to),
-                   [](double x) { return static_cast<decltype(zero)>(x); });
-  });
+  with_type(type, [&](auto zero) { copy_elements<decltype(zero)>(*this, reinterpret_cast<decltype(zero)*>(to)); });
 }
 
 void Array::read(double* values) const {
-  const auto convert = [](const auto* from, std::size_t n, double* to) {
-    for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<double>(from[i]);
-  };
-  const auto copy = [&](const auto* from) {
-    if (stride == 0) {
-      const std::size_t n = held ? std::min(static_cast<std::size_t>(held()), count()) : count();
-      convert(from, n, values);
-      return std::fill(values + n, values + count(), 0.0);
-    }
-    const auto rows = static_cast<std::size_t>(std::min<std::int64_t>(held(), shape[0]));
-    const std::size_t columns = rows == 0 ? 0 : count() / static_cast<std::size_t>(shape[0]);
-    const auto* row = reinterpret_cast<const char*>(from);
-    for (std::size_t i = 0; i < rows; ++i, row += stride)
-      if (compute)
-        compute(static_cast<std::int64_t>(i), values + i * columns);
-      else
-        convert(reinterpret_cast<decltype(from)>(row), columns, values + i * columns);
-    std::fill(values + rows * columns, values + count(), 0.0);
-  };
-  switch (type) {
-    case MJENV_DTYPE_FLOAT32: return copy(static_cast<const float*>(data));
-    case MJENV_DTYPE_INT32: return copy(static_cast<const int*>(data));
-    case MJENV_DTYPE_INT64: return copy(static_cast<const std::int64_t*>(data));
-    case MJENV_DTYPE_UINT8: return copy(static_cast<const unsigned char*>(data));
-    default: return copy(static_cast<const double*>(data));
-  }
+  with_type(type, [&](auto zero) { copy_elements<decltype(zero)>(*this, values); });
 }
 
 const Array* find(const std::vector<Array>& arrays, const std::string& name) {

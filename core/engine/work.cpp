@@ -181,6 +181,7 @@ void Work::forward() {
     mj_forward(&stepped(), data_.get());
   }
   lag_ = (lag_ & Lag::forces) | Lag::frames;
+  lost_ &= Lag::forces;
   ++computation_;
 }
 
@@ -217,8 +218,8 @@ void Work::repeat_step() {
 }
 
 void Work::compute(unsigned parts) {
-  if ((parts & Lag::forces) && !has_lost_forces()) compute_forces();
-  if (!(parts & Lag::frames)) return;
+  if ((parts & Lag::forces) && !has_lost(Lag::forces)) compute_forces();
+  if (!(parts & Lag::frames) || has_lost(Lag::frames)) return;
   const mjModel* m = &model();
   mjData* d = data_.get();
   for (int g = 0; g < m->ngeom; ++g) update_frame(*m, *d, g);

@@ -62,9 +62,17 @@ class Work {
   void complete(unsigned parts = Lag::on_demand) {
     if (parts & lag_) compute(parts & lag_);
   }
-  // Whether Lag::forces lags and `complete` cannot mend it. After keep_current(), only repeat_step and steps that
+  // Completes what is expected, because what mjData follows from will be overwritten. The other parts that lag are lost.
+  void lose() {
+    complete(expected_ & Lag::on_demand);
+    lost_ = lag_;
+  }
+  // Whether some of these parts lag and `complete` cannot mend it. After keep_current(), only repeat_step and steps that
   // expect forces compute them, because the mj_step1 for the new state overwrites what they follow from.
-  bool has_lost_forces() const { return (lag_ & Lag::forces) && (keeps_current_ || (lag_ & Lag::others)); }
+  bool has_lost(unsigned parts) const {
+    const unsigned lost = lost_ | (keeps_current_ || (lag_ & Lag::others) ? Lag::forces : 0U);
+    return (lag_ & lost & parts) != 0;
+  }
 
   const Model& compiled() const { return *model_; }
   // The model that MuJoCo computes with. After `use`, some of its arrays are a row's own.
@@ -124,6 +132,7 @@ class Work {
   // shows_current: it has called keep_raw_qpos and then computed the stages of mj_step1.
   void note_step(unsigned lag = Lag::on_demand, bool shows_current = false) {
     lag_ = lag;
+    lost_ = 0;
     new_state_warnings_ = only_new_state_warnings_ = 0;
     if (keeps_current_ && !shows_current) {
       if ((expected_ & lag_ & Lag::forces) && !(lag_ & Lag::others)) compute_forces();
@@ -162,6 +171,7 @@ class Work {
   StateLayout layout_;
   std::unique_ptr<mjData_, DeleteData> data_;
   unsigned lag_ = 0, expected_ = 0;
+  unsigned lost_ = 0;  // parts that `lose` has left behind; those of lag_ still are
   bool diverged_early_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool keeps_current_ = false;

@@ -505,8 +505,14 @@ void Env::read(const std::string& name, double* values, std::size_t each) {
   check_received();
   if (const auto found = shown_numbers(name)) {
     for (std::int64_t row = 0; row < rows(); ++row, values += each) std::copy_n(at(*found, row), each, values);
-  } else if (stored(0, name)) {
-    for (std::int64_t row = 0; row < rows(); ++row, values += each) stored(row, name)->read(values);
+  } else if (const Array* const of_model = stored(0, name)) {
+    of_model->read(values);
+    const bool is_own = rows_.arrays().find(name) != nullptr;
+    for (std::int64_t row = 1; row < rows(); ++row)
+      if (double* const to = values + static_cast<std::size_t>(row) * each; is_own)
+        stored(row, name)->read(to);
+      else
+        std::copy_n(values, each, to);
   } else {
     workers_.pool().check_here();
     for_held_rows_first([&](Worker& worker, std::int64_t row) {
@@ -561,6 +567,13 @@ void Env::take_mirrors() {
   }
 }
 
+const OwnArray* Env::own_array(Mirror& mirror) const {
+  const std::vector<OwnArray>& list = rows_.arrays().list();
+  for (; mirror.searched < list.size(); ++mirror.searched)
+    if (list[mirror.searched].original.name == mirror.name) mirror.own = mirror.searched;
+  return mirror.own ? &list[*mirror.own] : nullptr;
+}
+
 void Env::show_mirrors() noexcept {
   if (pipeline_->count() > 0) return;
   for (Mirror& mirror : mirrors_) {
@@ -570,7 +583,9 @@ void Env::show_mirrors() noexcept {
         std::memcpy(shown, at(*mirror.numbers, mirror.row), mirror.shown.size());
       } else if (mirror.index) {
         workers_.of(mirror.row).array(mirror.row, *mirror.index, mirror.part).copy(shown);
-      } else if (mirror.numbers || rows_.arrays().find(mirror.name)) {
+      } else if (const OwnArray* own = own_array(mirror); own && own->shared == 0) {
+        std::memcpy(shown, rows_.values(mirror.row) + own->offset, own->bytes);
+      } else if (mirror.numbers || own) {
         const Array& found = array(mirror.row, mirror.name);
         if (found.bytes() != mirror.shown.size()) continue;  // mjenv_randomize has given the draw other parameters
         found.copy(shown);

@@ -142,6 +142,9 @@ class Env {
     std::optional<Numbers> numbers;
     std::optional<std::size_t> index;
     unsigned part;  // of mjData (Lag)
+    // Where it is among the rows' own arrays, of which the first `searched` have been searched.
+    std::optional<std::size_t> own = {};
+    std::size_t searched = 0;
   };
 
   // Those up to pipeline_ are made in this order, each from those before it.
@@ -189,6 +192,7 @@ class Env {
   void note_write(std::int64_t row);
   void take_mirrors();
   void show_mirrors() noexcept;
+  const OwnArray* own_array(Mirror& mirror) const;
   // The same as array, if no work space is needed; otherwise null.
   const Array* stored(std::int64_t row, const std::string& name);
   // Calls body(worker, row) for all rows on all threads: first with the workers that hold a row's derived arrays,

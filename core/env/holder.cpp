@@ -58,8 +58,8 @@ void Holder::run(std::int64_t row, Entry entry) {
   work_.forward();
 }
 
-void Holder::hold_forces(std::int64_t row) {
-  if (work_.has_lost_forces()) release();
+void Holder::hold(std::int64_t row, unsigned parts) {
+  if (work_.has_lost(parts)) release();
   hold(row);
 }
 
@@ -69,13 +69,13 @@ const Array* Holder::array(std::int64_t row, const std::string& name) {
 }
 
 const Array& Holder::array(std::int64_t row, std::size_t place, unsigned part) {
-  part == Lag::forces ? hold_forces(row) : hold(row);
+  hold(row, part);
   work_.complete(part);
   return arrays_[place];
 }
 
 void Holder::show(std::int64_t row, const std::function<void(const mjModel_&, mjData_*)>& draw) {
-  hold(row);
+  hold(row, Lag::frames);
   release();  // in case draw fails
   work_.complete();
   draw(work_.model(), work_.data());
@@ -113,16 +113,18 @@ void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel)
   const bool leaves_some =
       (needs.parts & Lag::forces) || !needs.arrays.empty() || needs.current || !rows_.arrays().empty();
   if (has_stepped && leaves_some && task_.calls->has_carry()) hold(row);
-  const bool has_forces = has_stepped && holds(row) && !work_.has_lost_forces();
+  const bool has_step = has_stepped && holds(row);
+  // Whether the work space is as mj_resetData leaves it, and the state.
+  const bool is_clear = holds(row) && rows_.head(row).origin == Origin::cleared && rows_.last(row) == Entry::first;
   if (has_stepped) rows_.make_room(Entry::set_state);
   double* start = before_.data();
   std::copy_n(rows_.state(row), layout.size, start);
   std::copy_n(qpos, layout.nq, layout.qpos(start));
   std::copy_n(qvel, layout.nv, layout.qvel(start));
   release();
-  if (has_forces) {
+  if (has_step) {
     work_.complete(Lag::forces);  // before mj_forward overwrites the arrays from which they are computed
-  } else {
+  } else if (!is_clear) {
     use(row);
     work_.begin();  // clears what another row has left in the work space
   }
@@ -135,11 +137,11 @@ void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel)
   task_.calls->carry(view_);
   rows_.append(row, Entry::set_state);
   store(row, Entry::set_state);
-  if (!has_forces) release();  // the last step's forces are missing; hold() computes them
+  if (!has_step) release();  // what the last step leaves is missing; hold() computes it
 }
 
 std::vector<std::string> Holder::set_constants(std::int64_t row) {
-  hold_forces(row);
+  hold(row, Lag::on_demand);
   work_.complete();
   release();  // in case MuJoCo fails
   rows_.make_room(Entry::set_constants);

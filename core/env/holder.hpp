@@ -32,8 +32,8 @@ class Holder {
   bool holds(std::int64_t row) const { return resident_ == row && rows_.worker(row) == index; }
   // Makes the work space hold the row's derived arrays, by running the row's recipe if necessary.
   void hold(std::int64_t row);
-  // Does the same, and makes sure that Work::complete can compute the forces.
-  void hold_forces(std::int64_t row);
+  // Does the same, and makes sure that Work::complete can compute these parts (Lag).
+  void hold(std::int64_t row, unsigned parts);
   // Records that the work space holds no row.
   void release() { resident_ = kNone; }
   // Call this when the row was changed without this worker: the work space no longer agrees with the row.
@@ -43,7 +43,7 @@ class Holder {
   // Call these before and after the row's state or own values are written without this worker. If the work space holds
   // the row, it still does.
   void expect_write(std::int64_t row) {
-    if (holds(row)) work_.complete();
+    if (holds(row)) work_.lose();
   }
   void note_write(std::int64_t row) {
     if (holds(row)) run_last(row);
