@@ -10,7 +10,7 @@ import difflib
 import math
 import operator
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_char_p, c_double, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cached_property, partial, wraps
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
@@ -382,8 +382,25 @@ class Rows:
 
     def change(self, function: Callable[..., int], *arguments: Any) -> None:
         """The same as call, for such a call."""
-        with self.changing():
-            self.check(function(self.pointer, *arguments))
+        self.run(lambda: function(self.pointer, *arguments))
+
+    def run(self, call: Callable[[], int], buffers: Sequence[Any] = (), arrays: Sequence[Any] = ()) -> None:
+        """The same for a call without arguments, which reads what this copies from the arrays into the buffers."""
+        if self.lent:
+            self.flush()
+        turn = [self.enter()]
+        try:
+            if self.closed:
+                raise self.gone()
+            for buffer, array in zip(buffers, arrays):  # noqa: B905 strict costs time
+                buffer[...] = array
+            self.check(call())
+        finally:
+            try:
+                if self.lent:
+                    self.moved()
+            finally:
+                self.leave(turn.pop())
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         """The same call as a function, with arguments that are converted once. Its caller must have the turn."""
@@ -675,33 +692,38 @@ class Rows:
             raise errors.InvalidValueError(
                 f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each"
             )
-        self._change_with("mjenv_set_state", row, (q, v))
+        self._change_with(("mjenv_set_state", row, (), q.shape, v.shape), (q, v))
 
     def reset_data(self, row: int) -> None:
         """Calls mj_resetData for a row."""
-        self.change(self.engine.mjenv_reset_data, pointer_to(self.only(row), c_uint8))
+        self._change_with(("mjenv_reset_data", row, ()), ())
 
     def simulate(self, row: int, ctrl: NDArray[Any], frames: int) -> None:
-        if frames != _int64(frames):
-            raise errors.InvalidValueError(f"n_frames is {frames}, which does not fit into 64 bits", Status.E_VALUE)
-        self._change_with("mjenv_simulate", row, (ctrl,), frames)
+        self._change_with(("mjenv_simulate", row, (frames,), ctrl.shape), (ctrl,))
 
-    def _change_with(self, function: str, row: int, arrays: tuple[NDArray[Any], ...], *rest: Any) -> None:
-        """change(function, row, array, size, ..., *rest). The call is prepared once, for the same shapes and values."""
-        key = (function, row, arrays[0].shape, arrays[-1].shape, *rest)
-        if key not in self._changes:
+    def _change_with(self, key: tuple[Any, ...], arrays: tuple[NDArray[Any], ...]) -> None:
+        """Changes a row by a function of the library, with copies of these arrays.
+
+        key: the name of the function, the row, its last arguments, and the shapes of the arrays, for which the call is
+        prepared once.
+        """
+        found = self._changes.get(key)
+        if found is None:
+            found = self._prepare_change(*key)
             if len(self._changes) == _MOST_CHANGES:
                 self._changes.clear()
-            buffers = [np.zeros(array.shape) for array in arrays]
-            given = [part for buffer in buffers for part in (pointer_to(buffer, c_double), buffer.size)]
-            self._changes[key] = buffers, Rows.prepared(self, function, row, *given, *rest)
-        buffers, call = self._changes[key]
-        with self.changing():
-            if self.closed:
-                raise self.gone()
-            for buffer, array in zip(buffers, arrays, strict=True):
-                buffer[...] = array
-            self.check(call())
+            self._changes[key] = found
+        call, buffers = found
+        self.run(call, buffers, arrays)
+
+    def _prepare_change(self, function: str, row: int, last: tuple[int, ...], *shapes: tuple[int, ...]) -> Any:
+        if last != tuple(map(_int64, last)):
+            text = f"n_frames is {last[0]}, which does not fit into 64 bits"
+            raise errors.InvalidValueError(text, Status.E_VALUE)
+        buffers = [np.zeros(shape) for shape in shapes]
+        given = [part for buffer in buffers for part in (pointer_to(buffer, c_double), buffer.size)]
+        first = pointer_to(self.only(row), c_uint8) if function == "mjenv_reset_data" else row
+        return Rows.prepared(self, function, first, *given, *last), buffers
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
         self.change(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)

@@ -121,35 +121,46 @@ class Arrays(_Attributes):
     can keep the arrays up to date (Mirror).
     """
 
-    _stays = True  # whether such an array can be an attribute
-
     def __init__(
         self, rows: Rows, row: int, role: Role, changed: Callable[[], None], prefix: str = "", keeps: bool = False
     ) -> None:
         own: dict[str, Any] = self.__dict__
         own.update(_rows=rows, _row=row, _role=role, _changed=changed, _prefix=prefix, _keeps=keeps)
-        own.update(_blocks={})
+        own.update(_blocks={}, _readers={}, _writers={})
 
     def __getattr__(self, name: str) -> Any:
-        block = self._blocks.get(name) or self._block(name)
-        if isinstance(block, Mirror):
-            value = block.lend()
-            # A number without a prefix is a size of the model, which never changes.
-            if self._stays and (block.array.shape or (self._role == Role.MODEL and not self._prefix)):
-                self.__dict__[name] = value
-            return value
+        return (self._readers.get(name) or self._reader(name))()
+
+    def _reader(self, name: str) -> Callable[[], Any]:
+        """The function that reads an array. An array that the library keeps up to date becomes an attribute."""
+        block = self._block(name)
+        read: Callable[[], Any] = block.lend
+        if not isinstance(block, Mirror):
+            read = partial(self._read, block)
+        # A number without a prefix is a size of the model, which never changes.
+        elif block.array.shape or (self._role == Role.MODEL and not self._prefix):
+            self.__dict__[name] = block.lend()
+        else:
+            read = block.array.item
+        self._readers[name] = read
+        return read
+
+    def _read(self, block: Block) -> Any:
         self._rows.flush()
         return block.lend()
 
     def __setattr__(self, name: str, value: Any) -> None:
+        (self._writers.get(name) or self._writer(name))(value)
+
+    def _writer(self, name: str) -> Callable[[Any], None]:
+        """The function that assigns to an array."""
         if hasattr(type(self), name) or name in ("opt", "stat", "vis"):
-            super().__setattr__(name, value)
+            return partial(super().__setattr__, name)
         block = self._block(name)
         if not block.array.flags.writeable and self._role == Role.DATA:
-            super().__setattr__(name, value)
-        self._rows.flush()
-        block.read()
-        block.assign(value)
+            return partial(super().__setattr__, name)
+        self._writers[name] = block.assign
+        return block.assign
 
     def _part_named(self, prefix: str, keeps: bool = False) -> Arrays:
         """The arrays of the same struct whose names begin like this."""
@@ -177,17 +188,23 @@ class Arrays(_Attributes):
         return [field.name for field in self._rows.fields(self._role)]
 
 
-class Contacts(Arrays):
+def _number(name: str) -> property:
+    """A number that the simulation changes. As a property, it is read faster than by __getattr__."""
+    return property(lambda arrays: (arrays._readers.get(name) or arrays._reader(name))())
+
+
+class Contacts(_Attributes):
     """data.contact: arrays of all contacts, such as contact.dist[ncon], and single contacts: data.contact[0]."""
 
-    _stays = False  # they have room for more contacts than there are
-
     def __init__(self, data: Data) -> None:
-        super().__init__(data._rows, data._row, data._role, data._changed, "contact.", data._keeps)
-        self.__dict__["_data"] = data
+        arrays = data._part_named("contact.", data._keeps)  # with room for more contacts than there are
+        self.__dict__.update(_arrays=arrays, _found=[], _count=data._reader("ncon"))
 
     def __getattr__(self, name: str) -> Any:
-        return super().__getattr__(name)[: len(self)]
+        return getattr(self._arrays, name)[: len(self)]
+
+    def __dir__(self) -> list[str]:
+        return sorted({*object.__dir__(self), *dir(self._arrays)})
 
     @property
     def geom(self) -> NDArray[np.int32]:
@@ -195,35 +212,51 @@ class Contacts(Arrays):
         return np.stack([self.geom1, self.geom2], axis=1)
 
     def __len__(self) -> int:
-        count: int = self._data.ncon
+        count: int = self._count()
         return count
 
     def __getitem__(self, index: int | slice) -> Any:
         """A contact, or a list of several."""
-        count = len(self)
+        count, found = self._count(), self._found
+        if count > len(found):
+            found += (Contact(self._arrays, i) for i in range(len(found), count))
         if isinstance(index, slice):
-            return [Contact(self, i) for i in range(count)[index]]
+            return found[:count][index]
         number = operator.index(index)
         if not -count <= number < count:
             raise UnknownNameError(f"contact {number} does not exist; there are {count} contacts", Status.E_NAME)
-        return Contact(self, number % count)
+        return found[number % count]
+
+
+def _number_of_contact(name: str) -> property:
+    return property(lambda contact: getattr(contact._arrays, name).item(contact._index))
 
 
 class Contact(_Attributes):
     """One contact: geom1, geom2, dist, pos, frame and so on."""
 
-    __slots__ = ("_contacts", "_index")
+    def __init__(self, arrays: Arrays, index: int) -> None:
+        self.__dict__.update(_arrays=arrays, _index=index)
 
-    def __init__(self, contacts: Contacts, index: int) -> None:
-        for slot, value in (("_contacts", contacts), ("_index", index)):
-            object.__setattr__(self, slot, value)
+    dist, dim, geom1, geom2, exclude, includemargin, efc_address = map(
+        _number_of_contact, "dist dim geom1 geom2 exclude includemargin efc_address".split()
+    )
 
     def __getattr__(self, name: str) -> Any:
-        value = getattr(self._contacts, name)[self._index]
-        return value if value.shape else value.item()
+        values = getattr(self._arrays, name)
+        if values.ndim == 1:
+            return values.item(self._index)
+        if self._arrays._keeps:
+            self.__dict__[name] = values[self._index]
+        return values[self._index]
+
+    @property
+    def geom(self) -> NDArray[np.int32]:
+        """The two geoms."""
+        return np.array([self.geom1, self.geom2], np.int32)
 
     def __dir__(self) -> list[str]:
-        return dir(self._contacts)
+        return sorted({*object.__dir__(self), *dir(self._arrays)})
 
     def __repr__(self) -> str:
         return f"<contact {self._index} of geoms {self.geom1} and {self.geom2}>"
@@ -255,21 +288,22 @@ class Warnings(_Attributes):
 class View(_Attributes):
     """One object of the model: id, name, and its part of each array."""
 
-    __slots__ = ("_arrays", "_kind", "_parts", "id", "name")
-
     def __init__(self, arrays: _Named, kind: str, key: str | int) -> None:
         if isinstance(key, str):
             name, index = key, arrays._rows.object_index(kind, key)
         else:
             index = operator.index(key)
             name = arrays._rows.object_name(kind, index)
-        values = {"_arrays": arrays, "_kind": kind, "_parts": {}, "id": index, "name": name}
-        for slot, value in values.items():
-            object.__setattr__(self, slot, value)
+        self.__dict__.update(_arrays=arrays, _kind=kind, _parts={}, id=index, name=name)
 
     def __getattr__(self, name: str) -> Any:
         array, part = self._parts.get(name) or self._find(name)
-        return part(getattr(self._arrays, array))
+        whole = getattr(self._arrays, array)
+        value = part(whole)
+        # The library keeps the memory up to date, unless the part is a copy.
+        if array in self._arrays.__dict__ and np.may_share_memory(value, whole):
+            self.__dict__[name] = value
+        return value
 
     def _find(self, name: str) -> tuple[str, Callable[[Any], Any]]:
         """The array that holds an attribute, and the function that gives the object's part of it."""
@@ -398,15 +432,12 @@ class Data(_Named):
     def __init__(self, rows: Rows, row: int, changed: Callable[[], None], keeps: bool = False) -> None:
         super().__init__(rows, row, Role.DATA, changed, keeps=keeps)
 
-    @property
+    @cached_property
     def contact(self) -> Any:
         """The contacts that the last mj_step or mj_forward found. Of all rows: arrays with room for the most."""
-        if self._row == ALL_ROWS:
-            return self._part_named("contact.")
-        if "_contact" not in self.__dict__:
-            self.__dict__["_contact"] = Contacts(self)
-        contacts: Contacts = self.__dict__["_contact"]
-        return contacts
+        return self._part_named("contact.") if self._row == ALL_ROWS else Contacts(self)
+
+    ncon, nefc = map(_number, ("ncon", "nefc"))
 
     @property
     def efc_force(self) -> NDArray[np.float64]:
@@ -467,9 +498,9 @@ class Model(_Named):
         self.__dict__["vis"] = Visual(self)
 
     @cached_property
-    def timestep(self) -> NDArray[np.float64]:
-        """opt.timestep, as an array of no dimension."""
-        return self.opt._block("timestep").array
+    def timestep(self) -> Callable[[], float]:
+        """The function that reads opt.timestep."""
+        return self.opt._reader("timestep")
 
     names, paths, text_data = map(_text, ("names", "paths", "text_data"))
 

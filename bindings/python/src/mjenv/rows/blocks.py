@@ -31,10 +31,11 @@ class Mirror:
     array: what the reader gets; read-only if it cannot be written.
     """
 
-    __slots__ = ("_name", "_rows", "array")
+    __slots__ = ("_name", "_rows", "_write", "array")
 
     def __init__(self, rows: Rows, field: Field) -> None:
         self._rows, self._name = rows, field.name
+        self._write: tuple[Callable[[], int], list[NDArray[Any]]] | None = None
         self.array: NDArray[Any] = rows.mirror(field)[...]
         self.array.flags.writeable = rows.is_written(field)
 
@@ -42,14 +43,13 @@ class Mirror:
         """What the reader gets: the array, or a number."""
         return self.array if self.array.shape else self.array.item()
 
-    def read(self) -> None:
-        """The library has brought the array up to date."""
-
     def assign(self, values: Any) -> None:
         """Writes the whole array."""
-        numbers = np.empty(self.array.shape)
-        numbers[...] = values
-        self._rows.write(0, self._name, numbers)
+        if self._write is None:
+            numbers = np.empty(self.array.shape)
+            given = 0, self._name.encode(), pointer_to(numbers, c_double), numbers.size
+            self._write = Rows.prepared(self._rows, "mjenv_write_row", *given), [numbers]
+        self._rows.run(*self._write, [values])
 
 
 class Block:
@@ -111,9 +111,15 @@ class Block:
             assert seen is not None
             differs = mine.view(bits) != np.frombuffer(seen, bits).reshape(mine.shape)
             mine = np.where(differs, mine, self._owner)
-        self.assign(mine)
+        self.write(mine)
 
     def assign(self, values: Any) -> None:
+        """Writes the whole array."""
+        self._rows.flush()
+        self.read()
+        self.write(values)
+
+    def write(self, values: Any) -> None:
         """Writes the whole array, which must be up to date."""
         if self._write is not None:
             self._numbers[...] = values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Sequence
 from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -139,8 +139,7 @@ class Simulation(OfRows):
     @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
-        seconds = float(self.model.timestep) if self._is_alone else self._rows.timestep(self._row)
-        return seconds * self.frame_skip
+        return (self.model.timestep() if self._is_alone else self._rows.timestep(self._row)) * self.frame_skip
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
         """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.
@@ -153,10 +152,11 @@ class Simulation(OfRows):
 
     def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         """Simulates n_frames mj_steps with ctrl[nu]. This is not a step of the episode and gives no reward."""
-        given, shape = np.shape(ctrl), (self.model.nu,)
-        if given != shape:
-            raise InvalidValueError(f"ctrl has the shape {given}; {self._rows.id} takes {shape}", Status.E_SIZE)
-        self._step_mujoco_simulation(ctrl, n_frames)
+        given = np.asarray(ctrl)
+        if given.shape != (self.model.nu,):
+            text = f"ctrl has the shape {given.shape}; {self._rows.id} takes {(self.model.nu,)}"
+            raise InvalidValueError(text, Status.E_SIZE)
+        self._step_mujoco_simulation(given, n_frames)
 
     def _step_mujoco_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         self._check_settled()
@@ -202,6 +202,7 @@ class Simulation(OfRows):
         return None
 
 
+@cache
 def _kind_of(kind: Any) -> str:
     """The name of a kind of object, also for mujoco.mjtObj.mjOBJ_BODY."""
     return str(getattr(kind, "name", kind)).removeprefix("mjOBJ_").lower()
