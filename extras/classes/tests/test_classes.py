@@ -359,6 +359,50 @@ def test_own_classes(name: str, tmp_path: Path, long: bool) -> None:
     check_snapshots(ours, classes_on(Ours, tmp_path)[name]())
 
 
+def of_both(tmp_path: Path, name: str) -> list[Env]:
+    envs = [classes_on(base, tmp_path)[name]() for base in (Ours, Theirs)]
+    for env in envs:
+        env.reset(seed=3)
+        for _ in range(12):
+            env.step(np.ones(1))
+    return envs
+
+
+def test_arrays_after_writes(tmp_path: Path) -> None:
+    """Writes change no derived array, neither those that steps compute nor the others, until the next mj_forward."""
+    envs = of_both(tmp_path, "Walker")
+
+    def check() -> None:
+        for name in "xpos geom_xpos geom_xmat cam_xpos light_xpos cfrc_int cfrc_ext cacc qacc".split():
+            check_same(name, *(np.array(getattr(env.data, name)) for env in envs))
+
+    for names in (("qpos",), ("qvel", "qpos"), ("xfrc_applied",), ("qfrc_applied", "qvel")):
+        for moves in (False, True):
+            for env in envs:
+                for name in names:
+                    getattr(env.data, name)[:] += 0.01
+                if moves:
+                    env.set_state(env.data.qpos.copy(), env.data.qvel.copy())
+            check()
+            check_same("step", *(env.step(np.ones(1)) for env in envs))
+            check()
+
+
+def test_flags_in_mid_episode(tmp_path: Path) -> None:
+    """With flags that change which geoms touch, too."""
+    envs = of_both(tmp_path, "Walker")
+    bits = mujoco.mjtDisableBit
+    for bit in (bits.mjDSBL_FILTERPARENT, bits.mjDSBL_WARMSTART, bits.mjDSBL_GRAVITY, bits.mjDSBL_CONTACT):
+        for method in range(3):
+            for env in envs:
+                opt = env.model.opt
+                opt.disableflags, opt.solver = opt.disableflags ^ int(bit), method
+                opt.integrator, opt.cone = (method + 1) % 3, method % 2
+            for _ in range(5):
+                check_same(f"{bit}, {method}", *(env.step(np.ones(1)) for env in envs))
+            check_same(f"{bit}, {method}: ncon", *(np.array(env.data.ncon) for env in envs))
+
+
 MODULE = """
 import mujoco
 import numpy as np
