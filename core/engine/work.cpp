@@ -18,6 +18,8 @@ Work::Work(std::shared_ptr<const Model> model) : model_(std::move(model)), layou
   const ErrorTrap trap(ErrorTrap::Memory::is_checked);
   data_.reset(mj_makeData(model_->get()));
   if (!data_) throw std::bad_alloc();
+  deferred_ctrl_.resize(layout_.nu);
+  deferred_qvel_.resize(layout_.nv);
 }
 
 std::vector<Array> Work::arrays() const {
@@ -90,7 +92,7 @@ void Work::load(const double* state, bool continues) {
   if (continues_) std::copy_n(d->qpos, layout_.nq, normalized_qpos_.begin());
   clear_stack(*d);  // an exception thrown out of MuJoCo leaves its stack in use
   clear_warnings();
-  diverged_early_ = false;
+  diverged_early_ = is_deferred_ = false;
   d->time = *state++;
   for (const auto& [array, count] : {std::pair{d->qpos, layout_.nq},
                                      {d->qvel, layout_.nv},
@@ -184,6 +186,19 @@ void Work::forward() {
   lost_ &= Lag::forces;
   ++computation_;
 }
+
+void Work::forward_first() {
+  is_deferred_ = may_defer_;
+  if (!is_deferred_) return forward();
+  std::copy_n(data_->ctrl, layout_.nu, deferred_ctrl_.begin());
+  std::copy_n(data_->qvel, layout_.nv, deferred_qvel_.begin());
+}
+
+bool Work::is_outdated() const {
+  return std::memcmp(deferred_qvel_.data(), data_->qvel, layout_.nv * sizeof(double)) != 0;
+}
+
+void Work::swap_ctrl() { std::swap_ranges(deferred_ctrl_.begin(), deferred_ctrl_.end(), data_->ctrl); }
 
 void Work::act(const Action& action) {
   clear_warnings();

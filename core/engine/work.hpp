@@ -106,6 +106,15 @@ class Work {
   // Calls mj_forward, as Gymnasium's set_state does. After keep_current(), it computes without actuation, as
   // dm_control's resets do.
   void forward();
+  // Calls mj_forward before the first mj_step of a step. If lanes will step the row (defer_forward), they call it
+  // instead: a task sees nothing of it, and a step reads only the qacc_warmstart that it leaves.
+  void forward_first();
+  void defer_forward(bool may) { may_defer_ = may && layout_.nq == layout_.nv; }  // no quaternions to normalise
+  bool is_deferred() const { return is_deferred_; }
+  // Whether the velocities have changed since the deferred mj_forward.
+  bool is_outdated() const;
+  // Exchanges ctrl for that of the deferred mj_forward, and back.
+  void swap_ctrl();
 
   // From now on, each step also computes the stages of mj_step1 for its new state (mjenv_build_current).
   void keep_current();
@@ -175,7 +184,9 @@ class Work {
   bool diverged_early_ = false;
   bool has_inputs_ = false;  // rows have inputs of mjData of their own
   bool keeps_current_ = false;
-  bool continues_ = false;                          // the next step begins with mj_step2
+  bool continues_ = false;                        // the next step begins with mj_step2
+  bool may_defer_ = false, is_deferred_ = false;  // mj_forward before the first mj_step
+  std::vector<double> deferred_ctrl_, deferred_qvel_;
   std::uint8_t new_state_warnings_ = 0;             // those of the mj_step1 for the new state
   std::uint8_t only_new_state_warnings_ = 0;        // of these, those that the step before has not given
   std::vector<double> raw_qpos_, normalized_qpos_;  // before and after the last mj_step1

@@ -33,8 +33,11 @@ void TaskStep::begin(std::int64_t row, const Action& action, const Work::Pushes*
   random_ = &random;
   action_ = action;
   Work& work = holder_.work();
-  for (Scratch::TaskArray& own : scratch_.task_arrays)
-    if (own.is_force) std::copy_n(work.force(own.array->original.name), own.values.size(), own.values.data());
+  for (Scratch::TaskArray& own : scratch_.task_arrays) {
+    if (!own.is_force) continue;
+    std::copy_n(work.force(own.array->original.name), own.values.size(), own.values.data());
+    work.defer_forward(false);  // it computes with the forces from before the callback
+  }
   if (!calls_.has_before_step()) return;
   calls_.before_step(holder_.view(), action,
                      {0, work.state().ctrl, scratch_.of_control.data(), work.keeps_current() ? nullptr : &work},

@@ -79,10 +79,14 @@ void Team::advance(std::uint32_t& moving, std::int64_t frames, const Load& load,
   };
   std::uint32_t advanced = 0;
   if (steps_together() && (moving & (moving - 1)) != 0) {  // a single row is faster without lanes
-    for_moving(moving, load);
+    for_moving(moving, [&](std::size_t i) {
+      workers_[i]->work().defer_forward(true);
+      load(i);
+    });
     advanced = step_together(moving, frames);
   }
   for_moving(moving & ~advanced, [&](std::size_t i) {
+    workers_[i]->work().defer_forward(false);
     load(i);
     workers_[i]->step.advance(frames);
   });

@@ -296,7 +296,7 @@ std::int32_t control_forward(mjenv_control* control) {
   if (!work)
     return refuse_draw(control->random, "only before_step can call mj_forward, and not of tasks that see the new state",
                        1);
-  return attempt_simulation(control->random, [&] { work->forward(); });
+  return attempt_simulation(control->random, [&] { work->forward_first(); });
 }
 
 // clang-format off

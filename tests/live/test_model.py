@@ -457,6 +457,16 @@ def test_contacts_after_a_write(name: str, is_constant: bool) -> None:
             assert forces[: data.nefc].tobytes() == data.efc_force[: data.nefc].tobytes(), step
 
 
+def test_forces_of_all_rows() -> None:
+    envs = mjenv.make_vec("Ant-v5", 2)
+    envs.reset(seed=1)
+    for _ in range(40):
+        envs.step(np.zeros((2, 8)))
+    for forces, row in zip(envs.data.efc_force, envs.envs, strict=True):
+        assert row.data.nefc > 0
+        assert forces[: row.data.nefc].tobytes() == row.data.efc_force[: row.data.nefc].tobytes()
+
+
 @pytest.mark.parametrize("array", ["geom_size", "geom_margin", "geom_gap", "geom_pos", "geom_contype", "body_gravcomp"])
 def test_draws_of_geoms_with_constants(array: str) -> None:
     """After each reset, a row steps as MuJoCo does with the drawn values and what mj_setConst computes from them."""

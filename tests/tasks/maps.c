@@ -266,7 +266,7 @@ static const mjenv_task_field pushed_fields[] = {
      .ndim = 1,
      .shape = {2 * PUSHED_NV}},
 };
-static const char* pushed_how = "";  // what goes wrong
+static const char* pushed_how = "";  // what goes wrong, or is done in another way
 
 static double slower(double velocity) { return velocity < -0.2 ? -0.2 : velocity > 0.2 ? 0.2 : velocity; }
 
@@ -281,7 +281,8 @@ static int32_t before_pushed_step(const void* self, const mjenv_sim* sim, mjenv_
   if (strcmp(pushed_how, "current") == 0 && control->qvel) return mjenv_task_fail(sim->api, "it has velocities");
   for (int i = 0; control->qvel && i < PUSHED_NV; ++i) control->qvel[i] = slower(control->qvel[i]);
   if (strcmp(pushed_how, "infinite") == 0) control->qvel[1] = INFINITY;
-  mjenv_control_forward(control);
+  if (strcmp(pushed_how, "some") != 0 || sim->action[0] > 0) mjenv_control_forward(control);
+  if (strcmp(pushed_how, "changed") == 0) control->qvel[0] += 0.1 * sim->action[0];
   control->ctrl[0] = sim->action[0];
   return 0;
 }
@@ -356,6 +357,39 @@ static void test_forward_before_a_step(void** state) {
   }
 }
 
+// Lanes call mj_forward for all rows, with the velocities and ctrl of the call, or leave the rows to MuJoCo.
+static void test_forward_in_lanes(void** state) {
+  (void)state;
+  for (const char** how = (const char*[]){"", "some", "changed", NULL}; *how; ++how) {
+    pushed_how = *how;
+    mjenv_env* envs[2];
+    struct outputs* outs[2];
+    for (int64_t k = 0; k < 2; ++k) {
+      mjenv_options* chosen = options_of_id(pushed.id);
+      set_lanes(chosen, k == 0 ? AUTO_LANES : 0);
+      envs[k] = env_of_options(chosen, ROWS);
+      outs[k] = outputs_of(envs[k]);
+      assert_ok(mjenv_reset(envs[k], NULL, &outs[k]->batch));
+    }
+    for (int t = 0; t < 60; ++t) {
+      double action[ROWS];
+      for (int row = 0; row < ROWS; ++row) action[row] = sin(t / 7 + row);
+      for (int k = 0; k < 2; ++k)
+        assert_ok(mjenv_step(envs[k], NULL, action, ROWS, MJENV_DTYPE_FLOAT64, &outs[k]->batch));
+      assert_same_bits(pushed_how, outs[0]->obs, outs[1]->obs, ROWS * 2 * PUSHED_NV);
+      for (int row = 0; row < ROWS; ++row) {
+        int64_t count;
+        double *got = read_array(envs[0], row, "qacc_warmstart", &count),
+               *want = read_array(envs[1], row, "qacc_warmstart", &count);
+        assert_same_bits("qacc_warmstart", got, want, (size_t)count);
+        free(got), free(want);
+      }
+    }
+    for (int k = 0; k < 2; ++k) outputs_free(outs[k]), mjenv_destroy(envs[k]);
+  }
+  pushed_how = "";
+}
+
 static void pushed_fails(const char* how, const char* word) {
   pushed_how = how;
   mjenv_env* env = env_of_options(options_of_id(pushed.id), 1);
@@ -382,11 +416,9 @@ static int setup(void** state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_action_space),
-      cmocka_unit_test(test_failures),
-      cmocka_unit_test(test_not_strict),
-      cmocka_unit_test(test_forward_before_a_step),
-      cmocka_unit_test(test_forward_that_is_refused),
+      cmocka_unit_test(test_action_space),     cmocka_unit_test(test_failures),
+      cmocka_unit_test(test_not_strict),       cmocka_unit_test(test_forward_before_a_step),
+      cmocka_unit_test(test_forward_in_lanes), cmocka_unit_test(test_forward_that_is_refused),
   };
   return cmocka_run_group_tests(tests, setup, NULL);
 }

@@ -129,6 +129,27 @@ void LaneStepper::gather_forces() {
   leave_bad(lanes_.xfrc_applied, 6 * m_.nbody);
 }
 
+// Calls mj_forward with the ctrl from before the callback before_step.
+void LaneStepper::forward_where_deferred() {
+  std::uint32_t deferred = 0, outdated = 0;
+  for (int row = 0; row < count_; ++row) {
+    if (!works_[row]->is_deferred()) continue;
+    deferred |= 1u << row;
+    if (works_[row]->is_outdated()) outdated |= 1u << row;
+  }
+  if (deferred == 0) return;
+  lanes_.left_to_mujoco |= deferred == all_ ? outdated : deferred;
+  if (live() == 0 || deferred != all_) return;
+  const auto swap = [&] {
+    for (int row = 0; row < count_; ++row) works_[row]->swap_ctrl();
+    gather(kCallback);
+    leave_bad(lanes_.ctrl, m_.nu);
+  };
+  swap();
+  forward_first();
+  swap();
+}
+
 std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before,
                                 const BeforeSubstep* before_substep) {
   count_ = count;
@@ -150,6 +171,8 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.ctrl, m_.nu);
   leave_bad(lanes_.mocap_pos, 3 * m_.nmocap);
   leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
+  forward_where_deferred();
+  if (live() == 0) return 0;
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
     const bool is_last = frame == frames;
     leave_bad(lanes_.qpos, m_.nq);

@@ -36,6 +36,8 @@ class LaneStepper : public Stepper, protected LaneArrays {
   virtual bool is_unlike(const mjModel& m) const = 0;
   // Decides how this step is computed. May add to readers_.
   virtual void begin() {}
+  // Does what mj_forward does, if a step reads what it leaves.
+  virtual void forward_first() = 0;
   // Does what mj_step does.
   virtual void advance(bool is_last) = 0;
   // Writes to mjData what readers_ read, except the state. Returns how Work::note_step must be called.
@@ -98,6 +100,7 @@ class LaneStepper : public Stepper, protected LaneArrays {
   void gather_own();
   void leave_unlike();
   void gather_forces();
+  void forward_where_deferred();
 };
 
 // ---- What each version defines, too ----

@@ -54,6 +54,7 @@ class MujocoStepper final : public LaneStepper {
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
   void begin() override;
+  void forward_first() override {}  // only mj_step writes qacc_warmstart
   void advance(bool is_last) override;
   Left finish() override;
   // Whether sensors of this step are computed row by row.

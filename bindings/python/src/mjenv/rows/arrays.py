@@ -441,9 +441,9 @@ class Data(_Named):
 
     @property
     def efc_force(self) -> NDArray[np.float64]:
-        """The forces of the constraints: [njmax], as in MuJoCo 2.2.2, or [nefc], as in MuJoCo 4.0."""
+        """The forces of the constraints: [njmax], as in MuJoCo 2.2.2, or [nefc], as in 4.0. Of all rows: [njmax]."""
         forces: NDArray[np.float64] = self.__getattr__("efc_force")
-        return forces if self._rows.engine.name == "2.2.2" else forces[: self.nefc]
+        return forces if self._row == ALL_ROWS or self._rows.engine.name == "2.2.2" else forces[: self.nefc]
 
     @property
     def warning(self) -> Warnings:
