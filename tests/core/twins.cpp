@@ -79,6 +79,13 @@ constexpr const char* kTrees = R"(<mujoco><worldbody><geom type='plane' size='9 
     <body pos='2 0 0.1'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom size='0.1'/></body>
     </worldbody></mujoco>)";
 
+// Of three trees, two that do not follow each other touch: lanes do not solve such islands.
+constexpr const char* kApart =
+    R"(<mujoco><default><geom size='0.1'/></default><worldbody><geom type='plane' size='9 9 1'/>
+    <body pos='0 0 0.1'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom/></body>
+    <body pos='5 0 0.1'><joint type='slide' axis='0 0 1'/><geom/></body>
+    <body pos='0.2 0 0.1'><joint type='slide' axis='0 0 1'/><joint type='slide' axis='1 0 0'/><geom/></body></worldbody></mujoco>)";
+
 // A robot with friction, contacts of all dimensions, an equality, and gravity that is compensated for a body. Actuators,
 // some of whose forces reach their limits, are damped.
 constexpr const char* kRobot =
@@ -137,6 +144,7 @@ std::vector<Named> models() {
   std::vector<Named> found;
   for (const char* name : kRobots) found.emplace_back(name, Model::open(name));
   found.emplace_back("trees", Model::parse("trees", kTrees));
+  found.emplace_back("trees apart", Model::parse("apart", kApart));
   found.emplace_back("odd", Model::parse("odd", kOdd));
   std::string euler = kOdd;
   euler.replace(euler.find("RK4"), 3, "Euler");
@@ -160,6 +168,9 @@ std::vector<Named> models() {
   found.emplace_back("one robot", Model::parse("robot", alone));
   found.emplace_back("one robot with pyramids", Model::parse("robot", without_part(alone, "cone='", "' ")));
   found.emplace_back("robot without equality", Model::parse("robot", without_part(robot, "<equality", "</equality>")));
+  found.emplace_back(
+      "robot without equality, with pyramids",
+      Model::parse("robot", without_part(without_part(robot, "<equality", "</equality>"), "cone='", "' ")));
   found.emplace_back("robot with Euler", Model::parse("robot", without_part(robot, " integrator='", "'")));
   for (const char* equality : {"<connect body1='arm' anchor='0.1 0 0.1'/>", "<weld body1='arm'/>"}) {
     std::string held = robot;
@@ -173,6 +184,8 @@ std::vector<Named> models() {
   for (const char* solver : {"", "solver='PGS'"}) {
     std::string limits = kLimits;
     found.emplace_back("limits", Model::parse("limits", limits.replace(limits.find("%s"), 2, solver)));
+    limits.insert(limits.find("<joint name='h'") + 6, " frictionloss='0.3'");
+    found.emplace_back("limits and friction", Model::parse("limits", limits));
   }
   found.emplace_back("sensors", with_sensors("", "", ""));
   found.emplace_back("sensors with RK4", with_sensors("integrator='RK4'", "contact='disable'", "<force site='t'/>"));
@@ -432,7 +445,7 @@ void test_stages(void** /*state*/) {
       unsolved += twins.unsolved;
       made += twins.made;
     }
-  assert_true(solved > 9 * unsolved);
+  assert_true(solved > 4 * unsolved);
   assert_true(made > 10000);
 }
 

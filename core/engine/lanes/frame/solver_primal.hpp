@@ -242,6 +242,15 @@ class Primal : protected Constrained {
     return sum;
   }
 
+  // What warmstart compares: gauss_of, which since MuJoCo 3 comes from the difference of the accelerations.
+  V warmstart_cost(const V* Ma, const V* qacc, V sum) const {
+    if constexpr (!kDescends) return gauss_of(Ma, qacc, sum);
+    V *const change = of(c_.search), *const force = of(c_.Mv);
+    for (int i = 0; i < nv_; ++i) change[i] = qacc[i] - vectors(d_.qacc_smooth)[i];
+    mulM(d_, force, change);
+    return sum + 0.5 * dot(change, force, nv_);
+  }
+
   // warmstart of engine_forward.c. Chooses the acceleration with which the solver begins, and keeps the products of M
   // and J with it.
   void warmstart() {
@@ -253,7 +262,7 @@ class Primal : protected Constrained {
       copy(qacc, vectors(d_.qacc_warmstart), nv_);
       residual(jar, qacc);
       mulM(d_, Ma, qacc);
-      is_smooth = gauss_of(Ma, qacc, cost_of(jar)) > cost_of(b);
+      is_smooth = warmstart_cost(Ma, qacc, cost_of(jar)) > cost_of(b);
     }
     if (!any(is_smooth)) return;
     V* const M_smooth = of(c_.Mv);
