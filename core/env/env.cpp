@@ -244,8 +244,8 @@ void Env::sample_actions(float* action, std::int64_t count) {
 void Env::reset(const std::uint8_t* mask, const mjenv_batch& out) {
   check_settled();
   schema_.check(out, rows());
-  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (is_selected(mask, row)) episodes_.reset(worker, row, {out, rows(), row});
+  workers_.for_rows(masked(mask), [&](Worker& worker, std::int64_t row) {
+    episodes_.reset(worker, row, {out, rows(), row});
   });
 }
 
@@ -260,11 +260,10 @@ void Env::step(const std::uint8_t* mask, const Action& actions, const mjenv_batc
 
 void Env::check_steppable(const std::uint8_t* mask, const Action& actions) const {
   const std::int64_t width = task_.action_count();
-  for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_selected(mask, row)) continue;
+  masked(mask).for_each([&](std::int64_t row, std::int64_t /*place*/) {
     episodes_.check_steppable(row, episodes_.autoresets());
     episodes_.check_finite(row, actions.part(row * width, width));
-  }
+  });
 }
 
 template <typename Body>
@@ -310,13 +309,13 @@ void Env::begin(const std::uint8_t* mask, const double* qpos, std::int64_t nq, c
   const auto initial = [&](std::int64_t row) {
     return Initial{qpos ? qpos + row * width : nullptr, qvel ? qvel + row * height : nullptr};
   };
-  for (std::int64_t row = 0; row < rows(); ++row) {
-    if (!is_selected(mask, row)) continue;
+  const Selection selected = masked(mask);
+  selected.for_each([&](std::int64_t row, std::int64_t /*place*/) {
     if (qpos) episodes_.check_given("reset: qpos", row, initial(row).qpos, width);
     if (qvel) episodes_.check_given("reset: qvel", row, initial(row).qvel, height);
-  }
-  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
-    if (is_selected(mask, row)) episodes_.begin_given(worker, row, initial(row), {out, rows(), row});
+  });
+  workers_.for_rows(selected, [&](Worker& worker, std::int64_t row) {
+    episodes_.begin_given(worker, row, initial(row), {out, rows(), row});
   });
 }
 
@@ -411,7 +410,7 @@ void Env::for_held_rows_first(const Body& body) {
     holder.attempt(row, [&] { body(holder, row); });
     done[static_cast<std::size_t>(row)] = 1;
   }
-  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t row) {
+  workers_.for_rows(masked(nullptr), [&](Worker& worker, std::int64_t row) {
     if (done[static_cast<std::size_t>(row)] == 0) body(worker, row);
   });
 }
@@ -625,7 +624,7 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
   if (!all) return set(workers_.of(row), row, 0);
   workers_.pool().check_here();
   rows_.make_room(Entry::set_state);  // here, because it allocates memory for all rows
-  workers_.for_rows(rows(), [&](Worker& worker, std::int64_t i) { set(worker, i, i); });
+  workers_.for_rows(masked(nullptr), [&](Worker& worker, std::int64_t i) { set(worker, i, i); });
 }
 
 void Env::reset_data(const Selection& selected) {
@@ -827,11 +826,11 @@ void Env::end_pushes() {
 void Env::copy_row(const std::uint8_t* mask, std::int64_t from) {
   check_settled();
   rows_.check(from);
-  for (std::int64_t to = 0; to < rows(); ++to) {
-    if (!is_selected(mask, to) || to == from) continue;
+  masked(mask).for_each([&](std::int64_t to, std::int64_t /*place*/) {
+    if (to == from) return;
     rows_.copy(from, to);
     workers_.forget(to);
-  }
+  });
 }
 
 std::int64_t Env::snapshot_size(std::int64_t row) const {
@@ -851,13 +850,18 @@ void Env::restore(std::int64_t row, const void* image, std::size_t size) {
   if (!rows_.arrays().empty()) workers_.release();
   workers_.for_each([](Worker& worker) { worker.forget_layout(); });
   read_image(rows_, task_, randomization_, perturbation_, frames_, identity(), options_.id(), row, image, size);
+  const Selection restored = row == MJENV_ALL_ROWS ? masked(nullptr) : only(row);
+  bool set_constants = false;
+  restored.for_each([&](std::int64_t i, std::int64_t /*place*/) {
+    workers_.forget(i);
+    rows_.set_phase(i, Phase::done);
+    set_constants = set_constants || rows_.has(i, Entry::set_constants);
+  });
   try {
     prepare_workers();
-    if (rows_.any_has(Entry::set_constants)) prepare_constants();
+    if (set_constants) prepare_constants();
   } catch (const std::bad_alloc&) {  // the rows are already restored; their first step allocates what is missing
   }
-  for (std::int64_t i = 0; i < rows(); ++i)
-    if (row == MJENV_ALL_ROWS || i == row) workers_.forget(i), rows_.set_phase(i, Phase::done);
 }
 
 }  // namespace mjenv::core

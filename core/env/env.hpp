@@ -17,24 +17,12 @@
 #include "env/pipeline.hpp"
 #include "env/rows.hpp"
 #include "env/schema.hpp"
+#include "env/selection.hpp"
 #include "env/workers.hpp"
 #include "task/options.hpp"
 #include "task/task.hpp"
 
 namespace mjenv::core {
-
-// The rows that a call changes: those of rows first to first + count - 1 that the mask selects; null selects all.
-struct Selection {
-  const std::uint8_t* mask;
-  std::int64_t first, count;
-
-  // Calls body(row, row - first) for each of them.
-  template <typename Body>
-  void for_each(const Body& body) const {
-    for (std::int64_t row = first; row < first + count; ++row)
-      if (!mask || mask[row] != 0) body(row, row - first);
-  }
-};
 
 // What an mjenv_env handle holds. An Env checks the arguments of a call, and its members below do the work.
 class Env {

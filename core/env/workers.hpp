@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "env/selection.hpp"
 #include "env/team.hpp"
 #include "error.hpp"
 #include "system/pool.hpp"
@@ -38,10 +39,10 @@ class Workers {
   // Call this before rows' own values move in memory, because work spaces point to them.
   void release();
 
-  // Calls body(worker, row) for rows 0 to count - 1 on all threads. If rows fail, the others are still computed; then
-  // this throws one error for all failures.
+  // Calls body(worker, row) for the selected ones of all rows, on all threads. If rows fail, the others are still computed;
+  // then this throws one error for all failures.
   template <typename Body>
-  void for_rows(std::int64_t count, const Body& body);
+  void for_rows(const Selection& selected, const Body& body);
   // Calls body(team, first, last) for groups of up to team_size() rows: those from `first` to `last - 1`. body must not
   // throw, but add errors to the workers' failures, which this throws in the end.
   template <typename Body>
@@ -91,10 +92,13 @@ void Workers::for_each(const Body& body) {
 }
 
 template <typename Body>
-void Workers::for_rows(std::int64_t count, const Body& body) {
-  share(count, 1, [&](Team& team, std::int64_t row, std::int64_t last) {
+void Workers::for_rows(const Selection& selected, const Body& body) {
+  share(selected.count, 1, [&](Team& team, std::int64_t row, std::int64_t last) {
     Worker& worker = team.first();
-    for (; row < last; ++row) worker.attempt(row, [&] { body(worker, row); });
+    while ((row = selected.next(row, last)) < last) {
+      worker.attempt(row, [&] { body(worker, row); });
+      ++row;
+    }
   });
 }
 
