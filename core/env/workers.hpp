@@ -39,7 +39,7 @@ class Workers {
   // Call this before rows' own values move in memory, because work spaces point to them.
   void release();
 
-  // Calls body(worker, row) for the selected ones of all rows, on all threads. If rows fail, the others are still computed;
+  // Calls body(worker, row) for the selected rows on all threads. If rows fail, the others are still computed;
   // then this throws one error for all failures.
   template <typename Body>
   void for_rows(const Selection& selected, const Body& body);

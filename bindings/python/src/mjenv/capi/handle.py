@@ -1,6 +1,6 @@
 """Owners of the library's handles: Options, and Rows, an environment of one or many rows.
 
-All calls of the library go through this module, except the steps (_step.py) and the pictures (_pictures.py).
+All calls of the library go through this module, except those of steps (rows/step.py) and pictures (rows/pictures.py).
 """
 
 from __future__ import annotations
