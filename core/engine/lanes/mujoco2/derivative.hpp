@@ -163,7 +163,7 @@ V muscleGain_vel(V len, V vel, const V* lengthrange, V acc0, const V* prm) {
   V FL = length <= lmax ? 0.5 * x4 * x4 : zero;
   FL = length <= b ? 1.0 - 0.5 * x3 * x3 : FL;
   FL = length <= splat(1) ? 1.0 - 0.5 * x2 * x2 : FL;
-  FL = (length >= lmin) & (length <= a) ? 0.5 * x1 * x1 : FL;
+  FL = ((length >= lmin) & (length <= a)) ? 0.5 * x1 * x1 : FL;
   const V y = prm[8] - 1.0;
   V dFV = speed <= y ? (-2.0 * speed + 2.0 * y) / positive(y) : zero;
   dFV = speed <= zero ? 2.0 * speed + 2.0 : dFV;
