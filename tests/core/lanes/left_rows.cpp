@@ -212,6 +212,53 @@ TEST(test_controls_of_substeps) {
   }
 }
 
+// A task has called mj_forward before the step: lanes call it for all rows, with the controls of the call. They leave rows to
+// MuJoCo whose velocities have changed since, or whose controls were invalid, and if only some rows have called it, these.
+TEST(test_forward_before_a_step) {
+  const auto model =
+      Model::parse("runner", R"(<mujoco><option iterations='1'/><worldbody><geom type='plane' size='9 9 1'/>
+    <body pos='0 0 0.09'><joint type='slide' axis='0 0 1'/><joint name='a' type='slide' axis='1 0 0'/>
+    <joint axis='0 1 0'/><geom size='0.1'/></body></worldbody><actuator><motor joint='a' gear='20'/></actuator></mujoco>)");
+  const StateLayout layout(*model);
+  const ErrorTrap trap;
+  const int width = lanes::widths().back();
+  const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
+  const std::uint32_t all = (1U << width) - 1, odd = all & kOddRows;
+  const struct {
+    double control, push;  // of odd rows: the control of the call, and what the velocities change by after it
+    std::uint32_t calling, left;
+  } cases[] = {{0.7, 0, all, 0}, {-0.9, 0, 0, 0}, {1.1e10, 0, all, odd}, {0.7, 1, all, odd}, {0.7, 0, odd, odd}};
+  Noise noise;
+  Group group(model, width);
+  Work plain(model);
+  std::vector<double> last(layout.size);
+  for (int round = 0; round < 5; ++round)
+    for (const auto& c : cases) {
+      const auto begin = [&](Work& work, const double* state, bool is_odd, bool calls) {
+        work.load(state);
+        work.data()->ctrl[0] = is_odd ? c.control : -0.4;
+        if (calls) work.forward_first();
+        work.data()->qvel[1] += is_odd ? c.push : 0;
+        work.data()->ctrl[0] = 0.2;
+      };
+      std::vector<std::vector<double>> states;
+      for (std::size_t i = 0; i < group.some.size(); ++i) {
+        states.push_back(random_state(*model->get(), layout, Kind::tame, noise));
+        group.some[i]->defer_forward(true);
+        begin(*group.some[i], states[i].data(), i % 2 == 1, c.calling >> i & 1);
+      }
+      const std::uint32_t done = stepper->step(group.some.data(), width, 2, group.before.data());
+      assert_int_equal(done, all & ~c.left);
+      for (std::size_t i = 0; i < states.size(); ++i) {
+        if (!(done >> i & 1)) continue;
+        begin(plain, states[i].data(), i % 2 == 1, c.calling >> i & 1);
+        plain.step(2, last.data());
+        assert_memory_equal(last.data(), group.befores[i].data(), last.size() * sizeof(double));
+        assert_string_equal(difference(*group.some[i], plain).c_str(), "");
+      }
+    }
+}
+
 // Each array that lanes compute with may have numbers up to MuJoCo's limit.
 TEST(test_excessive_numbers) {
   const auto model = Model::parse(

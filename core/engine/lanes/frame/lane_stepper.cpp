@@ -171,12 +171,12 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.ctrl, m_.nu);
   leave_bad(lanes_.mocap_pos, 3 * m_.nmocap);
   leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
+  leave_bad(lanes_.qpos, m_.nq);
+  leave_bad(lanes_.qvel, m_.nv);
   forward_where_deferred();
   if (live() == 0) return 0;
   for (std::int64_t frame = 1; frame <= frames; ++frame) {
     const bool is_last = frame == frames;
-    leave_bad(lanes_.qpos, m_.nq);
-    leave_bad(lanes_.qvel, m_.nv);
     if (before_substep || is_last) scatter(kState);
     if (before_substep) {
       for_live_rows([&](int row, const mjModel& /*m*/, mjData& /*d*/) { (*before_substep)(row, frame - 1); });
@@ -186,12 +186,12 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     }
     for (int row = 0; row < count && is_last; ++row) works[row]->save(before[row]);
     advance(is_last);
+    leave_bad(lanes_.qpos, m_.nq);
+    leave_bad(lanes_.qvel, m_.nv);
     if (live() == 0) return 0;
     for (int row = 0; row < count && frame == 1; ++row) works[row]->drop_repeated_warnings();
     for (int row = 0; row < count; ++row) data_[row]->time += row_models_[row]->opt.timestep;
   }
-  leave_bad(lanes_.qpos, m_.nq);
-  leave_bad(lanes_.qvel, m_.nv);
   scatter(kState);
   const Left left = finish();
   // Work::note_step may call mj_step1, which may fail.

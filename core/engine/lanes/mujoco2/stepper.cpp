@@ -84,7 +84,7 @@ class MujocoStepper final : public LaneStepper {
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
   void begin() override;
-  void forward_first() override;
+  void forward_first() override { forward(0U); }
   void advance(bool is_last) override;
   Left finish() override;
 
@@ -237,12 +237,6 @@ void MujocoStepper::begin() {
   makes_ = maker_ && maker_->follow(row_models_, count_) &&
            std::all_of(row_models_.begin(), row_models_.begin() + count_,
                        [&](const mjModel* m) { return solver_->has_noslip_of(*m); });
-}
-
-void MujocoStepper::forward_first() {
-  leave_bad(lanes_.qpos, m_.nq);
-  leave_bad(lanes_.qvel, m_.nv);
-  if (live() != 0) forward(0U);
 }
 
 void MujocoStepper::advance(bool is_last) {
