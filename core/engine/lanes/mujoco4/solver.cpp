@@ -39,10 +39,9 @@ std::int64_t numbers_to_solve(const mjModel& m, std::int64_t rows) {
   return is_dual(m) ? primal + rows * (rows + 2 * nv) : primal;
 }
 
-// The same for making them, and the contacts.
+// The same for making them, and the contacts, beside what it takes to solve them.
 std::int64_t numbers_to_make(const mjModel& m, std::int64_t rows, std::int64_t contacts) {
-  return contacts * static_cast<std::int64_t>(sizeof(mjContact) / sizeof(double) + 1) + rows * (m.nv + 64) + m.ntendon +
-         32 * m.nv;
+  return contacts * static_cast<std::int64_t>(sizeof(mjContact) / sizeof(double) + 1) + rows * (m.nv + 64) + m.ntendon;
 }
 
 // DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
@@ -138,8 +137,8 @@ Solver::Solver(const Code& code, const mjModel& m)
 // MuJoCo fails if its memory is too small to solve the constraints. A row with a single tree has one island, without
 // mj_island. The dofs of each island must follow each other.
 bool Solver::prepare(const mjModel& m, mjData& d) {
-  const std::int64_t rows = d.nefc, room = static_cast<std::int64_t>(d.narena - d.parena - d.pstack);
-  if (rows == 0 || rows > most_constraints(m) || (is_dual(m) && d.ne + d.nf > 0) || !unsupported_feature(m).empty() ||
+  const std::int64_t rows = d.nefc, room = static_cast<std::int64_t>(d.narena - d.parena);
+  if (rows == 0 || rows > most_constraints(m) || (is_dual(m) && d.ne + d.nf > 0) ||
       room < 8 * numbers_to_solve(m, rows) || has_connect_or_weld(m, d))
     return false;
   if (is_dual(m)) return has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations;
@@ -156,8 +155,7 @@ bool Solver::prepare(const mjModel& m, mjData& d) {
 }
 
 bool Solver::follows(const mjModel& m) const {
-  return unsupported_feature(m).empty() &&
-         (!is_dual_ || (has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations));
+  return !is_dual_ || (has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations);
 }
 
 // Friction must be at the same places in all lanes.
@@ -170,8 +168,8 @@ bool Solver::can_solve(const Contacts& contacts, const RowData& data) {
     const int rows = contacts.constraints[lane];
     if (!(contacts.rows >> lane & 1)) continue;
     if (bounded < 0) bounded = contacts.bounded[lane];
-    const auto room = static_cast<std::int64_t>(data[lane]->narena - data[lane]->pstack);
-    const std::int64_t needed = numbers_to_make(m_, rows, contacts.found[lane]) + numbers_to_solve(m_, rows);
+    const std::int64_t room = data[lane]->narena,
+                       needed = numbers_to_make(m_, rows, contacts.found[lane]) + numbers_to_solve(m_, rows);
     if (contacts.bounded[lane] != bounded || rows > most_constraints(m_) || room < 8 * needed) return false;
     if (has_one_island(m_)) continue;
     if (bounded > 0 || is_elliptic(m_) || !list_islands(lane, contacts)) return false;
@@ -203,7 +201,6 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
       if (!((rows & ~lanes.left_to_mujoco) >> lane & 1)) continue;
       write_references(lane, *data[lane]);
       write_forces(lane, *data[lane]);
-      mj_island(models[lane], data[lane]);
     }
   }
   set_rest(lanes, rows);
@@ -265,7 +262,6 @@ void Solver::run_dual(Lanes& lanes, std::uint32_t rows, const RowModels& models,
   }
   code_.projectConstraint(lanes, constraints_, dual_rows_.data());
   code_.solPGS(dual_rows_.data(), width);
-  std::fill_n(constraints_.force, constraints_.size * width, 0.0);
   for (int lane = 0; lane < width; ++lane) {
     const DualRow& row = dual_rows_[static_cast<std::size_t>(lane)];
     for (int i = 0; i < row.size; ++i) constraints_.force[i * width + lane] = row.force[i];

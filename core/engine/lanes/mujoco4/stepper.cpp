@@ -146,8 +146,7 @@ void MujocoStepper::evaluate(bool is_read, bool is_shown) {
 bool MujocoStepper::constrain() {
   if (!collider_->find(lanes_, live()) || !solver_->can_solve(collider_->found(), data_)) return false;
   solver_->solve(lanes_, collider_->found(), row_models_, data_);
-  for (const Party reader : {kConstraints, kSolved})
-    if (is_by_rows_) scatter(reader);
+  if (is_by_rows_) scatter(kSolved);
   return true;
 }
 
@@ -171,12 +170,9 @@ void MujocoStepper::solve(bool is_read) {
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     const bool is_solvable = Solver::prepare(m, d);
     if (d.nefc > 0) (is_solvable ? solvable : others) |= 1U << row;
-    if (!is_read) return;
-    if (d.nefc == 0) mj_island(&m, &d);
-    std::fill_n(d.solver_niter, mjNISLAND, 0);
+    if (is_read) std::fill_n(d.solver_niter, mjNISLAND, 0);
   });
   solver_->solve(lanes_, solvable, row_models_, data_, is_read);
-  if (is_by_rows_) scatter(kConstraints);
   if (is_by_rows_ || others != 0) scatter(kSolved, ~others);
   if (others == 0) return;
   scatter(kConstraints, others);
@@ -194,7 +190,6 @@ void MujocoStepper::show() {
     const mjModel& m = works_[row]->stepped();
     mj_camlight(&m, &d);
     mj_transmission(&m, &d);
-    d.flg_energypos = d.flg_energyvel = false;
     d.energy[0] = d.energy[1] = 0;
     if (!(m.opt.enableflags & mjENBL_ENERGY)) return;
     mj_energyPos(&m, &d);
@@ -227,7 +222,6 @@ void MujocoStepper::sense_in_lanes(bool are_all) {
   if (are_all) code_.sensors(lanes_, true);
   const int width = code_.width;
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
-    d.flg_subtreevel = d.flg_rnepost = false;
     for (int i = 0; i < m.nsensor; ++i) {
       if (!is_single(m.sensor_type[i]) || (!are_all && m.sensor_needstage[i] == mjSTAGE_ACC)) continue;
       std::array<mjtNum, 3> pos{};
