@@ -61,7 +61,7 @@ PYTHON_TASK_FUNCTIONS = ("mjenv_load_tasks",)
 
 
 def python_module(api: header.Header) -> str:
-    """The text of _abi.py."""
+    """The text of declarations.py."""
     task_functions = header.parse(header.PATH, header.TASK).functions
     functions = [*api.functions, *(one for one in task_functions if one.name in PYTHON_TASK_FUNCTIONS)]
     lines = [
@@ -108,6 +108,57 @@ def python_library(api: header.Header, functions: Sequence[header.Function]) -> 
         if len(line) > 120:
             line = "\n".join([line.partition("(")[0] + "(", *(f"            {name}," for name in types), "        )"])
         yield from (line, f"        self.{function.name}.restype = {python_type(api, function.result)}")
+
+
+def python_task_type(ctype: header.CType, known: Sequence[str], is_called: bool) -> str:
+    """An address is enough, but for text and for structs that stand before. is_called: Python calls the functions."""
+    if ctype.callback and is_called:
+        types = [ctype.callback.result, *(one.type for one in ctype.callback.parameters)]
+        return f"CFUNCTYPE({', '.join(python_task_type(one, known, is_called) for one in types)})"
+    if ctype.base == "char":
+        return "c_char_p"
+    if ctype.pointers:
+        text = ctype.base if ctype.base in known else "c_void_p"
+        return f"POINTER({text})" if ctype.base in known or ctype.pointers > 1 else text
+    if ctype.base == "void":
+        return "None"
+    text = PYTHON_TYPES.get(ctype.base, "c_int32")
+    return text if ctype.length is None else f"{text} * {ctype.length}"
+
+
+def python_task_module(api: header.Header) -> str:
+    """The text of task_declarations.py."""
+    structs = [one for one in header.parse(header.PATH, header.TASK).structs if one not in api.structs]
+    known = [one.name for one in api.structs]
+    used, lines = set(known), []
+    for struct in structs:
+        lines += ["", "", f"class {struct.name}(Structure):", "    _fields_ = ("]
+        for field in struct.fields:
+            kind = python_task_type(field.type, known, is_called=struct.name == "mjenv_task_api")
+            lines.append(f'        ("{field.name}", {kind}),')
+        lines.append("    )")
+        known.append(struct.name)
+    words = set(re.findall(r"\w+", "\n".join(lines)))
+    types = sorted({"c_char_p", "c_void_p", *PYTHON_TYPES.values()} & words, key=natural)
+    task = next(one for one in structs if one.name == "mjenv_task")
+    callbacks = [one.name for one in task.fields if one.type.callback and one.name not in ("build", "destroy")]
+    head = [
+        '"""The structs of mjenv/task.h in ctypes. Written by tools/declarations.py: do not edit."""',
+        "# ruff: noqa: N801",
+        "",
+        "from ctypes import (",
+        *(f"    {name}," for name in ("CFUNCTYPE", "Structure", *types)),
+        ")",
+        "",
+        f"from mjenv.capi.declarations import {', '.join(sorted(used & words))}",
+        "from mjenv.capi.pointers import POINTER",
+        "",
+        "# Those of mjenv_task, but build and destroy",
+        "CALLBACKS = (",
+        *(f'    "{name}",' for name in callbacks),
+        ")",
+    ]
+    return "\n".join(head + lines) + "\n"
 
 
 def guest_parts(path: Path, api: header.Header) -> tuple[header.Header, header.Header]:
@@ -436,6 +487,7 @@ def javascript_module(api: header.Header) -> str:
 
 LANGUAGES: dict[str, tuple[str, Callable[[header.Header], str]]] = {
     "python": ("bindings/python/src/mjenv/capi/declarations.py", python_module),
+    "python-task": ("bindings/python/src/mjenv/capi/task_declarations.py", python_task_module),
     "julia": ("bindings/julia/src/capi.jl", julia_module),
     "javascript": ("bindings/javascript/src/abi.js", javascript_module),
     "rust": ("bindings/rust/mjenv-sys/src/bindings.rs", rust_module),

@@ -6,7 +6,7 @@ import ctypes
 import inspect
 import weakref
 from collections.abc import Mapping
-from ctypes import c_void_p
+from ctypes import CFUNCTYPE, c_int32, c_void_p
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,13 @@ from mjenv.capi.engine import Engine
 from mjenv.capi.pointers import POINTER
 from mjenv.errors import InvalidValueError, OptionError, UnknownNameError
 from mjenv.task import Model, Task
-from mjenv.task.registered import METHODS, Build, Registered, describe_observation, name_of, overrides
+from mjenv.task.registered import Build, Registered, describe_observation, name_of, overrides
 from mjenv_batch.checked import Checked, NumpyBuild, Resetting
 from mjenv_batch.rows import NumpyRows
 from mjenv_batch.sim import Random, Sim
 from mjenv_batch.start import Start
 
+_RESET = CFUNCTYPE(c_int32, c_void_p, POINTER(task_declarations.mjenv_start))
 # The arrays contact.* and the shape of one contact's part.
 CONTACT: dict[str, tuple[int, ...]] = {
     **dict.fromkeys("dist includemargin dim geom1 geom2 exclude efc_address".split(), ()),
@@ -101,7 +102,7 @@ class NumpyRegistered(Registered):
     def set_callbacks(self, struct: Any) -> None:
         struct.physics_only = 1
         if self.resets_rows:
-            self._reset = task_declarations.RESET(self._reset_row)
+            self._reset = _RESET(self._reset_row)
             struct.reset = ctypes.cast(self._reset, c_void_p).value
 
     def _reset_row(self, key: int, start: Any) -> int:
@@ -135,7 +136,7 @@ class NumpyRegistered(Registered):
 
         Returns how many numbers it observes.
         """
-        for name in METHODS:
+        for name in task_declarations.CALLBACKS:
             if getattr(task, name) is None and (absent := getattr(Task, name)):  # build has taken it away
                 setattr(task, name, absent.__get__(task))
         arrays = {name: _initial(model, name, self.kind.max_contacts)[None] for name in self.needs}

@@ -87,9 +87,7 @@ def _cast(kind: Any) -> Any:
 _pointer, _narrow_pointer = _cast(_NUMBERS), _cast(types.CPointer(types.float32))
 _addresses = _cast(types.CPointer(types.uint64))
 _sim = _cast(_SIM)
-_CONTACT: list[Any] = [("geom1", np.int32), ("geom2", np.int32), ("distance", np.float64)]
-_CONTACT += [("position", np.float64, 3), ("frame", np.float64, 9), ("force", np.float64, 6)]
-_contacts = _cast(types.CPointer(numba.from_dtype(np.dtype(_CONTACT))))
+_contacts = _cast(types.CPointer(numba.from_dtype(np.dtype(task_declarations.mjenv_contact))))
 
 
 def _call(context: Any, builder: Any, struct: Any, name: str, result: Any, arguments: Any) -> Any:

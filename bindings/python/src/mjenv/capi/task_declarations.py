@@ -1,4 +1,4 @@
-"""The structs of mjenv/task.h in ctypes."""
+"""The structs of mjenv/task.h in ctypes. Written by tools/declarations.py: do not edit."""
 # ruff: noqa: N801
 
 from ctypes import (
@@ -15,6 +15,18 @@ from ctypes import (
 from mjenv.capi.declarations import mjenv_field
 from mjenv.capi.pointers import POINTER
 
+# Those of mjenv_task, but build and destroy
+CALLBACKS = (
+    "reset",
+    "reset_info",
+    "carry",
+    "observe",
+    "step",
+    "before_step",
+    "before_substep",
+    "compute_reward",
+)
+
 
 class mjenv_task_option(Structure):
     _fields_ = (
@@ -25,7 +37,7 @@ class mjenv_task_option(Structure):
         ("value", c_double),
         ("low", c_double),
         ("high", c_double),
-        ("values", POINTER(c_double)),
+        ("values", c_void_p),
         ("count", c_int64),
         ("text", c_char_p),
         ("choices", c_char_p),
@@ -57,14 +69,15 @@ class mjenv_task_camera(Structure):
     )
 
 
-# The arrays of mjenv_sim in their order. What each holds is documented in task.h.
-SIM_ARRAYS = (
-    "time action carried qpos qvel act ctrl qacc xpos xquat xmat xipos ximat xanchor xaxis geom_xpos geom_xmat "
-    "site_xpos site_xmat subtree_com cinert cvel cfrc_ext sensordata actuator_length actuator_velocity "
-    "actuator_force qfrc_actuator qfrc_passive qfrc_bias qfrc_constraint ten_length ten_velocity contacts qpos0 "
-    "body_mass"
-).split()
-SIM_COUNTS = "nq nv na nu nbody njnt ngeom nsite ntendon nsensordata contact_count reserved".split()
+class mjenv_contact(Structure):
+    _fields_ = (
+        ("geom1", c_int32),
+        ("geom2", c_int32),
+        ("distance", c_double),
+        ("position", c_double * 3),
+        ("frame", c_double * 9),
+        ("force", c_double * 6),
+    )
 
 
 class mjenv_sim(Structure):
@@ -72,10 +85,56 @@ class mjenv_sim(Structure):
         ("struct_size", c_uint32),
         ("action_dtype", c_int32),
         ("api", c_void_p),
-        *((name, c_int32) for name in SIM_COUNTS),
+        ("nq", c_int32),
+        ("nv", c_int32),
+        ("na", c_int32),
+        ("nu", c_int32),
+        ("nbody", c_int32),
+        ("njnt", c_int32),
+        ("ngeom", c_int32),
+        ("nsite", c_int32),
+        ("ntendon", c_int32),
+        ("nsensordata", c_int32),
+        ("contact_count", c_int32),
+        ("reserved", c_int32),
         ("timestep", c_double),
         ("dt", c_double),
-        *((name, c_void_p) for name in SIM_ARRAYS),
+        ("time", c_void_p),
+        ("action", c_void_p),
+        ("carried", c_void_p),
+        ("qpos", c_void_p),
+        ("qvel", c_void_p),
+        ("act", c_void_p),
+        ("ctrl", c_void_p),
+        ("qacc", c_void_p),
+        ("xpos", c_void_p),
+        ("xquat", c_void_p),
+        ("xmat", c_void_p),
+        ("xipos", c_void_p),
+        ("ximat", c_void_p),
+        ("xanchor", c_void_p),
+        ("xaxis", c_void_p),
+        ("geom_xpos", c_void_p),
+        ("geom_xmat", c_void_p),
+        ("site_xpos", c_void_p),
+        ("site_xmat", c_void_p),
+        ("subtree_com", c_void_p),
+        ("cinert", c_void_p),
+        ("cvel", c_void_p),
+        ("cfrc_ext", c_void_p),
+        ("sensordata", c_void_p),
+        ("actuator_length", c_void_p),
+        ("actuator_velocity", c_void_p),
+        ("actuator_force", c_void_p),
+        ("qfrc_actuator", c_void_p),
+        ("qfrc_passive", c_void_p),
+        ("qfrc_bias", c_void_p),
+        ("qfrc_constraint", c_void_p),
+        ("ten_length", c_void_p),
+        ("ten_velocity", c_void_p),
+        ("contacts", POINTER(mjenv_contact)),
+        ("qpos0", c_void_p),
+        ("body_mass", c_void_p),
         ("arrays", POINTER(c_void_p)),
         ("parameters", c_void_p),
         ("action_count", c_int32),
@@ -87,9 +146,22 @@ class mjenv_start(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
         ("reserved", c_int32),
-        *((name, c_void_p) for name in ("api", "random", "qpos0", "qpos", "qvel", "act", "carried", "arrays")),
-        *((name, c_int32) for name in ("nq", "nv", "na", "carry_count")),
-        *((name, c_void_p) for name in ("parameters", "sim", "time", "own")),
+        ("api", c_void_p),
+        ("random", c_void_p),
+        ("qpos0", c_void_p),
+        ("qpos", c_void_p),
+        ("qvel", c_void_p),
+        ("act", c_void_p),
+        ("carried", c_void_p),
+        ("arrays", POINTER(c_void_p)),
+        ("nq", c_int32),
+        ("nv", c_int32),
+        ("na", c_int32),
+        ("carry_count", c_int32),
+        ("parameters", c_void_p),
+        ("sim", POINTER(mjenv_sim)),
+        ("time", c_void_p),
+        ("own", POINTER(c_void_p)),
     )
 
 
@@ -101,7 +173,7 @@ class mjenv_outcome(Structure):
         ("info", c_void_p),
         ("carried", c_void_p),
         ("random", c_void_p),
-        ("own", c_void_p),
+        ("own", POINTER(c_void_p)),
         ("qvel", c_void_p),
     )
 
@@ -110,65 +182,12 @@ class mjenv_control(Structure):
     _fields_ = (
         ("struct_size", c_uint32),
         ("substep", c_int32),
-        *((name, c_void_p) for name in ("ctrl", "carried", "random", "own", "qvel")),
+        ("ctrl", c_void_p),
+        ("carried", c_void_p),
+        ("random", c_void_p),
+        ("own", POINTER(c_void_p)),
+        ("qvel", c_void_p),
     )
-
-
-class mjenv_task_api(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("abi_version", c_uint32),
-        ("fail_with", CFUNCTYPE(c_int32, c_char_p)),
-        ("integer", CFUNCTYPE(c_int64, c_void_p, c_char_p)),
-        ("reals", CFUNCTYPE(None, c_void_p, c_char_p, POINTER(c_double), c_int64)),
-        ("is_integer", CFUNCTYPE(c_int32, c_void_p, c_char_p)),
-        ("text", CFUNCTYPE(c_char_p, c_void_p, c_char_p)),
-        ("index", CFUNCTYPE(c_int32, c_void_p, c_char_p, c_char_p)),
-        ("option_index", CFUNCTYPE(c_int32, c_void_p, c_char_p, c_char_p)),
-        ("norm_is_fused", CFUNCTYPE(c_int32, c_void_p)),
-        ("need", CFUNCTYPE(None, c_void_p, c_char_p)),
-        ("array", CFUNCTYPE(c_int32, c_void_p, c_char_p, POINTER(mjenv_field))),
-        ("field", CFUNCTYPE(None, c_void_p, POINTER(mjenv_task_field))),
-        ("carry", CFUNCTYPE(None, c_void_p, c_int64)),
-        ("carry_bounds", CFUNCTYPE(None, c_void_p, c_int64, c_int64, c_double, c_double)),
-        ("random", CFUNCTYPE(c_double, c_void_p)),
-        ("uniform", CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
-        ("normal", CFUNCTYPE(c_double, c_void_p)),
-        ("integers", CFUNCTYPE(c_int64, c_void_p, c_int64, c_int64)),
-        ("choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
-        ("sample", CFUNCTYPE(None, c_void_p, c_int64, c_int64, c_void_p)),
-        ("permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
-        ("parameter", CFUNCTYPE(c_int64, c_void_p, c_char_p)),
-        ("keep", CFUNCTYPE(None, c_void_p, c_int64, c_int64)),
-        ("current", CFUNCTYPE(None, c_void_p)),
-        ("own", CFUNCTYPE(c_int32, c_void_p, c_char_p)),
-        ("random_state", CFUNCTYPE(None, c_void_p)),
-        ("forward", CFUNCTYPE(c_int32, c_void_p)),
-        ("advance", CFUNCTYPE(c_int32, c_void_p, c_int64)),
-        ("restart", CFUNCTYPE(c_int32, c_void_p)),
-        ("contact_count", CFUNCTYPE(c_int64, c_void_p)),
-        ("state_rand", CFUNCTYPE(c_double, c_void_p)),
-        ("state_uniform", CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
-        ("state_randn", CFUNCTYPE(c_double, c_void_p)),
-        ("state_randint", CFUNCTYPE(c_int64, c_void_p, c_int64, c_int64)),
-        ("state_choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
-        ("state_is_new", CFUNCTYPE(c_int32, c_void_p)),
-        ("action", CFUNCTYPE(None, c_void_p, c_int64, POINTER(c_double), POINTER(c_double))),
-        ("state_permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
-        ("control_forward", CFUNCTYPE(c_int32, c_void_p)),
-    )
-
-
-class mjenv_random(Structure):
-    _fields_ = (
-        ("struct_size", c_uint32),
-        ("reserved", c_int32),
-        ("api", c_void_p),
-    )
-
-
-CALLBACKS = ("reset", "reset_info", "carry", "observe", "step")
-MORE_CALLBACKS = ("before_step", "before_substep", "compute_reward")
 
 
 class mjenv_task(Structure):
@@ -191,12 +210,72 @@ class mjenv_task(Structure):
         ("user", c_void_p),
         ("build", c_void_p),
         ("destroy", c_void_p),
-        *((name, c_void_p) for name in CALLBACKS),
+        ("reset", c_void_p),
+        ("reset_info", c_void_p),
+        ("carry", c_void_p),
+        ("observe", c_void_p),
+        ("step", c_void_p),
         ("caller_thread", c_int32),
         ("physics_only", c_int32),
         ("fixed_model", c_int32),
         ("fixed_frame_skip", c_int32),
-        *((name, c_void_p) for name in MORE_CALLBACKS),
+        ("before_step", c_void_p),
+        ("before_substep", c_void_p),
+        ("compute_reward", c_void_p),
+    )
+
+
+class mjenv_plugin(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("abi_version", c_uint32),
+        ("tasks", POINTER(mjenv_task)),
+        ("task_count", c_int64),
+    )
+
+
+class mjenv_task_api(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("abi_version", c_uint32),
+        ("fail_with", CFUNCTYPE(c_int32, c_char_p)),
+        ("integer", CFUNCTYPE(c_int64, c_void_p, c_char_p)),
+        ("reals", CFUNCTYPE(None, c_void_p, c_char_p, c_void_p, c_int64)),
+        ("is_integer", CFUNCTYPE(c_int32, c_void_p, c_char_p)),
+        ("text", CFUNCTYPE(c_char_p, c_void_p, c_char_p)),
+        ("index", CFUNCTYPE(c_int32, c_void_p, c_char_p, c_char_p)),
+        ("option_index", CFUNCTYPE(c_int32, c_void_p, c_char_p, c_char_p)),
+        ("norm_is_fused", CFUNCTYPE(c_int32, c_void_p)),
+        ("need", CFUNCTYPE(None, c_void_p, c_char_p)),
+        ("array", CFUNCTYPE(c_int32, c_void_p, c_char_p, POINTER(mjenv_field))),
+        ("field", CFUNCTYPE(None, c_void_p, POINTER(mjenv_task_field))),
+        ("carry", CFUNCTYPE(None, c_void_p, c_int64)),
+        ("carry_bounds", CFUNCTYPE(None, c_void_p, c_int64, c_int64, c_double, c_double)),
+        ("random", CFUNCTYPE(c_double, c_void_p)),
+        ("uniform", CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ("normal", CFUNCTYPE(c_double, c_void_p)),
+        ("integers", CFUNCTYPE(c_int64, c_void_p, c_int64, c_int64)),
+        ("choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
+        ("sample", CFUNCTYPE(None, c_void_p, c_int64, c_int64, c_void_p)),
+        ("permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
+        ("parameter", CFUNCTYPE(c_int64, c_void_p, c_char_p)),
+        ("keep", CFUNCTYPE(None, c_void_p, c_int64, c_int64)),
+        ("current", CFUNCTYPE(None, c_void_p)),
+        ("own", CFUNCTYPE(c_int32, c_void_p, c_char_p)),
+        ("random_state", CFUNCTYPE(None, c_void_p)),
+        ("forward", CFUNCTYPE(c_int32, POINTER(mjenv_start))),
+        ("advance", CFUNCTYPE(c_int32, POINTER(mjenv_start), c_int64)),
+        ("restart", CFUNCTYPE(c_int32, POINTER(mjenv_start))),
+        ("contact_count", CFUNCTYPE(c_int64, POINTER(mjenv_start))),
+        ("state_rand", CFUNCTYPE(c_double, c_void_p)),
+        ("state_uniform", CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ("state_randn", CFUNCTYPE(c_double, c_void_p)),
+        ("state_randint", CFUNCTYPE(c_int64, c_void_p, c_int64, c_int64)),
+        ("state_choice", CFUNCTYPE(c_int64, c_void_p, c_int64, c_void_p)),
+        ("state_is_new", CFUNCTYPE(c_int32, c_void_p)),
+        ("action", CFUNCTYPE(None, c_void_p, c_int64, c_void_p, c_void_p)),
+        ("state_permutation", CFUNCTYPE(None, c_void_p, c_int64, c_void_p)),
+        ("control_forward", CFUNCTYPE(c_int32, POINTER(mjenv_control))),
     )
 
 
@@ -211,5 +290,9 @@ class mjenv_builder(Structure):
     )
 
 
-RESET = CFUNCTYPE(c_int32, c_void_p, POINTER(mjenv_start))
-BUILD = CFUNCTYPE(c_int32, POINTER(mjenv_builder), c_void_p, POINTER(c_void_p))
+class mjenv_random(Structure):
+    _fields_ = (
+        ("struct_size", c_uint32),
+        ("reserved", c_int32),
+        ("api", POINTER(mjenv_task_api)),
+    )

@@ -11,7 +11,7 @@ import math
 import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import byref, c_double, c_int32, c_size_t, c_void_p
+from ctypes import CFUNCTYPE, byref, c_double, c_int32, c_size_t, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,14 +21,14 @@ import numpy as np
 from mjenv.capi import declarations, task_declarations
 from mjenv.capi.declarations import Dtype, Kind, Role, Status
 from mjenv.capi.engine import Engine
-from mjenv.capi.handle import Rows, encoded, pointer_to
+from mjenv.capi.handle import Rows, encoded
 from mjenv.capi.pointers import POINTER
+from mjenv.capi.task_declarations import CALLBACKS
 from mjenv.errors import InvalidValueError, OptionError, TaskError
 from mjenv.task import Field, Model, Setting, Task
 
 # The names that mjenv_task_api.need takes. The other arrays are always available.
 ON_DEMAND = "contacts cfrc_ext cfrc_int cacc geom_xpos geom_xmat cam_xpos cam_xmat light_xpos light_xdir".split()
-METHODS = ("reset", "observe", "step", "carry", "reset_info", "before_step", "before_substep", "compute_reward")
 _FIELD_TYPES: dict[Any, Dtype] = {
     float: Dtype.NATIVE_FLOAT,
     int: Dtype.NATIVE_INT,
@@ -37,6 +37,8 @@ _FIELD_TYPES: dict[Any, Dtype] = {
     np.float32: Dtype.FLOAT32,
     np.int64: Dtype.INT64,
 }
+
+_BUILD = CFUNCTYPE(c_int32, POINTER(task_declarations.mjenv_builder), c_void_p, POINTER(c_void_p))
 
 # Tasks are never freed, because engines may call them until the process ends.
 _KEPT: list[Registered] = []
@@ -80,9 +82,9 @@ class Registered:
 
     def check(self, task: Task | type[Task]) -> None:
         """Raises OptionError if the class, or the object that build has prepared, has what such a task cannot have."""
-        own = [name for name in (*METHODS, "reset_row") if overrides(task, name)]
+        own = [name for name in (*CALLBACKS, "reset_row") if overrides(task, name)]
         if python := [name for name in own if not _address(getattr(task, name))]:
-            code = next(name for name in METHODS if _address(getattr(task, name)))
+            code = next(name for name in CALLBACKS if _address(getattr(task, name)))
             raise OptionError(f"{name_of(task)}: {code} is machine code, so {python[0]} must be, too", Status.E_TYPE)
 
     def check_defined(self, *names: str) -> None:
@@ -155,7 +157,7 @@ class Registered:
             (task_declarations.mjenv_task_option * len(settings))(*settings),
             len(settings),
         )
-        self._build = task_declarations.BUILD(self._build_environment)
+        self._build = _BUILD(self._build_environment)
         task.build = ctypes.cast(self._build, c_void_p).value
         task.carry_count = sum(math.prod(shape) for shape in kind.state.values())
         self.set_callbacks(task)
@@ -180,7 +182,7 @@ class Registered:
         elif isinstance(default, (tuple, list)) and default and all(isinstance(x, (int, float)) for x in default):
             values = np.array(default, np.float64)
             self._kept.append(values)
-            option.kind, option.values, option.count = Kind.REALS, pointer_to(values, c_double), len(values)
+            option.kind, option.values, option.count = Kind.REALS, values.ctypes.data, len(values)
         else:
             raise OptionError(
                 f"option {name!r}: the default is a bool, an int, a float, floats or a str, not {default!r}",
@@ -253,7 +255,7 @@ class Registered:
                     )
                 model.describe(role, name, field.shape, _FIELD_TYPES[field.type], field.doc)
         # build may have given the object callbacks of its own, or None.
-        own = [task.__dict__[name] for name in METHODS if name in task.__dict__]
+        own = [task.__dict__[name] for name in CALLBACKS if name in task.__dict__]
         self._callbacks.update({_address(function): function for function in own})
         _set_methods(builder.contents.task.contents, task)
         return _allocated(numbers)
@@ -276,11 +278,11 @@ def overrides(task: Task | type[Task], name: str) -> bool:
 
 def is_code(kind: type[Task]) -> bool:
     """Whether the class has a method in machine code."""
-    return any(_address(getattr(kind, name)) for name in METHODS if overrides(kind, name))
+    return any(_address(getattr(kind, name)) for name in CALLBACKS if overrides(kind, name))
 
 
 def _set_methods(struct: Any, task: Task | type[Task]) -> None:
-    for name in METHODS:
+    for name in CALLBACKS:
         setattr(struct, name, _address(getattr(task, name)) or None)
 
 
