@@ -15,7 +15,8 @@ HERE = Path(__file__).resolve().parent
 
 def library() -> Path:
     """The compiled handlers, which it compiles if they are missing or older than their source."""
-    source, made = HERE / "handlers.cpp", HERE / "libmjenv-jax.so"
+    # An older jaxlib refuses what the headers of a newer one compile to.
+    source, made = HERE / "handlers.cpp", HERE / f"libmjenv-jax-{jax.lib.__version__}.so"
     if not made.exists() or made.stat().st_mtime < source.stat().st_mtime:
         partial = made.with_suffix(f".{os.getpid()}.so")
         command = [os.environ.get("CXX", "c++"), "-std=c++17", "-O2", "-fPIC", "-shared"]
