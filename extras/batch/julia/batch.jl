@@ -16,7 +16,7 @@ A task whose methods see all rows at once; [`MJEnv.BatchEnv`](@ref) plays it. De
 - `MJEnv.state_of(task::T)` (optional) has the names and lengths of what a row remembers, such as `(goal = 1,)`.
 
 A matrix has a column for each row. `sim` has the arrays of mjData that the environment names, as
-[`MJEnv.arrays`](@ref) has them, and the state.
+[`MJEnv.arrays`](@ref) has them, and the state. [`MJEnv.terrain`](@ref)`(env, geom)` reads the heights of a height field.
 """
 abstract type BatchTask end
 
@@ -30,8 +30,8 @@ An environment of an [`MJEnv.BatchTask`](@ref), for `reset!`, `step!`, `rollout`
 `MJEnv.Learner`. `model` is a file or the text of an MJCF model, `observations` how many numbers `observe` returns for a row,
 or those of each group, `(policy = 5, critic = (speed = 3, mass = 1))`, also by term, `infos` the names in the info, and
 `needs` the arrays in `sim`. `options` are those of `"Batch-v0"`, such as `frame_skip`, `max_episode_steps` and
-`autoreset_mode`. The field `env` is the [`Env`](@ref), to seed and randomise, and `batch` the [`Batch`](@ref) of the last
-results.
+`autoreset_mode`. The field `env` is the [`Env`](@ref), to seed, randomise and draw (`Renderer(envs.env)`,
+`Window(envs.env)`), and `batch` the [`Batch`](@ref) of the last results.
 """
 struct BatchEnv{T<:BatchTask,S<:NamedTuple}
     task::T
@@ -194,4 +194,48 @@ function restore!(envs::BatchEnv, image)
         last += size(values, 1)
     end
     return envs
+end
+
+"""
+    MJEnv.Heights
+
+A height field, as an [`MJEnv.Terrain`](@ref), for tasks over all rows; [`MJEnv.terrain`](@ref)`(env, geom)` returns it.
+"""
+struct Heights
+    data::Vector{Float32}
+    grid::Grid
+end
+
+"""
+    MJEnv.terrain(env, geom)
+
+Returns the [`MJEnv.Heights`](@ref) of the geom with this name in the model of an [`Env`](@ref), for a task over all rows:
+
+- `MJEnv.height(terrain, x, y)` returns the heights at `x` and `y`, m in the world's frame: numbers, or arrays of one size,
+  whose last dimension is the row.
+- `MJEnv.around(terrain, position, mat, points)` returns the heights at the `points` `(x, y)` around a body, in its frame
+  turned by its yaw alone, with a column for each row. `position` and `mat`: those of the body,
+  `sim.xpos[:, body, :]` and `sim.xmat[:, body, :]`.
+
+If rows have their own `hfield_data`, pass it as one more argument, with a column for each row.
+"""
+function terrain(env::Env, geom::Union{AbstractString,Symbol})
+    at = object_index(env, :geom, geom)
+    return Heights(read(env, :hfield_data), grid_of((name, index) -> read(env, name)[index], at, geom))
+end
+
+height(terrain::Heights, x::Real, y::Real, data::AbstractVector = terrain.data) = height_of(terrain.grid, data, x, y)
+
+function height(terrain::Heights, x::AbstractArray, y::AbstractArray, data::AbstractVecOrMat = terrain.data)
+    axes(x) == axes(y) || throw(DimensionMismatch("x has the size $(size(x)), but y $(size(y))"))
+    of_row(at) = data isa AbstractVector ? data : view(data, :, last(Tuple(at)))
+    return [height(terrain, x[at], y[at], of_row(at)) for at in CartesianIndices(x)]
+end
+
+function around(
+    terrain::Heights, position::AbstractMatrix, mat::AbstractMatrix, points, data::AbstractVecOrMat = terrain.data
+)
+    places = [yawed(position[1, row], position[2, row], mat[1, row], mat[4, row]) for row in axes(position, 2)]
+    found = [place(point) for point in points, place in places]
+    return height(terrain, first.(found), last.(found), data)
 end

@@ -135,6 +135,70 @@ end
     @test same(rollout(envs, actions[:, 1:3, :]).obs, rollout(env, actions[:, 1:3, :]).obs)
 end
 
+# tests/tasks/walk.cpp without its contacts, over all rows.
+mutable struct Rough <: MJEnv.BatchTask
+    qpos0::Vector{Float64}
+    trunk::Int
+    ground::MJEnv.Heights
+    own::Matrix{Float32}  # the rows' hfield_data; empty: the model's
+    Rough() = new()
+end
+
+function MJEnv.reset!(task::Rough, rng, rows)
+    qpos = repeat(task.qpos0, 1, rows)
+    qpos[1, :], qpos[2, :], qpos[3, :] = MJEnv.uniform(rng, -20, 20), MJEnv.uniform(rng, -10, 10), fill(0.6, rows)
+    qpos[4:end, :] += MJEnv.uniform(rng, -0.1, 0.1, 16)
+    return qpos, zeros(18, rows)
+end
+
+const POINTS = ((0, 0), (0.3, 0.1), (-0.2, 0.15), (5, -7))
+
+function MJEnv.observe(task::Rough, sim)
+    own = isempty(task.own) ? () : (task.own,)
+    height = MJEnv.height(task.ground, sim.qpos[1:1, :], sim.qpos[2:2, :], own...)
+    around = MJEnv.around(task.ground, sim.xpos[:, task.trunk, :], sim.xmat[:, task.trunk, :], POINTS, own...)
+    return vcat(sim.qpos, sim.qvel, height, around)
+end
+
+function MJEnv.step!(::Rough, sim, action)
+    MJEnv.uniform(sim.rng, 0, 1, 7)  # what the task in C++ draws, which never kicks
+    return (reward = sim.qvel[1, :], terminated = falses(size(action, 2)))
+end
+
+@testset "heights of a terrain equal those in C++" begin
+    folder = joinpath(dirname(realpath(ENV["MJENV_LIBRARY"])), "tests", "tasks")
+    MJEnv.load_tasks(joinpath(folder, "libwalk.so"))
+    twin = Env("tests/Walk-v0"; rows = 5, kicks = 0.0, autoreset_mode = :next_step)
+    envs = MJEnv.BatchEnv(
+        Rough(); model = joinpath(folder, "rough.xml"), observations = 42, needs = (:qpos, :qvel, :xpos, :xmat), rows = 5,
+        frame_skip = 2, max_episode_steps = 60, autoreset_mode = :next_step,
+    )
+    task, env = envs.task, envs.env
+    task.qpos0, task.trunk, task.ground = read(env, :qpos0), object_index(env, :body, "trunk"), MJEnv.terrain(env, :ground)
+    seen(obs) = obs[[1:37; 50:54], :]  # of the twin
+    for rough in (false, true)
+        count = length(read(env, :hfield_data))
+        own = rough ? Float32[mod(31i + 17row, 101) / 101 for i in 1:count, row in 1:5] : zeros(Float32, 0, 0)
+        rough && foreach(each -> write!(each, :hfield_data, own), (twin, env))
+        task.own = own
+        foreach(each -> seed!(each, 3), (twin, env))
+        @test same(reset!(envs).obs, seen(reset!(twin).obs))
+        for step in 1:70
+            action = [mod(7step + 3i + row, 11) / 5 - 1 for i in 1:12, row in 1:5]
+            found, wanted = step!(envs, action), step!(twin, action)
+            @test same(found.obs, seen(wanted.obs)) && same(found.truncated, wanted.truncated)
+        end
+        @test length(unique(envs.batch.obs[38:42, :])) > 10
+    end
+    x, y = envs.batch.obs[1, :], envs.batch.obs[2, :]
+    @test same(MJEnv.height(task.ground, x, y, task.own), envs.batch.obs[38, :])
+    @test MJEnv.height(task.ground, x[1], y[1], task.own[:, 1]) === envs.batch.obs[38, 1]
+    @test isnan(MJEnv.height(task.ground, NaN, 0.0))
+    @test_throws DimensionMismatch MJEnv.height(task.ground, x, y[1:4])
+    @test_throws ArgumentError MJEnv.terrain(env, "fl_foot")
+    @test_throws MJEnvError MJEnv.terrain(env, "sea")
+end
+
 isdefined(MJEnv, :Learner) && @testset "a learner" begin
     settings = (rollout_steps = 32, minibatch_size = 64, hidden = (16,))
     learners = map(1:2) do _
