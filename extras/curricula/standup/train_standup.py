@@ -75,8 +75,9 @@ def main() -> None:
     mjenv.load_tasks(given.plugin)
     options = {"upright": 1, "lift": LIFT}
     mjenv.train(LESSON, steps=given.steps, settings=SETTINGS, out=given.out, callback=Curriculum(), **options)
-    policy = given.out / "policy.txt"
-    replace(Policy.load(policy), id=ID, about={}).save(policy)  # it plays without the lesson's options
+    path = given.out / "policy.txt"
+    policy = Policy.load(path)
+    replace(policy, id=ID, about={**policy.about, "options": {}}).save(path)  # it plays without the lesson's options
 
 
 if __name__ == "__main__":
