@@ -10,7 +10,7 @@
 
 namespace mjenv::core::lanes_tests {
 
-int share = 1, made, made_of_contacts, left_by_solver;
+int share = 1, made, made_of_contacts, made_of_shared, left_by_solver;
 const lanes::Code* counted;
 std::string failures;
 
@@ -425,6 +425,7 @@ std::string compare_own(const std::shared_ptr<const Model>& model, const std::st
   }
   const std::uint32_t usual = stepper->step(some.data(), width, frames, before.data());
   if (usual + 1 != 1U << width) return "left to MuJoCo without values of their own";
+  made_of_shared = made;
   for (std::size_t i = 0; i < some.size(); ++i) begin(*some[i], i, true);
   const std::uint32_t done = stepper->step(some.data(), width, frames, before.data());
   if (done != (usual & ~left)) return (usual & ~left & ~done) != 0 ? "left to MuJoCo" : "not left to MuJoCo";

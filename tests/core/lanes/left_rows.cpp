@@ -218,7 +218,7 @@ TEST(test_forward_before_a_step) {
   const auto model =
       Model::parse("runner", R"(<mujoco><option iterations='1'/><worldbody><geom type='plane' size='9 9 1'/>
     <body pos='0 0 0.09'><joint type='slide' axis='0 0 1'/><joint name='a' type='slide' axis='1 0 0'/>
-    <joint axis='0 1 0'/><geom size='0.1'/></body></worldbody><actuator><motor joint='a' gear='20'/></actuator></mujoco>)");
+    <joint axis='0 1 0'/><geom size='0.1'/></body></worldbody><actuator><motor joint='a' gear='2e-9'/></actuator></mujoco>)");
   const StateLayout layout(*model);
   const ErrorTrap trap;
   const int width = lanes::widths().back();
@@ -227,7 +227,8 @@ TEST(test_forward_before_a_step) {
   const struct {
     double control, push;  // of odd rows: the control of the call, and what the velocities change by after it
     std::uint32_t calling, left;
-  } cases[] = {{0.7, 0, all, 0}, {-0.9, 0, 0, 0}, {1.1e10, 0, all, odd}, {0.7, 1, all, odd}, {0.7, 0, odd, odd}};
+  } cases[] = {{7e9, 0, all, 0},      {-9e9, 0, 0, 0},    {1e10, 0, all, 0},
+               {1.1e10, 0, all, odd}, {7e9, 1, all, odd}, {7e9, 0, odd, odd}};
   Noise noise;
   Group group(model, width);
   Work plain(model);
@@ -236,10 +237,10 @@ TEST(test_forward_before_a_step) {
     for (const auto& c : cases) {
       const auto begin = [&](Work& work, const double* state, bool is_odd, bool calls) {
         work.load(state);
-        work.data()->ctrl[0] = is_odd ? c.control : -0.4;
+        work.data()->ctrl[0] = is_odd ? c.control : -4e9;
         if (calls) work.forward_first();
         work.data()->qvel[1] += is_odd ? c.push : 0;
-        work.data()->ctrl[0] = 0.2;
+        work.data()->ctrl[0] = 2e9;
       };
       std::vector<std::vector<double>> states;
       for (std::size_t i = 0; i < group.some.size(); ++i) {

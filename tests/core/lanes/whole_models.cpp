@@ -176,6 +176,7 @@ TEST(test_many_entries) {
         compare_own(model, "body_mass", other_values, 0, 2, are_limits ? Kind::tame : Kind::at_rest);
     assert_string_equal(found.c_str(), "");
     assert_true((are_limits ? made : made_of_contacts) > 0);
+    assert_true(made_of_shared > 0 && made > made_of_shared);
   }
 }
 
