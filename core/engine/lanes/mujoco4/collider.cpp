@@ -39,13 +39,23 @@ bool Collider::follows(const mjModel& row) const {
 
 bool Collider::find_contacts(const Lanes& lanes, std::uint32_t rows) {
   contacts_.rows = rows;
-  contacts_.contact_count = 0;
   return is_disabled(m_) || code_.collision(lanes, contacts_);
 }
 
 bool Collider::find(const Lanes& lanes, std::uint32_t rows) {
   contacts_.rows = rows;
   return code_.instantiateLimit(lanes, contacts_) && find_contacts(lanes, rows) && set_numbers();
+}
+
+// Meanwhile its stack holds a list of the pairs, and what a pair's function computes.
+std::int64_t Collider::bytes_of(const mjModel& m, std::int64_t contacts) {
+  return contacts * static_cast<std::int64_t>(sizeof(mjContact) + sizeof(double)) + 128 * m.npair + 4096;
+}
+
+bool Collider::has_room(const RowData& data) const {
+  for (int lane = 0; lane < code_.width; ++lane)
+    if (contacts_.rows >> lane & 1 && bytes_of(m_, contacts_.found[lane]) > data[lane]->narena) return false;
+  return true;
 }
 
 void Collider::write(int row, const mjModel& m, mjData& d) const {

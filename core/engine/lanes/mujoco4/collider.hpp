@@ -1,6 +1,7 @@
 // Finds the contacts and reached limits of several rows in lanes, and lists them, or writes the contacts to mjData.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,6 +32,10 @@ class Collider final : private ListedPairs, public RowMaker {
   bool makes(const RowModels& models, int count) { return m_.neq == 0 && follow(models, count); }
   // Finds the contacts of these rows (bits). Returns false if MuJoCo has to find them.
   bool find_contacts(const Lanes& lanes, std::uint32_t rows);
+  // Whether MuJoCo, too, would find all contacts that have been found: whether its memory is large enough.
+  bool has_room(const RowData& data) const;
+  // How much of it a row's contacts take at most, while MuJoCo finds them.
+  static std::int64_t bytes_of(const mjModel& m, std::int64_t contacts);
   // Also finds the limits, after `makes`. Returns false if MuJoCo has to find them, too.
   bool find(const Lanes& lanes, std::uint32_t rows);
   // Writes to mjData the contacts that have been found for a row. m: the row's model.

@@ -87,8 +87,7 @@ inline Mask are_apart(const mjModel& m, int id1, int id2, const Geom& g1, const 
   for (int k = 0; k < 3; ++k) dif[k] = g1.pos[k] - g2.pos[k];
   const double rbound1 = m.geom_rbound[id1], rbound2 = m.geom_rbound[id2], bound = rbound1 + rbound2 + margin;
   if (rbound1 > 0 && rbound2 > 0) return dot3(dif, dif) > splat(bound * bound);
-  if (m.geom_type[id1] != mjGEOM_PLANE || !(rbound2 > 0)) return Mask{};
-  for (V& x : dif) x = -x;
+  for (V& x : dif) x = -x;  // the first geom is a plane
   g1.axis(normal, 1);
   return dot3(dif, normal) > splat(margin + rbound2);
 }

@@ -54,7 +54,6 @@ void gravcomp(Lanes& d) {
 void passive(Lanes& d) {
   const mjModel& m = *d.model;
   V *const qfrc = vectors(d.qfrc_passive), *const spring = vectors(d.qfrc_spring), *const fluid = vectors(d.qfrc_fluid);
-  zero(spring, m.nv);
   for (int i = 0; i < m.njnt && !(m.opt.disableflags & mjDSBL_SPRING); ++i) {
     if (m.jnt_type[i] != mjJNT_SLIDE && m.jnt_type[i] != mjJNT_HINGE) continue;
     const V stiffness = vectors(d.jnt_stiffness)[i];

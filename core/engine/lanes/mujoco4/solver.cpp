@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/lanes/frame/contact_pairs.hpp"
+#include "engine/lanes/mujoco4/collider.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
@@ -41,7 +42,8 @@ std::int64_t numbers_to_solve(const mjModel& m, std::int64_t rows) {
 
 // The same for making them, and the contacts, beside what it takes to solve them.
 std::int64_t numbers_to_make(const mjModel& m, std::int64_t rows, std::int64_t contacts) {
-  return contacts * static_cast<std::int64_t>(sizeof(mjContact) / sizeof(double) + 1) + rows * (m.nv + 64) + m.ntendon;
+  constexpr auto kBytes = static_cast<std::int64_t>(sizeof(double));
+  return Collider::bytes_of(m, contacts) / kBytes + rows * (m.nv + 64) + m.ntendon;
 }
 
 // DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
@@ -171,6 +173,7 @@ bool Solver::can_solve(const Contacts& contacts, const RowData& data) {
     const std::int64_t room = data[lane]->narena,
                        needed = numbers_to_make(m_, rows, contacts.found[lane]) + numbers_to_solve(m_, rows);
     if (contacts.bounded[lane] != bounded || rows > most_constraints(m_) || room < 8 * needed) return false;
+    if (m_.nconmax >= 0 && contacts.found[lane] > m_.nconmax) return false;
     if (has_one_island(m_)) continue;
     if (bounded > 0 || is_elliptic(m_) || !list_islands(lane, contacts)) return false;
   }

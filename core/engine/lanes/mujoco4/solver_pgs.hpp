@@ -187,8 +187,7 @@ class Dual : Constrained {
   // overwritten later, or lie behind the matrix (DualRow::kBehind).
   void project(int i, DualRow* rows) const {
     const V *const row = Y_ + i * nv_, R = vectors(c_.R)[i];
-    int* const columns = c_.columns + i * nv_;
-    int count = 0;
+    int *const columns = c_.columns, count = 0;
     for (int j = 0; j < nv_; ++j)
       if (any(row[j] != V{})) columns[count++] = j;
     double spare[DualRow::kMost + DualRow::kBehind], *to[kWidth];

@@ -104,7 +104,7 @@ void compute_contacts(Work& work, const mjModel& /*m*/, mjData& d) {
 
 bool has_actuators(const Model& model) { return model.get()->nactuator > 0; }
 
-bool compensates_by_actuators(const mjModel& m) { return m.flg_gravcomp && any(m.jnt_actgravcomp, m.njnt, mjtBool{0}); }
+bool compensates_by_actuators(const mjModel& m) { return any(m.jnt_actgravcomp, m.njnt, mjtBool{0}); }
 
 std::string actuation(const Model& model) {
   const mjModel& m = *model.get();

@@ -61,7 +61,7 @@ class MujocoStepper final : public LaneStepper {
   bool reads_rows() const { return is_whole_ || !senses_in_lanes_; }
   void evaluate(bool is_read, bool is_shown);
   bool constrain();
-  void collide(bool is_read);
+  void collide();
   void solve(bool is_read);
   void show();
   void sense(bool are_all);
@@ -135,7 +135,7 @@ void MujocoStepper::evaluate(bool is_read, bool is_shown) {
   leave_bad(lanes_.qacc_smooth, m_.nv);
   if (live() == 0) return;
   if (is_read || !makes_ || !constrain()) {
-    if (collider_) collide(is_read && is_whole_);
+    if (collider_) collide();
     if (solver_) solve(is_read);
   }
   if (is_shown) show();
@@ -150,12 +150,11 @@ bool MujocoStepper::constrain() {
   return true;
 }
 
-// MuJoCo makes the constraints. Lanes find the contacts, if they can and not all of mjData is read: MuJoCo's own search
-// also marks the boxes that it tests.
-void MujocoStepper::collide(bool is_read) {
-  bool finds = !is_read;
+// MuJoCo makes the constraints. Lanes find the contacts, if they can.
+void MujocoStepper::collide() {
+  bool finds = true;
   for (int row = 0; row < count_ && finds; ++row) finds = collider_->follows(works_[row]->stepped());
-  finds = finds && collider_->find_contacts(lanes_, live());
+  finds = finds && collider_->find_contacts(lanes_, live()) && collider_->has_room(data_);
   scatter(finds && m_.neq == 0 ? kMaking : kMiddle);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (!finds) return contacts_.compute(*works_[row], m, d);
