@@ -63,7 +63,7 @@ const char* const kRobots[] = {"ant.xml",
 // All joints, two of them in one body, a body whose frame has negative zeros, all kinds of frames, and a long tree.
 constexpr const char* kOdd =
     R"(<mujoco><option integrator='RK4'><flag energy='enable'/></option><worldbody><geom type='plane' size='9 9 1'/>
-    <body pos='0 0 2'><freejoint/><geom size='0.1'/><site name='s' pos='0.1 0 0' euler='10 20 30'/>
+    <body pos='0 0 2'><freejoint/><geom size='0.1'/><site name='s' pos='0.1 0 0' euler='10 20 30'/><site name='r'/>
     <body pos='0.3 -0 0' euler='30 0 -0'><joint type='ball' pos='0 0.1 -0'/><geom type='box' size='0.1 0.2 0.3' pos='0.1 0 0'/>
     <body pos='0.3 0 0'><joint axis='0 1 0'/><joint axis='1 -0 0' pos='0.1 0 0'/><joint type='slide' axis='0 0 1'/>
     <geom type='capsule' size='0.05' fromto='0 0 0 0.2 0.1 0'/><geom size='0.02' pos='-0.1 0 0' euler='0 45 0'/>
@@ -75,7 +75,7 @@ constexpr const char* kOdd =
 constexpr const char* kForces = R"(<mujoco><option density='900' viscosity='0.3' wind='0.3 -1 0.2'/>
     <default><geom size='0.1'/></default><worldbody><body pos='0 0 1'><freejoint/><geom/>
     <body pos='0.3 0 0'><joint name='a' axis='0 1 0' stiffness='3' springref='20' damping='0.4'/><geom type='capsule' size='0.05' fromto='0 0 0 0.3 0 0'/>
-    <body pos='0.3 0 0'><joint name='b' type='slide' axis='1 0 0' stiffness='7' actuatorfrcrange='-2 1'/><geom type='box' size='0.1 0.05 0.02'/></body></body></body>
+    <body pos='0.3 0 0'><joint name='b' type='slide' axis='1 0 0' stiffness='7' damping='0.2' actuatorfrcrange='-2 1'/><geom type='box' size='0.1 0.05 0.02'/></body></body></body>
     <body pos='0 1 0'><joint name='c' axis='0 0 1' damping='0.1'/><geom pos='0.2 0 0'/></body></worldbody>
     <actuator><motor joint='a' gear='30' ctrlrange='-0.5 0.4'/><position joint='b' kp='40' forcerange='-3 5'/><velocity joint='c' kv='2' gear='-0.5'/>
     <general joint='c' gaintype='affine' gainprm='1 2 3' biastype='affine' biasprm='0.1 -2 -0.3' gear='0'/><motor joint='b' gear='2'/></actuator>
@@ -141,7 +141,8 @@ constexpr const char* kSensors =
     </worldbody><actuator><motor name='m' joint='j' gear='3'/></actuator><sensor><subtreelinvel body='a'/><subtreecom body='a'/><gyro site='s'/>
     <velocimeter site='t'/><framepos objtype='camera' objname='c'/><jointpos joint='j'/><jointvel joint='j'/><actuatorpos actuator='m'/>
     <actuatorvel actuator='m'/><framequat objtype='geom' objname='g'/><framequat objtype='body' objname='b' reftype='site' refname='s'/>
-    <framelinvel objtype='site' objname='t' reftype='body' refname='a'/><frameangvel objtype='xbody' objname='b' cutoff='0.5'/><subtreeangmom body='a'/>
+    <framelinvel objtype='site' objname='t' reftype='body' refname='a'/>
+    <frameangvel objtype='site' objname='t' reftype='body' refname='a'/><frameangvel objtype='xbody' objname='b' cutoff='0.5'/><subtreeangmom body='a'/>
     <framezaxis objtype='site' objname='s'/><framexaxis objtype='body' objname='a' reftype='camera' refname='c'/><magnetometer site='t'/>
     <framepos objtype='body' objname='b' reftype='geom' refname='g'/><clock cutoff='0.003'/>%s</sensor></mujoco>)";
 
@@ -180,6 +181,11 @@ std::vector<Named> models() {
   found.emplace_back("trees", Model::parse("trees", kTrees));
   found.emplace_back("trees apart", Model::parse("apart", kApart));
   found.emplace_back("odd", Model::parse("odd", kOdd));
+  for (const char* joint : {"axis='-0 1 0'", "axis='0 1 0' pos='0.1 0 -0'"})  // the last of four
+    found.emplace_back("zeros", Model::parse("zeros", std::string(R"(<mujoco><default><geom size='0.1' pos='0.2 0 0'/>
+    </default><worldbody><body><joint axis='1 0.5 1'/><geom/><body><joint axis='1 2 3'/><geom/><body><joint axis='1 1 2'/>
+    <geom/></body></body></body><body pos='3 0 0'><joint )") +
+                                                          joint + "/><geom/></body></worldbody></mujoco>"));
   std::string euler = kOdd;
   euler.replace(euler.find("RK4"), 3, "Euler");
   found.emplace_back("odd with Euler", Model::parse("odd", euler));
@@ -225,7 +231,9 @@ std::vector<Named> models() {
   std::string implicit = listed(kForces);
   implicit.insert(implicit.find("density="), "integrator='implicit' ");
   found.emplace_back("listed with implicit", Model::parse("slow", implicit));
-  for (const std::string tolerance : {"tolerance='0.3' ", "tolerance='0.01' "}) {  // with which the solver ends early
+  for (const std::string tolerance :
+       {"tolerance='0.3' ", "tolerance='0.01' ",
+        "tolerance='0.001' ls_tolerance='0.5' ls_iterations='3' "}) {  // with which the solver ends early
     found.emplace_back("listed limits, " + tolerance, Model::parse("limits", listed(limits(tolerance))));
     std::string text = free_alone;
     text.insert(text.find("cone="), tolerance);
@@ -563,6 +571,8 @@ void change(const OwnArray& array, std::byte* block, Noise& noise) {
   for (double& value : values)
     if (array.original.name == "opt.enableflags")
       value = static_cast<double>(noise.below(2) * mjENBL_ENERGY);
+    else if (array.original.name == "opt.disableflags")
+      value = static_cast<double>(noise.below(2) * mjDSBL_ACTUATION);
     else if (value *= 1 + 0.3 * noise(); noise.below(8) == 0)
       value += 0.1;
   array.write(values.data(), block);
@@ -716,8 +726,19 @@ void test_odd_rows(void** /*state*/) {
     }
   }
   const Named forces("forces", Model::parse("forces", kForces));
-  for (const int width : lanes::widths())
-    test_steps(forces, *lanes::code_of(width), {"energy", false, 1, "opt.enableflags"}, rows, left);
+  std::string text = kForces;
+  const Named still("forces", Model::parse("forces", without(text, "density='900' viscosity='0.3'", " ")));
+  text.insert(text.find("<default>"), "<option><flag actuation='disable'/></option>");
+  const Named passive("forces", Model::parse("forces", text)), odd("odd", Model::parse("odd", kOdd));
+  for (const int width : lanes::widths()) {
+    const lanes::Code& code = *lanes::code_of(width);
+    test_steps(forces, code, {"energy", false, 1, "opt.enableflags"}, rows, left);
+    test_steps(passive, code, {"qpos", false, 1, "opt.disableflags"}, rows, left);
+    for (const char* own : {"opt.density", "opt.viscosity"})
+      test_steps(still, code, {"qpos", false, 1, own}, rows, left);
+    for (const char* own : {"geom_quat", "geom_pos", "site_quat"})
+      test_steps(odd, code, {"qM", false, 1, own}, rows, left);
+  }
   assert_true(left > 0);
 }
 
@@ -907,6 +928,20 @@ void test_choices(void** /*state*/) {
                  "<geom size='0.1'/></body></body></worldbody>" +
                  more + "</mujoco>");
   };
+  const auto assert_is_obstacle = [&](auto* callback, auto function) {
+    *callback = function;
+    const std::string found = lanes::obstacle(*hopper);
+    *callback = nullptr;
+    assert_string_equal(found.c_str(), "the process's MuJoCo callbacks");
+  };
+  const auto act = [](const mjModel*, const mjData*, int) -> mjtNum { return 0; };
+  assert_is_obstacle(mjcb_passive, [](const mjModel*, mjData*) {});
+  assert_is_obstacle(mjcb_control, [](const mjModel*, mjData*) {});
+  assert_is_obstacle(mjcb_contactfilter, [](const mjModel*, mjData*, int, int) { return 0; });
+  assert_is_obstacle(mjcb_sensor, [](const mjModel*, mjData*, int) {});
+  assert_is_obstacle(mjcb_act_dyn, act);
+  assert_is_obstacle(mjcb_act_gain, act);
+  assert_is_obstacle(mjcb_act_bias, act);
   std::string states = kForces;
   states.insert(states.find("</actuator>"), "<intvelocity joint='a' actrange='-1 1'/>");
   for (const auto& [model, line] :
@@ -919,6 +954,8 @@ void test_choices(void** /*state*/) {
         {parse(states), "actuators: row by row: states of actuators"},
         {with_sensors("", "", "<touch site='t'/>"), "sensors: lanes; row by row: touch"},
         {with_sensors("", "", ""), "sensors: lanes"},
+        {parse("<mujoco><worldbody><body><joint/><geom size='0.1' adhesion='1'/></body></worldbody></mujoco>"),
+         "passive forces: row by row: adhesion"},
         {fast("density='1'", "", ""), "integration: row by row: implicitfast with a fluid"},
         {fast("viscosity='1'", "", ""), "integration: row by row: implicitfast with a fluid"},
         {fast("", "", "<tendon><fixed damping='1'><joint joint='j' coef='1'/></fixed></tendon>"),

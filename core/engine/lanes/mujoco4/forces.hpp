@@ -67,8 +67,8 @@ void passive(Lanes& d) {
     const V damper = vectors(d.qfrc_damper)[i] = damping == V{} ? V{} : force;
     qfrc[i] = spring[i] + damper;
   }
-  const unsigned both = mjDSBL_SPRING | mjDSBL_DAMPER;
-  if ((m.opt.disableflags & both) == both) return;
+  constexpr int kBoth = mjDSBL_SPRING | mjDSBL_DAMPER;
+  if ((m.opt.disableflags & kBoth) == kBoth) return;
   if (d.has_fluid) {
     const Mask adds_fluid = (*vectors(d.density) != V{}) | (*vectors(d.viscosity) != V{});
     zero(fluid, m.nv);
