@@ -105,13 +105,14 @@ def bounds() -> Iterator[tuple[str, list[Call]]]:
 
 
 def playing(env: Any) -> Call:
-    """Episodes with random actions."""
+    """Episodes with random actions, of 200 steps at most: both sides then play the same states."""
     rng = np.random.default_rng(0)
     low, high = env.action_space.low, env.action_space.high
     env.reset(seed=0)
+    turns = cycle(range(200))
 
     def step() -> None:
-        if env.step(rng.uniform(low, high).astype(np.float32))[2]:
+        if env.step(rng.uniform(low, high).astype(np.float32))[2] or next(turns) == 199:
             env.reset()
 
     return step
@@ -122,11 +123,11 @@ def classes() -> Iterator[tuple[str, list[Call]]]:
     for name in (f"{robot}_v{version}" for robot in ROBOTS for version in (4, 5)):
         try:
             module, kind = f"gymnasium.envs.mujoco.{name}", ROBOTS[name[:-3]]
-            theirs = getattr(importlib.import_module(module), kind)
+            theirs = getattr(importlib.import_module(module), kind)()
         except ImportError:  # Pusher-v4 needs MuJoCo 2
             continue
         with mjenv.gymnasium_classes(engine=ENGINE):
-            envs = [getattr(importlib.import_module(module), kind)(), theirs()]
+            envs = [getattr(importlib.import_module(module), kind)(), theirs]
         yield name, [playing(env) for env in envs]
     folder = Path(tempfile.mkdtemp())
     for name in NAMES:

@@ -382,25 +382,36 @@ class Rows:
 
     def change(self, function: Callable[..., int], *arguments: Any) -> None:
         """The same as call, for such a call."""
-        self.run(lambda: function(self.pointer, *arguments))
+        self.changer(lambda: function(self.pointer, *arguments))(self)
 
-    def run(self, call: Callable[[], int], buffers: Sequence[Any] = (), arrays: Sequence[Any] = ()) -> None:
-        """The same for a call without arguments, which reads what this copies from the arrays into the buffers."""
-        if self.lent:
-            self.flush()
-        turn = [self.enter()]
-        try:
-            if self.closed:
-                raise self.gone()
-            for buffer, array in zip(buffers, arrays):  # noqa: B905 strict costs time
-                buffer[...] = array
-            self.check(call())
-        finally:
+    def changer(self, call: Callable[[], int], buffers: Sequence[Any] = ()) -> Callable[..., None]:
+        """The same for a call without arguments, as a function that takes these rows, which it does not keep alive, and
+        arrays, which it first copies into the buffers."""
+        take, leave, check = self.turns.take_free, self.leave, self.check
+
+        def change(rows: Rows, *arrays: Any) -> None:
+            if rows.lent:
+                rows.flush()
             try:
-                if self.lent:
-                    self.moved()
+                turn = [take()]
+            except IndexError:
+                turn = [rows.enter()]
+            try:
+                if rows.closed:
+                    raise rows.gone()
+                for buffer, array in zip(buffers, arrays):  # noqa: B905 strict costs time
+                    buffer[...] = array
+                status = call()
+                if status:
+                    check(status)
             finally:
-                self.leave(turn.pop())
+                try:
+                    if rows.lent:
+                        rows.moved()
+                finally:
+                    leave(turn.pop())
+
+        return change
 
     def prepared(self, function: str, *arguments: Any) -> Callable[[], int]:
         """The same call as a function, with arguments that are converted once. Its caller must have the turn."""
@@ -692,16 +703,16 @@ class Rows:
             raise errors.InvalidValueError(
                 f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each"
             )
-        self._change_with(("mjenv_set_state", row, (), q.shape, v.shape), (q, v))
+        self._change_with(("mjenv_set_state", row, (), q.shape, v.shape), q, v)
 
     def reset_data(self, row: int) -> None:
         """Calls mj_resetData for a row."""
-        self._change_with(("mjenv_reset_data", row, ()), ())
+        self._change_with(("mjenv_reset_data", row, ()))
 
     def simulate(self, row: int, ctrl: NDArray[Any], frames: int) -> None:
-        self._change_with(("mjenv_simulate", row, (frames,), ctrl.shape), (ctrl,))
+        self._change_with(("mjenv_simulate", row, (frames,), ctrl.shape), ctrl)
 
-    def _change_with(self, key: tuple[Any, ...], arrays: tuple[NDArray[Any], ...]) -> None:
+    def _change_with(self, key: tuple[Any, ...], *arrays: NDArray[Any]) -> None:
         """Changes a row by a function of the library, with copies of these arrays.
 
         key: the name of the function, the row, its last arguments, and the shapes of the arrays, for which the call is
@@ -713,8 +724,7 @@ class Rows:
             if len(self._changes) == _MOST_CHANGES:
                 self._changes.clear()
             self._changes[key] = found
-        call, buffers = found
-        self.run(call, buffers, arrays)
+        found(self, *arrays)
 
     def _prepare_change(self, function: str, row: int, last: tuple[int, ...], *shapes: tuple[int, ...]) -> Any:
         if last != tuple(map(_int64, last)):
@@ -723,7 +733,7 @@ class Rows:
         buffers = [np.zeros(shape) for shape in shapes]
         given = [part for buffer in buffers for part in (pointer_to(buffer, c_double), buffer.size)]
         first = pointer_to(self.only(row), c_uint8) if function == "mjenv_reset_data" else row
-        return Rows.prepared(self, function, first, *given, *last), buffers
+        return self.changer(Rows.prepared(self, function, first, *given, *last), buffers)
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
         self.change(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)

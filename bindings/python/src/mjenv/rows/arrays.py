@@ -154,7 +154,8 @@ class Arrays(_Attributes):
 
     def _writer(self, name: str) -> Callable[[Any], None]:
         """The function that assigns to an array."""
-        if hasattr(type(self), name) or name in ("opt", "stat", "vis"):
+        owned = getattr(type(self), name, None)
+        if (owned and not isinstance(owned, _Number)) or name in ("opt", "stat", "vis"):
             return partial(super().__setattr__, name)
         block = self._block(name)
         if not block.array.flags.writeable and self._role == Role.DATA:
@@ -188,9 +189,11 @@ class Arrays(_Attributes):
         return [field.name for field in self._rows.fields(self._role)]
 
 
-def _number(name: str) -> property:
-    """A number that the simulation changes. As a property, it is read faster than by __getattr__."""
-    return property(lambda arrays: (arrays._readers.get(name) or arrays._reader(name))())
+class _Number(property):
+    """A number that changes. As a property, it is read faster than by __getattr__."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(lambda arrays: (arrays._readers.get(name) or arrays._reader(name))())
 
 
 class Contacts(_Attributes):
@@ -437,7 +440,7 @@ class Data(_Named):
         """The contacts that the last mj_step or mj_forward found. Of all rows: arrays with room for the most."""
         return self._part_named("contact.") if self._row == ALL_ROWS else Contacts(self)
 
-    ncon, nefc = map(_number, ("ncon", "nefc"))
+    time, ncon, nefc = map(_Number, ("time", "ncon", "nefc"))
 
     @property
     def efc_force(self) -> NDArray[np.float64]:
@@ -458,6 +461,14 @@ class Data(_Named):
 
     def _names(self, kind: str) -> list[str]:
         return [name for name in _DATA[kind] if self._part(kind, name)]
+
+
+class Option(Arrays):
+    """model.opt: numbers and flags of the simulation."""
+
+    timestep, integrator, solver, cone, iterations, tolerance, disableflags, enableflags = map(
+        _Number, "timestep integrator solver cone iterations tolerance disableflags enableflags".split()
+    )
 
 
 class Visual(_Attributes):
@@ -487,14 +498,14 @@ def _text(name: str) -> property:
 class Model(_Named):
     """mjModel: sizes (nq), arrays (body_mass), and opt, stat and vis."""
 
-    opt: Arrays
+    opt: Option
     stat: Arrays
     vis: Visual
 
     def __init__(self, rows: Rows, row: int, changed: Callable[[], None], keeps: bool = False) -> None:
         super().__init__(rows, row, Role.MODEL, changed, keeps=keeps)
-        for name in ("opt", "stat"):
-            self.__dict__[name] = self._part_named(f"{name}.", keeps)
+        for name, kind in (("opt", Option), ("stat", Arrays)):
+            self.__dict__[name] = kind(rows, row, Role.MODEL, changed, f"{name}.", keeps)
         self.__dict__["vis"] = Visual(self)
 
     @cached_property

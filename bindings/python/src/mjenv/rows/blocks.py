@@ -35,7 +35,7 @@ class Mirror:
 
     def __init__(self, rows: Rows, field: Field) -> None:
         self._rows, self._name = rows, field.name
-        self._write: tuple[Callable[[], int], list[NDArray[Any]]] | None = None
+        self._write: Callable[..., None] | None = None
         self.array: NDArray[Any] = rows.mirror(field)[...]
         self.array.flags.writeable = rows.is_written(field)
 
@@ -48,8 +48,8 @@ class Mirror:
         if self._write is None:
             numbers = np.empty(self.array.shape)
             given = 0, self._name.encode(), pointer_to(numbers, c_double), numbers.size
-            self._write = Rows.prepared(self._rows, "mjenv_write_row", *given), [numbers]
-        self._rows.run(*self._write, [values])
+            self._write = self._rows.changer(Rows.prepared(self._rows, "mjenv_write_row", *given), [numbers])
+        self._write(self._rows, values)
 
 
 class Block:

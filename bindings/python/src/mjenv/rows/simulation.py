@@ -191,9 +191,10 @@ class Simulation(OfRows):
 
     def mj_name2id(self, kind: str, name: str) -> int:
         """The number of the object with a name; -1 if there is none. kind: "body", "joint", "geom" and so on."""
-        with suppress(UnknownNameError):
+        try:
             return self._rows.object_index(_kind_of(kind), name)
-        return -1
+        except UnknownNameError:
+            return -1
 
     def mj_id2name(self, kind: str, number: int) -> str | None:
         """The name of an object; None if it has none, or does not exist."""
