@@ -121,18 +121,20 @@ std::unique_ptr<const mjModel> sensorless_view(mjModel model, std::optional<Pair
   return stepped_view(model, pairs, sameframe);
 }
 
-// Copies the elements of an array that are in use, and sets the others to 0.
+// Copies the elements of an array that are in use, and sets the others among the first `before` to 0. Returns how many
+// are in use.
 template <typename From, typename To>
-void copy_elements(const Array& array, To* to) {
+std::size_t copy_elements(const Array& array, To* to, std::size_t before) {
   const std::size_t all = array.count();
   const auto convert = [](auto x) { return static_cast<To>(x); };
   const auto* from = static_cast<const From*>(array.data);
   if (array.stride == 0) {
     const std::size_t used = array.held ? std::min(static_cast<std::size_t>(array.held()), all) : all;
-    std::fill(std::transform(from, from + used, to, convert), to + all, To{});
-    return;
+    std::transform(from, from + used, to, convert);
+    if (used < before) std::fill(to + used, to + before, To{});
+    return used;
   }
-  To* const end = to + all;
+  To* const first = to;
   const auto used = std::min<std::int64_t>(array.held(), array.shape[0]);
   const std::size_t columns = used == 0 ? 0 : all / static_cast<std::size_t>(array.shape[0]);
   for (std::int64_t i = 0; i < used; ++i) {
@@ -145,7 +147,8 @@ void copy_elements(const Array& array, To* to) {
       from = reinterpret_cast<const From*>(reinterpret_cast<const char*>(from) + array.stride);
     }
   }
-  std::fill(to, end, To{});
+  if (to < first + before) std::fill(to, first + before, To{});
+  return static_cast<std::size_t>(to - first);
 }
 
 }  // namespace
@@ -160,12 +163,17 @@ std::size_t Array::bytes() const {
   return count() * with_type(type, [](auto zero) { return sizeof zero; });
 }
 
-void Array::copy(std::byte* to) const {
-  with_type(type, [&](auto zero) { copy_elements<decltype(zero)>(*this, reinterpret_cast<decltype(zero)*>(to)); });
+std::size_t Array::copy(std::byte* to, std::size_t before) const {
+  return with_type(type, [&](auto zero) {
+    auto* elements = reinterpret_cast<decltype(zero)*>(to);
+    return sizeof zero * copy_elements<decltype(zero)>(*this, elements, before / sizeof zero);
+  });
 }
 
+void Array::copy(std::byte* to) const { copy(to, bytes()); }
+
 void Array::read(double* values) const {
-  with_type(type, [&](auto zero) { copy_elements<decltype(zero)>(*this, values); });
+  with_type(type, [&](auto zero) { copy_elements<decltype(zero)>(*this, values, count()); });
 }
 
 const Array* find(const std::vector<Array>& arrays, const std::string& name) {

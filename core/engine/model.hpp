@@ -39,6 +39,8 @@ struct Array {
   std::size_t bytes() const;  // of all elements in their own type
   void read(double* values) const;
   void copy(std::byte* to) const;  // in their own type
+  // Does the same where the elements behind the first `before` bytes are 0. Returns how many bytes are now in use.
+  std::size_t copy(std::byte* to, std::size_t before) const;
 };
 
 // Calls body with a 0 of the C++ type that the dtype stands for.

@@ -537,6 +537,14 @@ void Env::mirror(std::int64_t row, const std::string& name, std::byte* values, s
   std::memcpy(values, mirrors_.back().shown.data(), mirrors_.back().shown.size());
 }
 
+bool Env::Mirror::is_written() const {
+  const std::size_t all = shown.size(), compared = std::min(used, all), rest = all - compared;
+  if (std::memcmp(values, shown.data(), compared) != 0) return true;
+  const std::byte* const unused = values + compared;
+  // All are 0 if the first is 0 and each is equal to the next.
+  return rest > 0 && (*unused != std::byte{0} || std::memcmp(unused, unused + 1, rest - 1) != 0);
+}
+
 void Env::take_mirrors() {
   struct Taken {
     Mirror& mirror;
@@ -546,7 +554,7 @@ void Env::take_mirrors() {
   std::vector<Taken> list;
   for (Mirror& mirror : mirrors_) {
     const std::size_t size = mirror.shown.size();
-    if (std::memcmp(mirror.values, mirror.shown.data(), size) == 0) continue;
+    if (!mirror.is_written()) continue;
     try {
       Taken& taken = list.emplace_back(Taken{mirror, {}, {}});
       with_type(mirror.type, [&](auto zero) {
@@ -581,7 +589,11 @@ void Env::show_mirrors() noexcept {
       if (mirror.numbers && mirror.numbers->part == Part::state) {
         std::memcpy(shown, at(*mirror.numbers, mirror.row), mirror.shown.size());
       } else if (mirror.index) {
-        workers_.of(mirror.row).array(mirror.row, *mirror.index, mirror.part).copy(shown);
+        const Array& found = workers_.of(mirror.row).array(mirror.row, *mirror.index, mirror.part);
+        const std::size_t before = std::min(mirror.used, mirror.shown.size());
+        mirror.used = found.copy(shown, before);
+        std::memcpy(mirror.values, shown, std::max(before, mirror.used));
+        continue;
       } else if (const OwnArray* own = own_array(mirror); own && own->shared == 0) {
         std::memcpy(shown, rows_.values(mirror.row) + own->offset, own->bytes);
       } else if (mirror.numbers || own) {
@@ -644,12 +656,10 @@ Env::Writing Env::prepare(const Selection& selected, const std::string& array, c
   check_received();
   std::optional<Numbers> target;
   if (array != kCarried || task_.physics_only) target = numbers(array);
-  OwnArray own{};
-  if (!target) {
-    const OwnArray* found = rows_.arrays().find(array);
-    own = found && !is_computed(array) ? *found : OwnArray::written(model(), array);
-  }
-  const auto each = static_cast<std::int64_t>((target ? target->array : own.original).count());
+  std::optional<OwnArray> added;
+  const OwnArray* own = target || is_computed(array) ? nullptr : rows_.arrays().find(array);
+  if (!target && !own) own = &added.emplace(OwnArray::written(model(), array));
+  const auto each = static_cast<std::int64_t>((target ? target->array : own->original).count());
   if (count != each && count != selected.count * each)
     fail(MJENV_E_SIZE,
          "the count of " + quoted(array) + " is " + std::to_string(count) + ", not " + std::to_string(each) +
@@ -663,7 +673,7 @@ Env::Writing Env::prepare(const Selection& selected, const std::string& array, c
   selected.for_each([&](std::int64_t row, std::int64_t place) {
     if (of(place) == checked) return;
     try {
-      target ? check(*target, of(place)) : own.check(of(place));
+      target ? check(*target, of(place)) : own->check(of(place));
     } catch (const Error& error) {
       fail(error.status(), in_row(row, error.what()));
     }

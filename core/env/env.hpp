@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -133,6 +134,9 @@ class Env {
     // Where it is among the rows' own arrays, of which the first `searched` have been searched.
     std::optional<std::size_t> own = {};
     std::size_t searched = 0;
+    std::size_t used = std::numeric_limits<std::size_t>::max();  // the bytes of `shown` behind these are 0
+
+    bool is_written() const;
   };
 
   // Those up to pipeline_ are made in this order, each from those before it.

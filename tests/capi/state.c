@@ -478,6 +478,38 @@ static void test_mirrors(void** state) {
   mjenv_destroy(env), mjenv_destroy(twin);
 }
 
+// The elements that are not in use are 0, also after contacts have ended, and what is written there is refused.
+static void test_mirrors_of_contacts(void** state) {
+  (void)state;
+  mjenv_env *env = env_of_id("Hopper-v5", 1), *twin = env_of_id("Hopper-v5", 1);
+  static const char* const arrays[] = {"contact.dist", "contact.frame", "efc_force"};
+  double* memory[COUNT(arrays)];
+  int64_t count[COUNT(arrays)], ncon = 0, ended = 0;
+  for (size_t i = 0; i < COUNT(arrays); ++i) {
+    memory[i] = read_array(env, 0, arrays[i], &count[i]);
+    assert_ok(mjenv_mirror(env, 0, arrays[i], memory[i], count[i] * (int64_t)sizeof(double)));
+  }
+  for (int step = 0; step < 80; ++step) {
+    const double qpos[6] = {0, step % 3 == 1 ? 2 : 1.25, 0, 0, 0, 0}, qvel[6] = {0, -2};
+    for (int each = 0; each < 2; ++each) {
+      mjenv_env* const one = each == 0 ? env : twin;
+      if (step % 4 == 0) assert_ok(mjenv_set_state(one, 0, qpos, 6, qvel, 6));
+      assert_ok(mjenv_simulate(one, 0, (double[3]){0}, 3, 3));
+    }
+    for (size_t i = 0; i < COUNT(arrays); ++i) assert_mirrored(twin, arrays[i], memory[i]);
+    double contacts;
+    int64_t one;
+    assert_ok(mjenv_read(twin, 0, "ncon", &contacts, 1, &one));
+    ended += contacts < ncon, ncon = (int64_t)contacts;
+    memory[1][count[1] - 1] = 7;
+    assert_refused(MJENV_E_NAME, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "contact.frame", "computes");
+    assert_mirrored(twin, "contact.frame", memory[1]);
+  }
+  assert_true(ended > 3);
+  mjenv_destroy(env), mjenv_destroy(twin);
+  for (size_t i = 0; i < COUNT(arrays); ++i) free(memory[i]);
+}
+
 // ---- Random streams ----
 
 static void test_streams(void** state) {
@@ -563,7 +595,7 @@ int main(void) {
       cmocka_unit_test(test_forged_history),    cmocka_unit_test(test_of_another),
       cmocka_unit_test(test_rounding),          cmocka_unit_test(test_math),
       cmocka_unit_test(test_size_of_image),     cmocka_unit_test(test_streams),
-      cmocka_unit_test(test_mirrors),
+      cmocka_unit_test(test_mirrors),           cmocka_unit_test(test_mirrors_of_contacts),
   };
   char** paths = golden_list("state");
   int64_t count = 0;
