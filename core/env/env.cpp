@@ -626,17 +626,16 @@ void Env::set_state(std::int64_t row, const double* qpos, std::int64_t nq, const
   check_count("nv", nv, count * each_nv);
   check_finite("qpos", qpos, static_cast<std::size_t>(nq));
   check_finite("qvel", qvel, static_cast<std::size_t>(nv));
-  const auto set = [&](Worker& worker, std::int64_t i, std::int64_t place) {
-    worker.set_state(i, qpos + place * each_nq, qvel + place * each_nv);
-    Rows::Head& head = rows_.head(i);
-    head.ready = true;
-    head.ended = false;
-    forget_observation(i);
-  };
-  if (!all) return set(workers_.of(row), row, 0);
+  if (!all) {
+    workers_.of(row).set_state(row, qpos, qvel);
+    return forget_observation(row);
+  }
   workers_.pool().check_here();
   rows_.make_room(Entry::set_state);  // here, because it allocates memory for all rows
-  workers_.for_rows(masked(nullptr), [&](Worker& worker, std::int64_t i) { set(worker, i, i); });
+  const std::function<void(std::int64_t)> note = [&](std::int64_t i) { forget_observation(i); };
+  workers_.for_groups(rows(), [&](Team& team, std::int64_t first, std::int64_t last) {
+    team.set_state(first, last, qpos, qvel, note);
+  });
 }
 
 void Env::reset_data(const Selection& selected) {

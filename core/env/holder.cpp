@@ -104,23 +104,25 @@ void Holder::clear(std::int64_t row) {
   run_last(row);
 }
 
-void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel) {
-  const StateLayout& layout = work_.layout();
-  const bool has_stepped = rows_.head(row).origin == Origin::step;
-  // The callback carry may read what mj_forward leaves of the last step: forces, arrays that the task names, and what
-  // the row's flags turn off.
+// Whether the callback carry may read what mj_forward leaves of the last step: forces, arrays that the task names, and
+// what the row's flags turn off.
+bool Holder::carries_from_last_step() const {
   const Needs& needs = task_.needs;
-  const bool leaves_some =
-      (needs.parts & Lag::forces) || !needs.arrays.empty() || needs.current || !rows_.arrays().empty();
-  if (has_stepped && leaves_some && task_.calls->has_carry()) hold(row);
+  return task_.calls->has_carry() &&
+         ((needs.parts & Lag::forces) || !needs.arrays.empty() || needs.current || !rows_.arrays().empty());
+}
+
+bool Holder::can_forward_elsewhere() const {
+  return !carries_from_last_step() && !work_.keeps_current() && !(task_.calls->has_carry() && task_.needs.contacts);
+}
+
+void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel) {
+  const bool has_stepped = rows_.head(row).origin == Origin::step;
+  if (has_stepped && carries_from_last_step()) hold(row);
   const bool has_step = has_stepped && holds(row);
   // Whether the work space is as mj_resetData leaves it, and the state.
   const bool is_clear = holds(row) && rows_.head(row).origin == Origin::cleared && rows_.last(row) == Entry::first;
   if (has_stepped) rows_.make_room(Entry::set_state);
-  double* start = before_.data();
-  std::copy_n(rows_.state(row), layout.size, start);
-  std::copy_n(qpos, layout.nq, layout.qpos(start));
-  std::copy_n(qvel, layout.nv, layout.qvel(start));
   release();
   if (has_step) {
     work_.complete(Lag::forces);  // before mj_forward overwrites the arrays from which they are computed
@@ -128,16 +130,36 @@ void Holder::set_state(std::int64_t row, const double* qpos, const double* qvel)
     use(row);
     work_.begin();  // clears what another row has left in the work space
   }
+  begin_set_state(row, qpos, qvel);
+  work_.forward();
+  end_set_state(row);
+  if (has_stepped && !has_step) release();  // what the last step leaves is missing; hold() computes it
+}
+
+void Holder::begin_set_state(std::int64_t row, const double* qpos, const double* qvel) {
+  const StateLayout& layout = work_.layout();
+  double* start = before_.data();
+  std::copy_n(rows_.state(row), layout.size, start);
+  std::copy_n(qpos, layout.nq, layout.qpos(start));
+  std::copy_n(qvel, layout.nv, layout.qvel(start));
+  release();
   use(row);
   load_carried(row);
   view_.show_parameters(rows_.parameters(row));
   work_.load(start);
-  work_.forward();
-  if (!has_stepped) return save(row, Origin::forward);
-  task_.calls->carry(view_);
-  rows_.append(row, Entry::set_state);
-  store(row, Entry::set_state);
-  if (!has_step) release();  // what the last step leaves is missing; hold() computes it
+}
+
+void Holder::end_set_state(std::int64_t row) {
+  Rows::Head& head = rows_.head(row);
+  task_.calls->carry(view_);  // before anything is stored, because it may fail
+  if (head.origin == Origin::step) {
+    rows_.append(row, Entry::set_state);
+    store(row, Entry::set_state);
+  } else {
+    store(row, Origin::forward);
+  }
+  head.ready = true;
+  head.ended = false;
 }
 
 std::vector<std::string> Holder::set_constants(std::int64_t row) {

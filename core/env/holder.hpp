@@ -62,6 +62,11 @@ class Holder {
   void clear(std::int64_t row);
   // Replaces qpos and qvel as Gymnasium's set_state does.
   void set_state(std::int64_t row, const double* qpos, const double* qvel);
+  // Does the same, but another one calls mj_forward between these two calls. Not if the callback carry may read what
+  // lanes do not compute, or what mj_forward leaves of the last step.
+  bool can_forward_elsewhere() const;
+  void begin_set_state(std::int64_t row, const double* qpos, const double* qvel);
+  void end_set_state(std::int64_t row);
   // Calls mj_setConst. Saves the constants to the row's own values, and what mj_setConst leaves in mjData (the position
   // qpos_spring) to the row's state. But if mj_setConst changes arrays that rows still share, saves nothing and returns
   // the names of these arrays. Then give each row its own, and call this again.
@@ -84,6 +89,8 @@ class Holder {
 
  private:
   static constexpr std::int64_t kNone = -1;
+
+  bool carries_from_last_step() const;
 
   const Task& task_;
   Rows& rows_;

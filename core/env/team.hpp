@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -58,6 +59,10 @@ class Team {
   //   attempt  attempt(i, body) calls body, and returns false if it has failed
   template <typename Load, typename Attempt>
   void advance(std::uint32_t& moving, std::int64_t frames, const Load& load, const Attempt& attempt);
+  // Replaces qpos and qvel of the rows from `first` to `last - 1`, at most size(). note(row) is called for those that do
+  // not fail.
+  void set_state(std::int64_t first, std::int64_t last, const double* qpos, const double* qvel,
+                 const std::function<void(std::int64_t)>& note);
   // Moves the workers' failures to the first.
   void gather_failures();
 
@@ -66,6 +71,10 @@ class Team {
   std::unique_ptr<lanes::Stepper> stepper_;
   std::vector<Turn> turns_;
 
+  // Calls step(works, workers, count) for the work spaces of the ready workers (bits), unless there is only one.
+  // Returns, as bits, the workers of those that it returns.
+  template <typename Step>
+  std::uint32_t together(std::uint32_t ready, const Step& step);
   // Advances the ready workers (bits) whose rows lanes can step, and returns these workers. The others must be loaded
   // again.
   std::uint32_t step_together(std::uint32_t ready, std::int64_t frames);

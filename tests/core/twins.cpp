@@ -554,9 +554,9 @@ std::string difference(Work& found, Work& wanted) {
 
 // How rows are read after a step.
 struct Reading {
-  const char* array;  // one that is announced
-  bool is_current;    // Work::keep_current
-  std::int64_t frames;
+  const char* array;                                    // one that is announced
+  bool is_current;                                      // Work::keep_current
+  std::int64_t frames;                                  // 0: mj_forward
   const char* own = nullptr;                            // an array of which rows have their own values
   const char* bad = nullptr;                            // a part of the state that has bad numbers in some rows
   void (*place)(std::size_t row, mjData& d) = nullptr;  // changes the random state of a row
@@ -619,7 +619,10 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
     const auto step_alone = [&](Work& work, std::size_t row) {
       const Work::BeforeSubstep of_row = [&](std::int64_t frame) { call_back(work, row, frame); };
       try {
-        work.step(reading.frames, last.data(), reading.has_callback ? &of_row : nullptr);
+        if (reading.frames == 0)
+          work.forward();
+        else
+          work.step(reading.frames, last.data(), reading.has_callback ? &of_row : nullptr);
       } catch (const std::exception&) {
         return false;  // because MuJoCo's memory is too small
       }
@@ -647,8 +650,9 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
       const auto index = static_cast<std::size_t>(row);
       call_back(*works[index], index, frame);
     };
-    const std::uint32_t stepped =
-        stepper->step(all.data(), count, reading.frames, before.data(), reading.has_callback ? &of_rows : nullptr);
+    const std::uint32_t stepped = reading.frames == 0 ? stepper->forward(all.data(), count)
+                                                      : stepper->step(all.data(), count, reading.frames, before.data(),
+                                                                      reading.has_callback ? &of_rows : nullptr);
     if (is_usual) usual_stepped += __builtin_popcount(stepped);
     for (std::size_t row = 0; row < static_cast<std::size_t>(count); ++row) {
       const bool is_alone = !(stepped >> row & 1), fails = !step_alone(*plain[row], row);
@@ -674,9 +678,11 @@ void test_steps(void** /*state*/) {
     for (const int width : lanes::widths())
       for (const Reading& reading : {Reading{"qM", false, 3},
                                      {"qpos", false, 3},
+                                     {"qpos", false, 0},
                                      {"qpos", true, 2},
                                      {"cfrc_ext", true, 1},
                                      {"qpos", false, 2, "geom_friction"},
+                                     {"qpos", false, 0, "geom_friction"},
                                      {"qpos", false, 1, "body_quat"}})
         test_steps(named, *lanes::code_of(width), reading, rows, left);
   assert_true(left < rows / 10);

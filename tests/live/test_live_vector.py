@@ -194,6 +194,43 @@ def test_options(id: str, options: dict[str, Any], mode: AutoresetMode) -> None:
     play(ours, theirs, 1, 25, "float32")
 
 
+@pytest.mark.parametrize(
+    "id", ["Ant-v5", "HalfCheetah-v5", "Hopper-v5", "Humanoid-v5", "Reacher-v4", "Swimmer-v5", "Walker2d-v5"]
+)
+def test_states_of_all_rows(id: str) -> None:
+    """set_state of all rows at once, after resets and in mid-episode, with quaternions that are not normalised."""
+    rows = 7
+    options = {"terminate_when_unhealthy": False} if id in FALLING else {}
+    ours, theirs = both(id, rows, AutoresetMode.DISABLED, num_threads=1, strict=False, **options)
+    check_results("reset", ours.reset(seed=3), theirs.reset(seed=3))
+    ours.action_space.seed(1)
+    plain, rng = [env.unwrapped for env in theirs.envs], np.random.default_rng(1)
+
+    def check() -> None:
+        for name in "time qpos qvel qacc qacc_warmstart xpos cvel qfrc_actuator cfrc_ext ncon".split():
+            mine = np.array(getattr(ours.data, name))
+            check_same(name, mine, np.array([getattr(env.data, name) for env in plain], mine.dtype))
+
+    for turn in range(6):
+        qpos, qvel = (np.array([getattr(env.data, name) for env in plain]) for name in ("qpos", "qvel"))
+        qpos, qvel = qpos * rng.uniform(0.98, 1.02, (rows, 1)), qvel + rng.uniform(-1, 1, qvel.shape)
+        qvel[turn] = 0
+        ours.set_state(qpos, qvel)
+        for env, *state in zip(plain, qpos, qvel, strict=True):
+            env.set_state(*state)
+        if turn % 2:
+            check()
+        if turn == 3:
+            ours.restore(ours.snapshot())
+        for step in range(4):
+            actions = ours.action_space.sample()
+            check_results(f"step {step}", ours.step(actions), theirs.step(actions))
+        check()
+        mask = rng.random(rows) < 0.3
+        mask[turn] = True
+        check_results("reset", *(envs.reset(options={"reset_mask": mask}) for envs in (ours, theirs)))
+
+
 def test_infos_that_gymnasium_rounds() -> None:
     """The steps reach HumanoidStandup-v4's capped impacts, so that the exception above is tested."""
     ours, theirs = both("HumanoidStandup-v4", 2, AutoresetMode.NEXT_STEP)

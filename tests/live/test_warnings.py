@@ -50,12 +50,12 @@ def test_warnings(lanes: int) -> None:
     model = mujoco.MjModel.from_xml_string(MODEL)
     plain = [mujoco.MjData(model) for _ in range(ROWS)]
     random = np.random.default_rng(1)
-    for row, data in enumerate(plain):
+    for data in plain:
         data.qpos[:] = random.uniform(-0.06, 0.02, BALLS)
         data.qvel[:] = random.uniform(0, 3, BALLS)
         mujoco.mj_forward(model, data)
-        envs.envs[row].set_state(np.array(data.qpos), np.array(data.qvel))
-        assert envs.envs[row].data.warnings.tolist() == given(data)
+    envs.set_state(np.array([data.qpos for data in plain]), np.array([data.qvel for data in plain]))
+    assert [env.data.warnings.tolist() for env in envs.envs] == list(map(given, plain))
     seen, early = set(), 0
     for step in range(STEPS):
         actions = np.zeros((ROWS, 1))

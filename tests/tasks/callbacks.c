@@ -580,6 +580,16 @@ static void test_failing_carry(void** state) {
   x = qpos[0];
   assert_true(fabs(x) <= 0.1);
   assert_ok(step_all(env, NULL));
+  // Of all rows, it fails in one.
+  double *all = read_array(env, MJENV_ALL_ROWS, "qpos", &nq), *speeds = read_array(env, MJENV_ALL_ROWS, "qvel", &nv);
+  for (int row = 0; row < ROWS; ++row) all[row * (nq / ROWS)] = row == 1 ? 60 : 40;
+  assert_refused(MJENV_E_TASK, mjenv_set_state(env, MJENV_ALL_ROWS, all, nq, speeds, nv), "row 1", "cannot carry that");
+  free(all), free(speeds);
+  for (int row = 0; row < ROWS; ++row) {
+    assert_ok(mjenv_read(env, row, "qpos", qpos, 16, &nq));
+    assert_true(row == 1 ? fabs(qpos[0]) < 1 : qpos[0] == 40);
+  }
+  assert_ok(step_all(env, NULL));
   // Written rows are carried anew before they are stepped. Here that fails in all rows, so none is left to be stepped.
   qpos[0] = 60;
   assert_ok(write_row(env, MJENV_ALL_ROWS, "qpos", qpos, nq));

@@ -58,7 +58,7 @@ struct Counts {
 };
 
 // Steps `width` random states of a kind in lanes and one by one. Says where they part, "" if nowhere. own: the arrays of
-// which the rows have their own values.
+// which the rows have their own values. frames: 0 calls mj_forward.
 std::string compare(const Model& model, lanes::Stepper& stepper, std::vector<std::unique_ptr<Work>>& works, Work& plain,
                     const OwnArrays& own, Kind kind, int frames, Noise& noise, Counts& counts);
 

@@ -146,12 +146,11 @@ void LaneStepper::forward_where_deferred() {
     leave_bad(lanes_.ctrl, m_.nu);
   };
   swap();
-  forward_first();
+  forward_alone(false);
   swap();
 }
 
-std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before,
-                                const BeforeSubstep* before_substep) {
+bool LaneStepper::load(Work* const* works, int count, unsigned readers) {
   count_ = count;
   all_ = (1u << count) - 1;
   for (int row = 0; row < count; ++row) {
@@ -159,12 +158,11 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
     works_[row] = works[row];
     data_[row] = works[row]->data();
   }
-  const unsigned expected = works[0]->expected();
-  readers_ = kShown | (expected & Lag::others ? kWhole : 0U) | (expected & Lag::forces ? kBetweenBodies : 0U);
+  readers_ = readers;
   gather_own();
   begin();
   lanes_.left_to_mujoco = lanes_.unlike;
-  if (live() == 0) return 0;
+  if (live() == 0) return false;
   gather(kState);
   gather_forces();
   leave_bad(lanes_.act, m_.na);
@@ -173,6 +171,26 @@ std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t fram
   leave_bad(lanes_.mocap_quat, 4 * m_.nmocap);
   leave_bad(lanes_.qpos, m_.nq);
   leave_bad(lanes_.qvel, m_.nv);
+  return true;
+}
+
+std::uint32_t LaneStepper::forward(Work* const* works, int count) {
+  if (!load(works, count, kShown)) return 0;
+  forward_alone(true);
+  if (live() == 0) return 0;
+  scatter(kState);
+  scatter(kShown);
+  for_live_rows(
+      [&](int row, const mjModel& /*m*/, mjData& /*d*/) { works[row]->note_step(Lag::on_demand | Lag::others); });
+  return live();
+}
+
+std::uint32_t LaneStepper::step(Work* const* works, int count, std::int64_t frames, double* const* before,
+                                const BeforeSubstep* before_substep) {
+  const unsigned expected = works[0]->expected();
+  const unsigned read =
+      kShown | (expected & Lag::others ? kWhole : 0U) | (expected & Lag::forces ? kBetweenBodies : 0U);
+  if (!load(works, count, read)) return 0;
   forward_where_deferred();
   if (live() == 0) return 0;
   for (std::int64_t frame = 1; frame <= frames; ++frame) {

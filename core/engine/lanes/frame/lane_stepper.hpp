@@ -18,6 +18,7 @@ class LaneStepper : public Stepper, protected LaneArrays {
   LaneStepper(const Model& model, const Code& code);
   std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before,
                      const BeforeSubstep* before_substep) final;
+  std::uint32_t forward(Work* const* works, int count) final;
 
  protected:
   const Code& code_;
@@ -36,8 +37,9 @@ class LaneStepper : public Stepper, protected LaneArrays {
   virtual bool is_unlike(const mjModel& m) const = 0;
   // Decides how this step is computed. May add to readers_.
   virtual void begin() {}
-  // Does what mj_forward does, if a step reads what it leaves.
-  virtual void forward_first() = 0;
+  // Does what mj_forward does. is_shown: callbacks read what it computes; otherwise only steps read the state that it
+  // leaves.
+  virtual void forward_alone(bool is_shown) = 0;
   // Does what mj_step does.
   virtual void advance(bool is_last) = 0;
   // Writes to mjData what readers_ read, except the state. Returns how Work::note_step must be called.
@@ -100,6 +102,8 @@ class LaneStepper : public Stepper, protected LaneArrays {
   void gather_own();
   void leave_unlike();
   void gather_forces();
+  // Brings the rows into lanes. Returns false if all of them are left to MuJoCo.
+  bool load(Work* const* works, int count, unsigned readers);
   void forward_where_deferred();
 };
 

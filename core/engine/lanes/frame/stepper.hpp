@@ -46,6 +46,9 @@ class Stepper {
   using BeforeSubstep = std::function<void(int, std::int64_t)>;
   virtual std::uint32_t step(Work* const* works, int count, std::int64_t frames, double* const* before,
                              const BeforeSubstep* before_substep = nullptr) = 0;
+  // Calls mj_forward for `count` loaded work spaces in the same way. The others are as after Work::forward, except what
+  // lags (Work::lag).
+  virtual std::uint32_t forward(Work* const* works, int count) = 0;
 };
 
 // How much memory the large arrays of a stepper take.

@@ -84,7 +84,7 @@ class MujocoStepper final : public LaneStepper {
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
   void begin() override;
-  void forward_first() override { forward(0U); }
+  void forward_alone(bool is_shown) override { forward(is_shown ? sensors() : 0U); }
   void advance(bool is_last) override;
   Left finish() override;
 
@@ -93,6 +93,7 @@ class MujocoStepper final : public LaneStepper {
   void gather_heights();
   bool has_other_types(const mjModel& m) const;
   void forward(unsigned readers);
+  unsigned sensors() const { return sensors_ == SensorNeeds::nothing ? 0U : kSensed; }
   bool constrain_in_lanes();
   void keep_warmstart();
   void collide();
@@ -240,8 +241,7 @@ void MujocoStepper::begin() {
 }
 
 void MujocoStepper::advance(bool is_last) {
-  const unsigned sensors = sensors_ == SensorNeeds::nothing ? 0U : kSensed;
-  forward(!is_last ? 0U : m_.opt.integrator == mjINT_RK4 ? sensors : sensors | readers_);
+  forward(!is_last ? 0U : m_.opt.integrator == mjINT_RK4 ? sensors() : sensors() | readers_);
   integrate(is_last);
 }
 

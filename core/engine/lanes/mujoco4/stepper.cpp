@@ -54,11 +54,12 @@ class MujocoStepper final : public LaneStepper {
   void adopt() override;
   bool is_unlike(const mjModel& m) const override;
   void begin() override;
-  void forward_first() override {}  // only mj_step writes qacc_warmstart
+  void forward_alone(bool is_shown) override;
   void advance(bool is_last) override;
   Left finish() override;
   // Whether sensors of this step are computed row by row.
   bool reads_rows() const { return is_whole_ || !senses_in_lanes_; }
+  bool forward(bool is_last);
   void evaluate(bool is_read, bool is_shown);
   bool constrain();
   void collide();
@@ -111,7 +112,21 @@ void MujocoStepper::begin() {
                        [&](const mjModel* m) { return collider_->follows(*m) && solver_->follows(*m); });
 }
 
+void MujocoStepper::forward_alone(bool is_shown) {
+  if (is_shown) forward(true);  // otherwise only mj_step writes what is read: qacc_warmstart
+}
+
 void MujocoStepper::advance(bool is_last) {
+  const bool is_shown = forward(is_last);
+  if (live() == 0) return;
+  if (is_by_rows_ || (is_implicit_ && is_last && is_whole_))
+    integrate_by_rows(is_shown);
+  else
+    integrate(is_last);
+}
+
+// mj_forward. Returns whether `show` has been called.
+bool MujocoStepper::forward(bool is_last) {
   if (lanes_.has_forces) lanes_.left_to_mujoco = ~0U;
   // Sensors of positions and velocities are computed again for the new state, if that is shown.
   const bool is_late = needs_ == SensorNeeds::motion && works_[0]->keeps_current();
@@ -119,12 +134,8 @@ void MujocoStepper::advance(bool is_last) {
   const bool is_read = (is_last && is_whole_) || (senses && needs_ >= SensorNeeds::constraints);
   const bool is_shown = is_read && reads_rows();
   evaluate(is_read, is_shown);
-  if (live() == 0) return;
-  if (senses) sense(needs_ != SensorNeeds::motion);
-  if (is_by_rows_ || (is_implicit_ && is_last && is_whole_))
-    integrate_by_rows(is_shown);
-  else
-    integrate(is_last);
+  if (senses && live() != 0) sense(needs_ != SensorNeeds::motion);
+  return is_shown;
 }
 
 // mj_forward without sensors. The order differs from MuJoCo's where that does not change the results. is_read: whether
