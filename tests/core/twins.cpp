@@ -571,6 +571,8 @@ void change(const OwnArray& array, std::byte* block, Noise& noise) {
   for (double& value : values)
     if (array.original.name.find("sameframe") != std::string::npos)
       value = noise.below(3) ? value : static_cast<double>(noise.below(5));
+    else if (array.original.name == "geom_conaffinity" || array.original.name == "body_conaffinity")
+      value = 1;
     else if (array.original.name == "opt.enableflags")
       value = static_cast<double>(noise.below(2) * mjENBL_ENERGY);
     else if (array.original.name == "opt.disableflags")
@@ -603,6 +605,7 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
   }
   OwnArrays own(*model);
   if (reading.own) own.add(reading.own);
+  if (own.find("geom_conaffinity")) own.add("body_conaffinity");
   std::vector<std::vector<double>> blocks(all.size(), std::vector<double>(own.block_bytes() / sizeof(double) + 1));
   std::vector<double> last(works[0]->layout().size);
   states.assign(all.size(), last);
@@ -737,15 +740,19 @@ void test_odd_rows(void** /*state*/) {
   std::string text = kForces;
   const Named still("forces", Model::parse("forces", without(text, "density='900' viscosity='0.3'", " ")));
   text.insert(text.find("<default>"), "<option><flag actuation='disable'/></option>");
-  const Named passive("forces", Model::parse("forces", text)), odd("odd", Model::parse("odd", kOdd));
+  const Named passive("forces", Model::parse("forces", text)), odd("odd", Model::parse("odd", kOdd)),
+      deep("limits", Model::parse("limits", listed(limits("")))),
+      apart("apart", Model::parse("apart", listed(R"(<mujoco><default><geom size='0.5'/></default><worldbody>
+      <body><joint type='slide'/><geom/></body><body pos='0.5 0 0'><joint type='slide'/><geom/></body></worldbody></mujoco>)")));
   for (const int width : lanes::widths()) {
     const lanes::Code& code = *lanes::code_of(width);
     test_steps(forces, code, {"energy", false, 1, "opt.enableflags"}, rows, left);
     test_steps(passive, code, {"qpos", false, 1, "opt.disableflags"}, rows, left);
     for (const char* own : {"opt.density", "opt.viscosity"})
       test_steps(still, code, {"qpos", false, 1, own}, rows, left);
-    for (const char* own : {"geom_sameframe", "site_sameframe"})
-      test_steps(odd, code, {"qM", false, 1, own}, rows, left);
+    test_steps(odd, code, {"qM", false, 1, "site_sameframe"}, rows, left);
+    test_steps(apart, code, {"qpos", false, 2, "geom_conaffinity"}, rows, left);  // geoms that touch in some rows alone
+    for (const char* own : {"geom_sameframe", "geom_margin"}) test_steps(deep, code, {"qM", false, 1, own}, rows, left);
   }
   assert_true(left > 0);
 }

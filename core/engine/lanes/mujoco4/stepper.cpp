@@ -88,6 +88,9 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
   };
   return differs(m.body_sameframe, m_.body_sameframe, m.nbody) ||
          differs(m.geom_sameframe, m_.geom_sameframe, m.ngeom) ||
+         // Geoms that can touch in no other row have no frames in lanes.
+         differs(m.geom_contype, m_.geom_contype, m.ngeom) ||
+         differs(m.geom_conaffinity, m_.geom_conaffinity, m.ngeom) ||
          differs(m.site_sameframe, m_.site_sameframe, m.nsite) || differs(m.dof_simplenum, m_.dof_simplenum, m.nv) ||
          differs(m.dof_dampingpoly, m_.dof_dampingpoly, m.nv * mjNPOLY) ||
          differs(m.tendon_armature, m_.tendon_armature, m.ntendon) ||
