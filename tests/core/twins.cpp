@@ -610,6 +610,7 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
   std::vector<double> last(works[0]->layout().size);
   states.assign(all.size(), last);
   int usual_stepped = 0;
+  const auto controls = static_cast<int>(model->get()->nu);
   for (int round = 0; round < kRounds; ++round) {
     const bool is_usual = round % 4 == 2;  // rows have the model's values
     const auto begin = [&](Work& work, std::size_t row) {
@@ -618,7 +619,7 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
       work.act({});
     };
     const auto call_back = [&](Work& work, std::size_t row, std::int64_t frame) {
-      for (int i = 0; i < model->get()->nu; ++i)
+      for (int i = 0; i < controls; ++i)
         work.data()->ctrl[i] = round % 4 == 3 && row % 2 == 1 ? 2 * mjMAXVAL : 0.1 * (1.0 + row + frame + i);
     };
     const auto step_alone = [&](Work& work, std::size_t row) {
