@@ -19,7 +19,7 @@ class Case:
     """A model in a folder of its own.
 
     ``expect`` is "works", "refused" or "either"; ``words`` are parts of the reason that is given.
-    A file's content may be bytes, ("link", target) or "pipe".
+    A file's content may be bytes, ("link", target) or "pipe". ``is_drawn``: what is nasty in it may change a picture.
     """
 
     name: str
@@ -28,6 +28,7 @@ class Case:
     expect: str = "either"
     words: tuple[str, ...] = ()
     arguments: tuple[str, ...] = ()
+    is_drawn: bool = True
 
 
 # ---- Files ----
@@ -258,10 +259,12 @@ def swept() -> Iterator[Case]:
     """Every attribute of the rich model, each with two or three of the nasty values."""
     values = random.Random(8)
     for number, found in enumerate(re.finditer(r'(\w+)="([^"]*)"', RICH)):
+        section = re.findall(r"<(mujoco)|\n  <(\w+)", RICH[: found.start()])[-1][1]
         for value in values.sample(NASTY, 3):
             changed = " ".join([value, *found[2].split()[1:]])
             xml = RICH[: found.start(2)] + changed + RICH[found.end(2) :]
-            yield Case(f"swept-{number:03}-{found[1]}={value}", xml)
+            is_drawn = section in ("visual", "statistic", "default", "asset", "worldbody")
+            yield Case(f"swept-{number:03}-{found[1]}={value}", xml, is_drawn=is_drawn)
 
 
 def damaged() -> Iterator[Case]:

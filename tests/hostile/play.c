@@ -30,13 +30,13 @@ static void read_all(mjenv_env* env) {
 }
 
 // A picture as Gymnasium takes it, and one with everything in it that MuJoCo can show. The second is drawn without shadows and
-// multisampling, whose buffers take most of the time of most cases.
-static void draw(mjenv_env* env) {
+// multisampling, whose buffers take most of the time of most cases. is_brief: draws the second alone.
+static void draw(mjenv_env* env, int is_brief) {
   enum { WIDTH = 48, HEIGHT = 32 };
   unsigned char rgb[WIDTH * HEIGHT * 3];
   float depth[WIDTH * HEIGHT];
   mjenv_render_settings settings = MJENV_RENDER_SETTINGS_INIT;
-  for (int all = 0; all < 2; ++all) {
+  for (int all = is_brief; all < 2; ++all) {
     mjenv_renderer* renderer = NULL;
     TRY(mjenv_render_defaults(env, &settings));
     settings.width = WIDTH;
@@ -58,7 +58,7 @@ static void draw(mjenv_env* env) {
   }
 }
 
-static void play(mjenv_env* env) {
+static void play(mjenv_env* env, int is_brief) {
   const size_t count = (size_t)mjenv_field_count(env, MJENV_ROLE_ACTION) * 2;
   float* action = calloc(count + 1, sizeof *action);
   const uint64_t seeds[2] = {1, 2};
@@ -71,7 +71,7 @@ static void play(mjenv_env* env) {
     TRY(mjenv_step(env, NULL, action, count, MJENV_DTYPE_FLOAT32, NULL));
   }
   read_all(env);
-  draw(env);
+  draw(env, is_brief);
   int64_t size = 0;
   TRY(mjenv_snapshot(env, MJENV_ALL_ROWS, NULL, 0, &size));
   void* image = malloc(size);
@@ -96,7 +96,7 @@ static char* text_of(const char* path) {
 }
 
 // Arguments: ID PATH, and "text" for a model from memory, "own" for a file of the user's own. Without either, a
-// stranger wrote the file.
+// stranger wrote the file. "brief" draws one picture instead of two.
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
   mjenv_options* options = NULL;
@@ -104,8 +104,12 @@ int main(int argc, char** argv) {
   TRY(mjenv_options_set_integer(options, "strict", 0));
   TRY(mjenv_options_set_integer(options, "num_threads", 2));
   TRY(mjenv_options_set_string(options, "xml_file", argv[2]));
-  int keeps_default = 0;
+  int keeps_default = 0, is_brief = 0;
   for (int i = 3; i < argc; ++i) {
+    if (strcmp(argv[i], "brief") == 0) {
+      is_brief = 1;
+      continue;
+    }
     if (strcmp(argv[i], "text") == 0) {
       char* text = text_of(argv[2]);
       TRY(mjenv_options_set_string(options, "xml_string", text));
@@ -118,7 +122,7 @@ int main(int argc, char** argv) {
   const mjenv_status status = mjenv_create(options, 2, &env);
   mjenv_options_destroy(options);
   if (status != MJENV_OK) return refused(status);
-  play(env);
+  play(env, is_brief);
   mjenv_destroy(env);
   puts("works");
   return 0;

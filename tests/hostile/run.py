@@ -85,7 +85,8 @@ def play(case: models.Case, arguments: argparse.Namespace) -> tuple[models.Case,
         lay_out(folder, case)
         before = sorted(folder.rglob("*"))
         own = ["own"] * arguments.own
-        command = [arguments.player, "Ant-v5", "./model.xml", *(case.arguments or own)]
+        brief = ["brief"] * (not case.is_drawn)
+        command = [arguments.player, "Ant-v5", "./model.xml", *(case.arguments or own), *brief]
 
         def bound() -> None:
             if not arguments.unbounded:
