@@ -130,7 +130,8 @@ def python_task_module(api: header.Header) -> str:
     """The text of task_declarations.py."""
     structs = [one for one in header.parse(header.PATH, header.TASK).structs if one not in api.structs]
     known = [one.name for one in api.structs]
-    used, lines = set(known), []
+    used = set(known)
+    lines: list[str] = []
     for struct in structs:
         lines += ["", "", f"class {struct.name}(Structure):", "    _fields_ = ("]
         for field in struct.fields:
@@ -138,8 +139,6 @@ def python_task_module(api: header.Header) -> str:
             lines.append(f'        ("{field.name}", {kind}),')
         lines.append("    )")
         known.append(struct.name)
-    words = set(re.findall(r"\w+", "\n".join(lines)))
-    types = sorted({"c_char_p", "c_void_p", *PYTHON_TYPES.values()} & words, key=natural)
     task = next(one for one in structs if one.name == "mjenv_task")
     callbacks = [one.name for one in task.fields if one.type.callback and one.name not in ("build", "destroy")]
     head = [
@@ -147,10 +146,10 @@ def python_task_module(api: header.Header) -> str:
         "# ruff: noqa: N801",
         "",
         "from ctypes import (",
-        *(f"    {name}," for name in ("CFUNCTYPE", "Structure", *types)),
+        *(f"    {name}," for name in ("CFUNCTYPE", "Structure", *ctypes_in(lines))),
         ")",
         "",
-        f"from mjenv.capi.declarations import {', '.join(sorted(used & words))}",
+        f"from mjenv.capi.declarations import {', '.join(sorted(used & words_of(lines)))}",
         "from mjenv.capi.pointers import POINTER",
         "",
         "# Those of mjenv_task, but build and destroy",
@@ -185,15 +184,12 @@ def python_guest_module(path: Path, api: header.Header) -> str:
         *python_structs(known, own.structs),
         *python_library(known, own.functions),
     ]
-    types = sorted(
-        {"c_char_p", "c_void_p", *PYTHON_TYPES.values()} & set(re.findall(r"\w+", "\n".join(lines))), key=natural
-    )
     head = [
         f'"""{path.name} in ctypes. Written by tools/declarations.py: do not edit."""',
         "# ruff: noqa: N801",
         "",
         "from ctypes import (",
-        *(f"    {name}," for name in ("CDLL", "Structure", *types)),
+        *(f"    {name}," for name in ("CDLL", "Structure", *ctypes_in(lines))),
         ")",
         "from enum import IntEnum",
         "",
@@ -202,6 +198,15 @@ def python_guest_module(path: Path, api: header.Header) -> str:
         "",
     ]
     return "\n".join(head + lines) + "\n"
+
+
+def words_of(lines: Sequence[str]) -> set[str]:
+    return set(re.findall(r"\w+", "\n".join(lines)))
+
+
+def ctypes_in(lines: Sequence[str]) -> list[str]:
+    """The types of ctypes that these lines name."""
+    return sorted({"c_char_p", "c_void_p", *PYTHON_TYPES.values()} & words_of(lines), key=natural)
 
 
 def natural(name: str) -> tuple[str, int]:

@@ -259,7 +259,7 @@ def swept() -> Iterator[Case]:
     """Every attribute of the rich model, each with two or three of the nasty values."""
     values = random.Random(8)
     for number, found in enumerate(re.finditer(r'(\w+)="([^"]*)"', RICH)):
-        section = re.findall(r"<(mujoco)|\n  <(\w+)", RICH[: found.start()])[-1][1]
+        section = re.findall(r"\w+", RICH[: found.start()].rpartition("\n  <")[2])[0]  # "visual", "actuator" and so on
         for value in values.sample(NASTY, 3):
             changed = " ".join([value, *found[2].split()[1:]])
             xml = RICH[: found.start(2)] + changed + RICH[found.end(2) :]
