@@ -11,11 +11,11 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.experimental import io_callback
 
-import jax
 from peers.worker import Peer, serve
 
 LENGTH = 100  # steps in one call of the compiled function
