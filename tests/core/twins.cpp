@@ -252,6 +252,9 @@ std::vector<Named> models() {
   found.emplace_back("sensors of forces", with_sensors("", "", forces));
   found.emplace_back("sensors of touch",
                      with_sensors("cone='elliptic'", "", forces + "<touch site='t' cutoff='50'/><touch site='s'/>"));
+  found.emplace_back("touch of a light body, whose force is nearly 0", Model::parse("light", R"(<mujoco><worldbody>
+    <geom type='plane' size='9 9 1'/><body pos='0 0 0.1'><joint type='slide' axis='0 0 1'/><geom size='0.1' mass='1e-10'/>
+    <site name='s' size='0.2'/></body></worldbody><sensor><touch site='s'/></sensor></mujoco>)"));
   for (const std::string sensors :
        {"<framepos objtype='camera' objname='c'/><framequat objtype='camera' objname='c'/>",
         "<framepos objtype='xbody' objname='b' reftype='camera' refname='c'/>",
@@ -564,6 +567,11 @@ struct Reading {
   bool returns = false;                                 // rows stay in lanes where their own values are the model's
 };
 
+// Whether the array of geoms or bodies decides which of them touch.
+bool decides_touch(const std::string& array) {
+  return array.find("_contype") != std::string::npos || array.find("_conaffinity") != std::string::npos;
+}
+
 // Writes other values of an array to a row's block.
 void change(const OwnArray& array, std::byte* block, Noise& noise) {
   std::vector<double> values(array.original.count());
@@ -571,7 +579,7 @@ void change(const OwnArray& array, std::byte* block, Noise& noise) {
   for (double& value : values)
     if (array.original.name.find("sameframe") != std::string::npos)
       value = noise.below(3) ? value : static_cast<double>(noise.below(5));
-    else if (array.original.name == "geom_conaffinity" || array.original.name == "body_conaffinity")
+    else if (decides_touch(array.original.name))
       value = 1;
     else if (array.original.name == "opt.enableflags")
       value = static_cast<double>(noise.below(2) * mjENBL_ENERGY);
@@ -605,7 +613,7 @@ void test_steps(const Named& named, const lanes::Code& code, const Reading& read
   }
   OwnArrays own(*model);
   if (reading.own) own.add(reading.own);
-  if (own.find("geom_conaffinity")) own.add("body_conaffinity");
+  if (reading.own && decides_touch(reading.own)) own.add("body" + std::string(reading.own).substr(4));
   std::vector<std::vector<double>> blocks(all.size(), std::vector<double>(own.block_bytes() / sizeof(double) + 1));
   std::vector<double> last(works[0]->layout().size);
   states.assign(all.size(), last);
@@ -742,9 +750,13 @@ void test_odd_rows(void** /*state*/) {
   const Named still("forces", Model::parse("forces", without(text, "density='900' viscosity='0.3'", " ")));
   text.insert(text.find("<default>"), "<option><flag actuation='disable'/></option>");
   const Named passive("forces", Model::parse("forces", text)), odd("odd", Model::parse("odd", kOdd)),
-      deep("limits", Model::parse("limits", listed(limits("")))),
-      apart("apart", Model::parse("apart", listed(R"(<mujoco><default><geom size='0.5'/></default><worldbody>
-      <body><joint type='slide'/><geom/></body><body pos='0.5 0 0'><joint type='slide'/><geom/></body></worldbody></mujoco>)")));
+      deep("limits", Model::parse("limits", listed(limits(""))));
+  const auto apart = [](const std::string& flag) {
+    return Named("apart",
+                 Model::parse("apart", "<mujoco><default><geom size='0.5' " + flag + R"(='0'/></default><worldbody>
+      <body><joint type='slide'/><geom/></body><body pos='0.5 0 0'><joint type='slide'/><geom/></body></worldbody></mujoco>)"));
+  };
+  const Named untyped = apart("contype"), unaffected = apart("conaffinity");  // geoms that touch in some rows alone
   for (const int width : lanes::widths()) {
     const lanes::Code& code = *lanes::code_of(width);
     test_steps(forces, code, {"energy", false, 1, "opt.enableflags"}, rows, left);
@@ -752,7 +764,8 @@ void test_odd_rows(void** /*state*/) {
     for (const char* own : {"opt.density", "opt.viscosity"})
       test_steps(still, code, {"qpos", false, 1, own}, rows, left);
     test_steps(odd, code, {"qM", false, 1, "site_sameframe"}, rows, left);
-    test_steps(apart, code, {"qpos", false, 2, "geom_conaffinity"}, rows, left);  // geoms that touch in some rows alone
+    test_steps(untyped, code, {"qpos", false, 2, "geom_contype"}, rows, left);
+    test_steps(unaffected, code, {"qpos", false, 2, "geom_conaffinity"}, rows, left);
     for (const char* own : {"geom_sameframe", "geom_margin"}) test_steps(deep, code, {"qM", false, 1, own}, rows, left);
   }
   assert_true(left > 0);
@@ -783,45 +796,65 @@ void test_many_constraints(void** /*state*/) {
   }
 }
 
-// A beam that rolls on a floor, with geoms along its four edges: how many, and their condim.
-using Edges = std::array<std::pair<int, int>, 4>;
-std::string beam(const Edges& edges, const std::string& more, const std::string& joints = "") {
-  std::string text =
-      R"(<mujoco><option cone='elliptic'/><default><geom size='0.05' conaffinity='0'/></default><worldbody>
-    <geom type='plane' size='9 9 1' condim='1' conaffinity='1'/>
-    <body pos='0 0 1.04'><joint type='slide' axis='0 0 1'/><joint axis='1 0 0'/>)" +
-      joints;
-  constexpr Edges kCorners{{{0, -1}, {1, 0}, {0, 1}, {-1, 0}}};
-  for (std::size_t edge = 0; edge < 4; ++edge)
-    for (int i = 0; i < edges[edge].first; ++i)
-      text += "<geom pos='" + std::to_string(0.1 * i) + " " + std::to_string(kCorners[edge].first) + " " +
-              std::to_string(kCorners[edge].second) + "' condim='" + std::to_string(edges[edge].second) + "'/>";
-  return text + "</body>" + more + "</worldbody></mujoco>";
+// The edges of a beam that rolls on a floor: each has geoms in a line, so many of one condim after so many of another.
+using Edges = std::array<std::vector<std::pair<int, int>>, 4>;
+std::string beam(const Edges& edges, const std::string& joints = "") {
+  std::string text = "<body pos='0 0 1.04'><joint type='slide' axis='0 0 1'/><joint axis='1 0 0'/>" + joints;
+  constexpr std::pair<int, int> kCorners[] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
+  for (std::size_t edge = 0; edge < 4; ++edge) {
+    int at = 0;
+    for (const auto& [count, condim] : edges[edge])
+      for (int i = 0; i < count; ++i)
+        text += "<geom pos='" + std::to_string(0.1 * at++) + " " + std::to_string(kCorners[edge].first) + " " +
+                std::to_string(kCorners[edge].second) + "' condim='" + std::to_string(condim) + "'/>";
+  }
+  return text + "</body>";
+}
+
+Named beams(const std::string& bodies) {
+  return {"beam", Model::parse("beam", R"(<mujoco><option cone='elliptic'/><default><geom size='0.05' conaffinity='0'/>
+    </default><worldbody><geom type='plane' size='9 9 1' condim='1' conaffinity='1'/>)" +
+                                           bodies + "</worldbody></mujoco>")};
 }
 
 // Rows lie on different edges. The places of their contacts are too many for lanes: if these make the constraints, only
-// where all contacts have places of their own; if MuJoCo does, only where contacts of different kinds have.
+// where all contacts have places of their own; if MuJoCo does, only where contacts of different kinds have. Of two beams,
+// those of the first one alone: beside those of the second, more of them share a place.
 void test_many_places(void** /*state*/) {
   const auto roll = [](std::size_t row, mjData& d) {
     d.qpos[0] = 0;
     d.qpos[1] = 0.5 * mjPI * static_cast<double>(row);
   };
-  const std::string beside = "<body pos='0 5 0.04'><joint type='slide' axis='0 0 1'/><geom/></body>";
-  for (const auto& [edges, is_alike] : {std::pair<Edges, bool>{{{{15, 3}, {15, 3}, {15, 3}, {15, 3}}}, true},
-                                        {{{{20, 3}, {15, 4}, {10, 6}, {20, 3}}}, false}})
-    for (const std::string& more : {std::string(), beside}) {
-      const Named named("beam", Model::parse("beam", beam(edges, more)));
-      for (const int width : lanes::widths())
-        for (const char* array : {"qpos", "qM"}) {
-          int rows = 0, left = 0;
-          test_steps(named, *lanes::code_of(width), {array, false, 1, nullptr, nullptr, roll}, rows, left);
-          assert_int_equal(left > 0, !is_alike && width > 2);
-        }
-    }
+  const auto roll_both = [](std::size_t row, mjData& d) {
+    d.qpos[0] = d.qpos[2] = 0;
+    d.qpos[1] = d.qpos[3] = 0.5 * mjPI * static_cast<double>(row);
+  };
+  const std::string alike = beam({{{{15, 3}}, {{15, 3}}, {{15, 3}}, {{15, 3}}}}),
+                    unlike = beam({{{{20, 3}}, {{15, 4}}, {{10, 6}}, {{20, 3}}}}),
+                    mixed = beam({{{}, {{8, 4}, {4, 3}}, {{6, 6}}, {{13, 3}, {4, 4}}}}),
+                    beside = "<body pos='0 5 0.04'><joint type='slide' axis='0 0 1'/><geom/></body>";
+  const struct {
+    std::string bodies;
+    void (*place)(std::size_t, mjData&);
+    bool has_room;
+  } cases[] = {{alike, roll, true},
+               {alike + beside, roll, true},
+               {unlike, roll, false},
+               {unlike + beside, roll, false},
+               {mixed + beam({{{}, {{4, 4}}, {}, {}}}), roll_both, false}};
+  for (const auto& c : cases) {
+    const Named named = beams(c.bodies);
+    for (const int width : lanes::widths())
+      for (const char* array : {"qpos", "qM"}) {
+        int rows = 0, left = 0;
+        test_steps(named, *lanes::code_of(width), {array, false, 1, nullptr, nullptr, c.place}, rows, left);
+        assert_int_equal(left > 0, !c.has_room && width > 2);
+      }
+  }
   // Limits have places, too: without them, those of the contacts would be few enough.
   std::string joints;
   for (int i = 0; i < 4; ++i) joints += "<joint type='slide' axis='0 1 0' range='2 3' armature='1'/>";
-  const Named limited("beam", Model::parse("beam", beam({{{11, 3}, {10, 3}, {10, 3}, {11, 3}}}, "", joints)));
+  const Named limited = beams(beam({{{{11, 3}}, {{10, 3}}, {{10, 3}}, {{11, 3}}}}, joints));
   int rows = 0, left = 0;
   for (const int width : lanes::widths())
     test_steps(limited, *lanes::code_of(width), {"qpos", false, 1, nullptr, nullptr, roll}, rows, left);

@@ -137,7 +137,8 @@ Solver::Solver(const Code& code, const mjModel& m)
 }
 
 // MuJoCo fails if its memory is too small to solve the constraints. A row with a single tree has one island, without
-// mj_island. The dofs of each island must follow each other.
+// mj_island. The dofs of each island must follow each other; MuJoCo calls mj_island again for other rows, for which
+// numbers_to_solve leaves room.
 bool Solver::prepare(const mjModel& m, mjData& d) {
   const std::int64_t rows = d.nefc, room = static_cast<std::int64_t>(d.narena - d.parena);
   if (rows == 0 || rows > most_constraints(m) || (is_dual(m) && d.ne + d.nf > 0) ||
@@ -145,14 +146,12 @@ bool Solver::prepare(const mjModel& m, mjData& d) {
     return false;
   if (is_dual(m)) return has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations;
   if (has_one_island(m)) return true;
-  const auto used = d.parena;
   mj_island(&m, &d);
   bool solves = d.nisland > 0;
   for (int i = 0; i < d.nisland && solves; ++i) {
     const int* const dofs = d.map_idof2dof + d.island_idofadr[i];
     solves = dofs[d.island_nv[i] - 1] == dofs[0] + d.island_nv[i] - 1;
   }
-  if (!solves) d.parena = used;  // mj_island is called again for this row
   return solves;
 }
 
