@@ -63,19 +63,20 @@ bool Work::has_forces() const {
 
 void Work::clear() {
   mj_resetData(&model(), data_.get());
-  std::copy_n(model_->get()->qpos0, layout_.nq, data_->qpos);
   clear_warnings();
   lag_ = 0;
   ++computation_;
 }
 
 void Work::begin() {
-  if (layout_.more > 0 || keeps_current_) return clear();
   const mjModel* m = model_->get();
   mjData* d = data_.get();
+  const bool is_cleared = layout_.more > 0 || keeps_current_;
+  if (is_cleared) clear();
+  std::copy_n(m->qpos0, layout_.nq, d->qpos);
+  if (is_cleared) return;
   clear_stack(*d);
   d->time = 0;
-  std::copy_n(m->qpos0, layout_.nq, d->qpos);
   for (mjtNum* array : {d->qvel, d->qacc_warmstart}) std::fill_n(array, layout_.nv, 0.0);
   std::fill_n(d->act, layout_.na, 0.0);
   std::fill_n(d->ctrl, layout_.nu, 0.0);

@@ -91,7 +91,8 @@ class Work {
 
   // Calls mj_resetData, which also clears the derived arrays.
   void clear();
-  // Starts an episode. Resets less than `clear` does, so it is faster; the results of what follows are the same.
+  // Starts an episode, at the qpos0 of the compiled model, as Gymnasium's init_qpos. Resets less than `clear` does, so it
+  // is faster; the results of what follows are the same.
   void begin();
   // continues: after keep_current(), whether mjData holds what the last step has computed for this state. If so, the
   // next step need not compute it again.

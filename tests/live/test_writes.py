@@ -215,3 +215,19 @@ def test_set_constants(opened: Opened) -> None:
             check_same(f"{when}, step {t}", (*a[:4], numbers(a[4])), (*b[:4], numbers(b[4])))
             if b[2] or b[3]:
                 check_same(f"{when}, step {t}: reset", ours.reset(), theirs.reset())
+
+
+def test_reset_data(opened: Opened) -> None:
+    """mj_resetData sets the row's own qpos0; a reset the model's, as Gymnasium's init_qpos."""
+    _, ours, theirs = opened
+    base: Any = theirs.unwrapped
+    check_same("reset", ours.reset(seed=1), theirs.reset(seed=1))
+    for model in (ours.model, base.model):
+        model.qpos0[-1] += 0.1
+    mujoco.mj_resetData(base.model, base.data)
+    ours.mj_resetData()
+    for name in ("qpos", "qvel", "xpos", "qacc_warmstart"):
+        check_same(name, np.array(getattr(ours.data, name)), np.array(getattr(base.data, name)))
+    action = theirs.action_space.sample()
+    check_same("step", ours.step(action)[:4], theirs.step(action)[:4])
+    check_same("reset", ours.reset(), theirs.reset())
