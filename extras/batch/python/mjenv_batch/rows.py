@@ -26,6 +26,7 @@ from mjenv.capi.keywords import RANDOMIZING
 from mjenv.capi.schema import Field
 from mjenv.capi.turns import Turn
 from mjenv.errors import ResetNeeded, TaskError
+from mjenv.rows.arrays import INPUTS
 from mjenv.rows.step import views
 from mjenv.task.registered import Registered, overrides
 from mjenv_batch.checked import Checked, NumpyBuild, Resetting
@@ -121,6 +122,8 @@ class NumpyRows(Rows):
         # The rows that failed in this call, and why.
         self._failed: BoolArray = np.zeros(count, np.bool_)
         self._failure: int = Status.OK
+        # The rows that were written since the task saw them.
+        self._unseen: BoolArray = np.zeros(count, np.bool_)
 
         self._state = {name: np.zeros((count, *shape)) for name, shape in registered.kind.state.items()}
         self._qpos, self._qvel = np.zeros((count, self._task.nq)), np.zeros((count, self._task.nv))
@@ -274,6 +277,7 @@ class NumpyRows(Rows):
         """Simulates a step of the playing rows, and calls the task's step. Returns which rows it has advanced."""
         mask = None if playing is None else pointer_to(playing, c_uint8)
         seen = self._act(mask, action)
+        self._show_unseen()
         before = {name: values.copy() for name, values in self._state.items()}
         ctrl, size = None, 0
         if self._maps:
@@ -360,6 +364,7 @@ class NumpyRows(Rows):
                     self._state[name][row] = values[0]
         resets &= ~self._failed
         chosen = np.flatnonzero(resets)
+        self._unseen[chosen] = False
         self._read_model(self._own, chosen.tolist())
         sim = self._carried(chosen)
         if len(chosen):
@@ -491,7 +496,7 @@ class NumpyRows(Rows):
         return values
 
     def is_copied(self, name: str) -> bool:
-        return name.startswith(_PREFIX) or bool(self._named(name))
+        return name in INPUTS or name.startswith(_PREFIX) or bool(self._named(name))
 
     def write(self, row: int, name: str, values: Any, by_reader: bool = False) -> None:
         super().write(row, name, values, by_reader)
@@ -513,7 +518,13 @@ class NumpyRows(Rows):
 
     @in_turn
     def _read_again(self, name: str | None, rows: Iterable[int]) -> None:
+        self._unseen[[*rows]] = True
         self._read_model(self._named(name), rows)
+
+    def _show_unseen(self) -> None:
+        """Shows the task the rows that were written."""
+        for row in np.flatnonzero(self._unseen).tolist():
+            self._show_row(row)
 
     def set_state(self, row: int, qpos: Any, qvel: Any) -> None:
         super().set_state(row, qpos, qvel)
@@ -530,18 +541,24 @@ class NumpyRows(Rows):
 
     @in_turn
     def _changed(self, row: int) -> None:
+        self._show_row(row)
+
+    def _show_row(self, row: int) -> None:
         self._read_row(row)
         self._carried(np.array([row]))
+        self._unseen[row] = False
 
     def copy_row(self, source: int, mask: BoolArray) -> None:
         super().copy_row(source, mask)
-        for arrays in (self._state, self._parameters, self._own, self._views):
+        for arrays in (self._state, self._parameters, self._own, self._views, {"unseen": self._unseen}):
             for values in arrays.values():
                 values[mask] = values[source]
 
     # ---- images ----
 
     def snapshot(self, row: int) -> bytes:
+        with self.changing():
+            self._show_unseen()
         if self._state:
             parts = [values.reshape(self.count, -1) for values in self._state.values()]
             super().write_rows(None, "carried", np.concatenate(parts, axis=1))
@@ -550,6 +567,7 @@ class NumpyRows(Rows):
     def restore(self, row: int, image: bytes) -> None:
         super().restore(row, image)
         rows = range(self.count) if row == declarations.ALL_ROWS else range(row, row + 1)
+        self._unseen[rows.start : rows.stop] = False
         ends = np.cumsum([0, *(values[0].size for values in self._state.values())]).tolist()
         for of_row in rows if self._state else ():
             carried = self._numbers(of_row, "carried", ends[-1])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+import gymnasium
 import mujoco
 import numpy as np
 import pytest
@@ -493,3 +494,61 @@ def test_numpy_reset_that_fails() -> None:
     np.testing.assert_array_equal(envs.observe(), seen)
     envs.close()
     failing.close()
+
+
+class Running(mjenv.Task):
+    """HalfCheetah-v5, whose velocity is what a step has added to the position before it."""
+
+    model = mjenv.model_xml("HalfCheetah-v5")
+    frame_skip = 5
+    state = {"x": ()}  # noqa: RUF012
+
+    def reset(self, rng: Any, rows: int) -> tuple[Any, ...]:
+        return np.tile(self.qpos0, (rows, 1)), np.zeros((rows, self.nv)), {"x": np.zeros(rows)}
+
+    def observe(self, sim: Any) -> NDArray[Any]:
+        return np.concatenate([sim.qpos[:, 1:], sim.qvel], axis=1)
+
+    def carry(self, sim: Any) -> None:
+        sim.x[...] = sim.qpos[:, 0]
+
+    def before_step(self, sim: Any, action: NDArray[Any]) -> NDArray[Any]:
+        self.before = sim.qpos[:, 0].copy()
+        return action
+
+    def step(self, sim: Any, action: NDArray[Any]) -> tuple[Any, ...]:
+        assert np.array_equal(sim.x, self.before)
+        return (sim.qpos[:, 0] - sim.x) / self.dt, np.zeros(len(action), bool), {}
+
+
+mjenv.register("Running-v0", Running)
+
+
+def test_writes_between_steps() -> None:
+    """A step begins with the state that a program has written into any of the arrays that show it."""
+    theirs = gymnasium.make("HalfCheetah-v5").unwrapped
+    envs, env = mjenv.make_vec("Running-v0", 3), mjenv.make("Running-v0")
+    theirs.reset(seed=0), envs.reset(seed=0), env.reset(seed=0)
+    mujoco.mj_resetData(theirs.model, theirs.data)
+    for row in (env, *envs.envs):
+        row.mj_resetData()
+    action = np.full(6, 0.1, np.float32)
+    for t in range(4):
+        theirs.data.qpos[0] = env.data.qpos[0] = t + 2
+        if t == 1:
+            envs.data.qpos[:, 0] = t + 2
+        elif t == 2:
+            envs.handle.write(1, "qpos", theirs.data.qpos)
+            envs.copy_row(1, np.arange(3) == 2)
+            envs = copy.deepcopy(envs)
+        else:
+            envs.envs[1].data.qpos[0] = t + 2
+        obs, _, _, _, info = theirs.step(action)
+        of_rows = envs.step(np.tile(action, (3, 1)))
+        for row in (1, 2) if t == 2 else (1,):
+            np.testing.assert_array_equal(of_rows[0][row], obs)
+            assert of_rows[1][row] == info["x_velocity"]
+        got, velocity, *_ = env.step(action)
+        np.testing.assert_array_equal(got, obs)
+        assert velocity == info["x_velocity"]
+    envs.close()
