@@ -223,6 +223,22 @@ def test_misuse() -> None:
     jax.clear_caches()
 
 
+def test_a_program_refuses_an_environment_with_other_rows() -> None:
+    """Also if all arrays of numbers have as many as those of its own."""
+    joint = '<body><joint name="{0}" type="slide"/><geom size="1"/></body>'
+    motor = '<motor joint="{0}" ctrlrange="-1 1" ctrllimited="true"/>'
+    envs = []
+    for rows, count in ((2, 4), (8, 1)):
+        bodies, motors = ("".join(part.format(i) for i in range(count)) for part in (joint, motor))
+        xml = f"<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>"
+        envs.append(mjenv_jax.make("Batch-v0", rows, xml_string=xml, observations=1))
+    mine, other = envs
+    handle, _ = other.reset(1)
+    with pytest.raises(Exception, match="this program was compiled for another environment"):
+        jax.block_until_ready(jax.jit(mine.advance)(handle, jnp.zeros((2, 4))))
+    jax.clear_caches()
+
+
 class Hop(mjenv.Task):
     """A task over all rows whose methods return arrays of JAX."""
 

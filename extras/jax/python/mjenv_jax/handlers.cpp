@@ -181,7 +181,8 @@ ffi::Error begin(Handle handle, ffi::Buffer<ffi::PRED> mask, Any qpos, Any qvel,
 ffi::Error advance(Handle handle, Any action, ToHandle next, To arrays, ToFlags was_reset) {
   return with(handle, false, next, [&](Held& h) {
     const Environment& e = h.environment;
-    if (!holds(action, e.rows * e.action_count) || !holds(*arrays, e.rows * e.arrays_count))
+    if (!holds(action, e.rows * e.action_count) || !holds(*arrays, e.rows * e.arrays_count) ||
+        was_reset->element_count() != static_cast<std::size_t>(e.rows))
       return ffi::Error::InvalidArgument(kShapes);
     mjenv_batch batch = batch_of(h);
     h.arrays.resize(static_cast<std::size_t>(e.rows * e.arrays_count));
