@@ -537,14 +537,6 @@ void Env::mirror(std::int64_t row, const std::string& name, std::byte* values, s
   std::memcpy(values, mirrors_.back().shown.data(), mirrors_.back().shown.size());
 }
 
-bool Env::Mirror::is_written() const {
-  const std::size_t all = shown.size(), compared = std::min(used, all), rest = all - compared;
-  if (std::memcmp(values, shown.data(), compared) != 0) return true;
-  const std::byte* const unused = values + compared;
-  // All are 0 if the first is 0 and each is equal to the next.
-  return rest > 0 && (*unused != std::byte{0} || std::memcmp(unused, unused + 1, rest - 1) != 0);
-}
-
 void Env::take_mirrors() {
   struct Taken {
     Mirror& mirror;
@@ -554,7 +546,7 @@ void Env::take_mirrors() {
   std::vector<Taken> list;
   for (Mirror& mirror : mirrors_) {
     const std::size_t size = mirror.shown.size();
-    if (!mirror.is_written()) continue;
+    if (std::memcmp(mirror.values, mirror.shown.data(), std::min(mirror.used, size)) == 0) continue;
     try {
       Taken& taken = list.emplace_back(Taken{mirror, {}, {}});
       with_type(mirror.type, [&](auto zero) {

@@ -135,8 +135,6 @@ class Env {
     std::optional<std::size_t> own = {};
     std::size_t searched = 0;
     std::size_t used = std::numeric_limits<std::size_t>::max();  // the bytes of `shown` behind these are 0
-
-    bool is_written() const;
   };
 
   // Those up to pipeline_ are made in this order, each from those before it.

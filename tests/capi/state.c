@@ -478,7 +478,7 @@ static void test_mirrors(void** state) {
   mjenv_destroy(env), mjenv_destroy(twin);
 }
 
-// The elements that are not in use are 0, also after contacts have ended, and what is written there is refused.
+// The elements that are not in use are 0, also after contacts have ended. What is written in the others is refused.
 static void test_mirrors_of_contacts(void** state) {
   (void)state;
   mjenv_env *env = env_of_id("Hopper-v5", 1), *twin = env_of_id("Hopper-v5", 1);
@@ -501,7 +501,8 @@ static void test_mirrors_of_contacts(void** state) {
     int64_t one;
     assert_ok(mjenv_read(twin, 0, "ncon", &contacts, 1, &one));
     ended += contacts < ncon, ncon = (int64_t)contacts;
-    memory[1][count[1] - 1] = 7;
+    if (ncon == 0) continue;
+    memory[1][9 * ncon - 1] = 7;
     assert_refused(MJENV_E_NAME, mjenv_simulate(env, 0, (double[3]){0}, 3, 1), "contact.frame", "computes");
     assert_mirrored(twin, "contact.frame", memory[1]);
   }

@@ -669,8 +669,9 @@ MJENV_API mjenv_status mjenv_read(mjenv_env *env, int64_t row, const char *array
  * a program reads and writes it without calls: every other function that reads or changes rows first takes over what the
  * program has written there, as mjenv_write_row does, and in the end brings the memory up to date, unless rows are under
  * way. If it refuses the values (NAME, VALUE, or PENDING while rows are under way), it does nothing else, and the memory
- * of this array is as before. mjenv_render and mjenv_window_draw are such functions, too: while one draws on another
- * thread, leave the memory alone. Free it only after the call that ends its use.
+ * of this array is as before. It does not look at elements that are not in use, those behind the last contact for
+ * instance. mjenv_render and mjenv_window_draw are such functions, too: while one draws on another thread, leave the
+ * memory alone. Free it only after the call that ends its use.
  *   values    [bytes], aligned for the type, in place of earlier memory for this array; NULL: no longer
  * Errors: NAME, VALUE (row), SIZE (bytes), PHYSICS. */
 MJENV_API mjenv_status mjenv_mirror(mjenv_env *env, int64_t row, const char *array, void *values, int64_t bytes);
