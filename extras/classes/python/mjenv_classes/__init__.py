@@ -149,7 +149,7 @@ class MujocoEnv(Simulation, gymnasium.Env[Any, NDArray[Any]]):
         """As in Gymnasium, a class that derives from EzPickle is built anew; others keep their state."""
         if isinstance(self, EzPickle):
             return EzPickle.__getstate__(self)  # type: ignore[no-any-return, no-untyped-call, unused-ignore]
-        return {name: value for name, value in self.__dict__.items() if name not in ("data", "model")}
+        return {name: value for name, value in self.__dict__.items() if name not in ("data", "model", "_read_timestep")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         if isinstance(self, EzPickle):

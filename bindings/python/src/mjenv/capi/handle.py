@@ -314,7 +314,7 @@ class Rows:
         self.leave: Callable[[Turn], None] = self.turns.give_back
         self.lent: list[Lent] = []  # the arrays that readers may have changed, or may hold
         self._mirrors: dict[str, NDArray[Any]] = {}  # the library's pointers to them end with the handle
-        self._changes: dict[Any, Any] = {}  # the calls that _change_with has prepared
+        self._changes: dict[Any, Any] = {}  # the calls that _changing has prepared
         self._pointer: int | None = handle.value
         self._fields: dict[Role, tuple[Field, ...]] = {}
         self._arrays: dict[Role, dict[str, Field]] = {}
@@ -386,10 +386,11 @@ class Rows:
 
     def changer(self, call: Callable[[], int], buffers: Sequence[Any] = ()) -> Callable[..., None]:
         """The same for a call without arguments, as a function that takes these rows, which it does not keep alive, and
-        arrays, which it first copies into the buffers."""
+        up to two arrays, which it first copies into the buffers."""
         take, leave, check = self.turns.take_free, self.leave, self.check
+        first, second = (*buffers, None, None)[:2]
 
-        def change(rows: Rows, *arrays: Any) -> None:
+        def change(rows: Rows, array: Any = None, other: Any = None) -> None:
             if rows.lent:
                 rows.flush()
             try:
@@ -399,8 +400,10 @@ class Rows:
             try:
                 if rows.closed:
                     raise rows.gone()
-                for buffer, array in zip(buffers, arrays):  # noqa: B905 strict costs time
-                    buffer[...] = array
+                if first is not None:
+                    first[...] = array
+                    if second is not None:
+                        second[...] = other
                 status = call()
                 if status:
                     check(status)
@@ -479,6 +482,11 @@ class Rows:
 
     def frame_skip(self) -> int:
         return self._frame_skip
+
+    @cached_property
+    def ctrl_shape(self) -> tuple[int]:
+        """The shape of mjData's ctrl."""
+        return (int(self.value(Role.MODEL, "nu")),)
 
     @cached_property
     def init_qpos(self) -> Float64Array:
@@ -703,37 +711,33 @@ class Rows:
             raise errors.InvalidValueError(
                 f"qpos and qvel have the shapes {q.shape} and {v.shape}, not one dimension each"
             )
-        self._change_with(("mjenv_set_state", row, (), q.shape, v.shape), q, v)
+        key = row, q.shape, v.shape
+        (self._changes.get(key) or self._changing("mjenv_set_state", *key))(self, q, v)
 
     def reset_data(self, row: int) -> None:
         """Calls mj_resetData for a row."""
-        self._change_with(("mjenv_reset_data", row, ()))
+        (self._changes.get((row,)) or self._changing("mjenv_reset_data", row))(self)
 
     def simulate(self, row: int, ctrl: NDArray[Any], frames: int) -> None:
-        self._change_with(("mjenv_simulate", row, (frames,), ctrl.shape), ctrl)
+        key = row, ctrl.shape, frames
+        (self._changes.get(key) or self._changing("mjenv_simulate", *key))(self, ctrl)
 
-    def _change_with(self, key: tuple[Any, ...], *arrays: NDArray[Any]) -> None:
-        """Changes a row by a function of the library, with copies of these arrays.
-
-        key: the name of the function, the row, its last arguments, and the shapes of the arrays, for which the call is
-        prepared once.
-        """
-        found = self._changes.get(key)
-        if found is None:
-            found = self._prepare_change(*key)
-            if len(self._changes) == _MOST_CHANGES:
-                self._changes.clear()
-            self._changes[key] = found
-        found(self, *arrays)
-
-    def _prepare_change(self, function: str, row: int, last: tuple[int, ...], *shapes: tuple[int, ...]) -> Any:
-        if last != tuple(map(_int64, last)):
-            text = f"n_frames is {last[0]}, which does not fit into 64 bits"
+    def _changing(self, function: str, row: int, *given: Any) -> Callable[..., None]:
+        """The function that changes a row by a function of the library, prepared for these shapes of arrays and this
+        number."""
+        shapes = [shape for shape in given if isinstance(shape, tuple)]
+        numbers = [number for number in given if not isinstance(number, tuple)]
+        if numbers != [*map(_int64, numbers)]:
+            text = f"n_frames is {numbers[0]}, which does not fit into 64 bits"
             raise errors.InvalidValueError(text, Status.E_VALUE)
         buffers = [np.zeros(shape) for shape in shapes]
-        given = [part for buffer in buffers for part in (pointer_to(buffer, c_double), buffer.size)]
+        arrays = [part for buffer in buffers for part in (pointer_to(buffer, c_double), buffer.size)]
         first = pointer_to(self.only(row), c_uint8) if function == "mjenv_reset_data" else row
-        return self.changer(Rows.prepared(self, function, first, *given, *last), buffers)
+        change = self.changer(Rows.prepared(self, function, first, *arrays, *numbers), buffers)
+        if len(self._changes) == _MOST_CHANGES:
+            self._changes.clear()
+        self._changes[(row, *given)] = change
+        return change
 
     def copy_row(self, source: int, mask: NDArray[np.bool_]) -> None:
         self.change(self.engine.mjenv_copy_row, pointer_to(mask, c_uint8), source)

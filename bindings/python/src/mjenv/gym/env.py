@@ -291,7 +291,7 @@ class Environment(Whole, TaskSimulation, gymnasium.Env[Any, NDArray[Any]]):
 
     def __getstate__(self) -> dict[str, Any]:
         self._give_stream()
-        built = ("_exchange", "_step", "arrays", "parameters", "data", "model")
+        built = ("_exchange", "_step", "arrays", "parameters", "data", "model", "_read_timestep")
         return {name: value for name, value in self.__dict__.items() if name not in built}
 
     def __copy__(self) -> Environment:

@@ -508,11 +508,6 @@ class Model(_Named):
             self.__dict__[name] = kind(rows, row, Role.MODEL, changed, f"{name}.", keeps)
         self.__dict__["vis"] = Visual(self)
 
-    @cached_property
-    def timestep(self) -> Callable[[], float]:
-        """The function that reads opt.timestep."""
-        return self.opt._reader("timestep")
-
     names, paths, text_data = map(_text, ("names", "paths", "text_data"))
 
     mesh, skin, hfield, texture, material, pair, exclude, equality, numeric, tuple, key = map(_objects, _LISTED)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -139,7 +139,12 @@ class Simulation(OfRows):
     @property
     def dt(self) -> float:
         """The seconds that one step simulates."""
-        return (self.model.timestep() if self._is_alone else self._rows.timestep(self._row)) * self.frame_skip
+        return self._read_timestep() * self.frame_skip
+
+    @cached_property
+    def _read_timestep(self) -> Callable[[], float]:
+        """The function that reads the model's opt.timestep."""
+        return self.model.opt._reader("timestep") if self._is_alone else partial(self._rows.timestep, self._row)
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
         """Sets qpos[nq] and qvel[nv] and computes everything that follows from them.
@@ -153,8 +158,8 @@ class Simulation(OfRows):
     def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         """Simulates n_frames mj_steps with ctrl[nu]. This is not a step of the episode and gives no reward."""
         given = np.asarray(ctrl)
-        if given.shape != (self.model.nu,):
-            text = f"ctrl has the shape {given.shape}; {self._rows.id} takes {(self.model.nu,)}"
+        if given.shape != self._rows.ctrl_shape:
+            text = f"ctrl has the shape {given.shape}; {self._rows.id} takes {self._rows.ctrl_shape}"
             raise InvalidValueError(text, Status.E_SIZE)
         self._step_mujoco_simulation(given, n_frames)
 
