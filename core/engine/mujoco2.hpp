@@ -52,6 +52,7 @@ namespace mjenv::core {
 // Makes MuJoCo's functions ready to be called, and returns its version.
 inline const char* open_mujoco() { return mj_versionString(); }
 inline bool mujoco_is_open() { return true; }
+inline void use_thread_locals() {}
 
 // ---- Errors ----
 

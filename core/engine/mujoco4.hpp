@@ -45,7 +45,7 @@ extern "C" void mju_mulMatVecSparse(mjtNum* res, const mjtNum* mat, const mjtNum
   X(mju_mulMatVecSparse) X(mju_rayGeom) X(mju_normalize3) X(mj_passive) X(mj_referenceConstraint) \
   X(mj_fwdActuation) X(mj_fwdAcceleration) X(mj_fwdConstraint) X(mj_Euler) X(mj_implicit) X(mj_RungeKutta) \
   X(mj_sensorPos) X(mj_sensorVel) X(mj_sensorAcc) X(mj_addContact) X(mjcb_passive) X(mjcb_control) \
-  X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_act_dyn) X(mjcb_act_gain) X(mjcb_act_bias)
+  X(mjcb_contactfilter) X(mjcb_sensor) X(mjcb_time) X(mjcb_act_dyn) X(mjcb_act_gain) X(mjcb_act_bias)
 // clang-format on
 
 namespace mjenv::core {
@@ -61,6 +61,8 @@ extern const mjfCollision (*mjCOLLISIONFUNC)[mjNGEOMTYPES];
 // is not version 4.0.
 const char* open_mujoco();
 bool mujoco_is_open();
+// Allocates the thread-local variables of mujoco4.cpp.
+void use_thread_locals();
 
 // ---- Errors ----
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <exception>
 
-#include "engine/model.hpp"
+#include "engine/mujoco.hpp"
 
 namespace mjenv::core {
 
@@ -14,6 +14,7 @@ bool prepare_thread_locals() noexcept {
   const bool enough = room != nullptr;
   std::free(room);
   if (!enough) return false;
+  use_thread_locals();
   const ErrorTrap trap;                           // the first use of MuJoCo's variables
   static_cast<void>(std::uncaught_exceptions());  // the first use of the C++ library's
   return true;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "error.hpp"
 #include "system/platform.hpp"
@@ -60,6 +61,46 @@ void look_up(void* library, const char* name, Pointer& pointer) {
   std::memcpy(&pointer, &found, sizeof found);
 }
 
+// MuJoCo reads the clock mjcb_time, if there is one, at the beginning and the end of each of its stages, and adds up the
+// times in mjData.timer. The Python package mujoco sets a clock. To read it takes an eighth of the mj_step of a small
+// robot, and nobody sees mjData.timer of a work space. So mjenv puts its own clock in the place of that one. It reads
+// that one, but not while a work space is stepped on the thread.
+thread_local bool is_stepping = false;
+std::atomic<mjfTime> replaced{nullptr};
+
+mjtNum read_clock() { return is_stepping ? 0 : replaced.load(std::memory_order_relaxed)(); }
+
+// Replaces the first clock, but none that is set later: two copies of mjenv would replace each other's for ever.
+void replace_clock() {
+  mjfTime found = __atomic_load_n(mjcb_time, __ATOMIC_RELAXED), none = nullptr;
+  if (!found || replaced) return;
+  platform::keep_loaded(reinterpret_cast<const void*>(&read_clock));
+  if (replaced.compare_exchange_strong(none, found))
+    __atomic_compare_exchange_n(mjcb_time, &found, &read_clock, false, __ATOMIC_RELEASE, __ATOMIC_RELAXED);
+}
+
+class Stepping {
+ public:
+  Stepping() : before_(std::exchange(is_stepping, true)) {}
+  ~Stepping() { is_stepping = before_; }
+  Stepping(const Stepping&) = delete;
+  Stepping& operator=(const Stepping&) = delete;
+
+ private:
+  bool before_;
+};
+
+// MuJoCo's functions in place of which work spaces call without_clock.
+struct Steps {
+  decltype(&::mj_step) step, step1, step2, forward;
+} steps{};
+
+template <decltype(&::mj_step) Steps::*function>
+void without_clock(const mjModel* m, mjData* d) {
+  const Stepping stepping;
+  (steps.*function)(m, d);
+}
+
 // MuJoCo is never closed, because other code in the process may use it.
 void open_library() {
   void* const library = find();
@@ -71,6 +112,11 @@ void open_library() {
   MJENV_MUJOCO_FUNCTIONS(MJENV_LOOK_UP)
 #undef MJENV_LOOK_UP
   look_up(library, "mjCOLLISIONFUNC", mjCOLLISIONFUNC);
+  steps = {mj_step, mj_step1, mj_step2, mj_forward};
+  mj_step = without_clock<&Steps::step>;
+  mj_step1 = without_clock<&Steps::step1>;
+  mj_step2 = without_clock<&Steps::step2>;
+  mj_forward = without_clock<&Steps::forward>;
   is_open = true;
 }
 
@@ -84,10 +130,13 @@ const char* open_mujoco() {
     const std::lock_guard lock(opening);
     if (!is_open) open_library();
   }
+  replace_clock();
   return mj_versionString();
 }
 
 bool mujoco_is_open() { return is_open; }
+
+void use_thread_locals() { is_stepping = false; }
 
 namespace {
 

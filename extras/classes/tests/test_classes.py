@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import importlib
 import os
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -444,6 +445,55 @@ def test_functions_of_mujoco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert issubclass(ours, mjenv.MujocoEnv)
     assert not issubclass(theirs, mjenv.MujocoEnv)
     check_equal(ours(str(tmp_path / "cart.xml")), theirs(str(tmp_path / "cart.xml")), 100)
+
+
+CLOCK = """
+import sys
+from threading import Thread
+
+import mujoco
+import numpy as np
+
+reads = 0
+
+def clock():
+    global reads
+    reads += 1
+    return float(reads)
+
+def times_of(steps):
+    global reads
+    reads, data = 0, mujoco.MjData(model)
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    return [data.timer[i].duration for i in range(len(data.timer))], reads
+
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+mujoco.set_mjcb_time(clock)
+times, each = times_of(200)
+assert sum(times) > 0 and each > 0
+
+import mjenv
+
+env = mjenv.make("Hopper-v5", engine=sys.argv[2])
+reads = 0
+env.reset(seed=0)
+env.step(np.zeros(3))
+assert reads == 0, reads
+thread = Thread(target=lambda: [env.step(np.zeros(3)) for _ in range(200)])
+thread.start()
+assert times_of(200) == (times, each)
+thread.join()
+assert times_of(200) == (times, each)
+assert mujoco.get_mjcb_time() is clock
+"""
+
+
+def test_clock_of_mujoco(tmp_path: Path) -> None:
+    """mjenv's steps do not read the clock of the mujoco package, whose data.timer shows the same times as before, also
+    while another thread steps."""
+    (tmp_path / "cart.xml").write_text(CART)
+    subprocess.run([sys.executable, "-c", CLOCK, str(tmp_path / "cart.xml"), ENGINE], check=True)
 
 
 def test_pictures(tmp_path: Path) -> None:

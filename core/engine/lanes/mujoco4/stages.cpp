@@ -241,7 +241,7 @@ std::string absence() {
     const auto* const found = std::find_if(std::begin(kPublished), std::end(kPublished),
                                            [&](const Published& known) { return known.version == version; });
     if (found == std::end(kPublished)) return follow + "its library is " + version;
-    const bool is_same = hash_of_code(reinterpret_cast<const void*>(mj_step)) == found->code;
+    const bool is_same = hash_of_code(reinterpret_cast<const void*>(mj_version)) == found->code;
     return is_same ? "" : follow + "its library is another build of " + version;
   }();
   return why;
