@@ -122,6 +122,14 @@ def test_a_held_array_is_live(env: mjenv.Environment) -> None:
     held[0][:] = 0  # memory of NumPy
 
 
+def test_two_names_of_an_array(env: mjenv.Environment) -> None:
+    gravity = env.model.opt.gravity
+    assert getattr(env.model, "opt.gravity")[2] == -9.81
+    gravity[2] = -1
+    env.step(np.ones(8))
+    assert gravity[2] == getattr(env.model, "opt.gravity")[2] == -1
+
+
 def test_writing_as_in_gymnasium(env: mjenv.Environment) -> None:
     """Every way to assign to an array of the model writes it, also after a step; the arrays are NumPy's own."""
     model, data = env.model, env.data

@@ -628,11 +628,12 @@ class Rows:
 
     def mirror(self, field: Field) -> NDArray[Any]:
         """An array of row 0 that the library keeps up to date, and from which it takes what is written there."""
-        memory = np.empty(field.shape, self.dtype_of(field))
-        name = field.name.encode()
-        self.call(self.engine.mjenv_mirror, 0, name, memory.ctypes.data, memory.nbytes)
-        self._mirrors[field.name] = memory
-        return memory
+        if field.name not in self._mirrors:  # the library would leave the memory that it already has
+            memory = np.empty(field.shape, self.dtype_of(field))
+            name = field.name.encode()
+            self.call(self.engine.mjenv_mirror, 0, name, memory.ctypes.data, memory.nbytes)
+            self._mirrors[field.name] = memory
+        return self._mirrors[field.name]
 
     def _read(self, row: int, name: str, size: int) -> Float64Array:
         values = np.empty(size)
