@@ -297,7 +297,7 @@ def test_keywords_go_before_those_of_a_spec() -> None:
         assert not any(envs.step(np.zeros((1, 2)))[3] for _ in range(60))
 
 
-@pytest.mark.parametrize("order", ["C", "F", "strided", "big endian", "lists", "integers"])
+@pytest.mark.parametrize("order", ["C", "F", "strided", "big endian", "unaligned", "lists", "integers"])
 def test_actions_in_any_layout(envs: mjenv.VectorEnv, order: str) -> None:
     other = mjenv.make_vec("Reacher-v5", 4)
     other.reset(seed=3)
@@ -307,12 +307,14 @@ def test_actions_in_any_layout(envs: mjenv.VectorEnv, order: str) -> None:
         "F": np.asfortranarray(plain),
         "strided": np.repeat(plain, 2, axis=1)[:, ::2],
         "big endian": plain.astype(">f8"),
+        "unaligned": np.frombuffer(b"-" + plain.tobytes(), np.float64, offset=1).reshape(4, 2),
         "lists": plain.tolist(),
         "integers": plain.astype(np.int8),
     }[order]
     check_equal(envs.step(given), other.step(plain))
     envs.send(given)
     check_equal(envs.recv()[1:], other.step(plain))
+    assert envs._pool.actions(given, (4, 2)).flags.aligned
 
 
 def test_wrappers() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mjenv.capi.declarations import Status
-from mjenv.capi.dtypes import Float64Array
+from mjenv.capi.dtypes import Float64Array, laid_out
 from mjenv.errors import TaskError
 from mjenv.task import Task
 from mjenv.task.registered import Build
@@ -121,7 +121,7 @@ class Checked:
             raise self.wrong(
                 "before_step", f"ctrl is {_kind(ctrl)}, not numbers of the shape {(self._rows, self.task.nu)}"
             )
-        return np.ascontiguousarray(ctrl, ctrl.dtype if ctrl.dtype == np.float32 else np.float64)
+        return laid_out(ctrl, ctrl.dtype if ctrl.dtype == np.float32 else np.float64)
 
     def step(self, sim: Sim, action: NDArray[Any]) -> tuple[Float64Array, NDArray[np.bool_], dict[str, NDArray[Any]]]:
         self._rows = len(sim.kick)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import mjenv
 from mjenv import errors
 from mjenv.capi.declarations import Role, mjenv_batch, mjenv_space
-from mjenv.capi.dtypes import Float64Array
+from mjenv.capi.dtypes import Float64Array, laid_out
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.handle import Rows, encoded, pointer_to
 from mjenv.capi.owned import Owned
@@ -295,7 +295,7 @@ class PolicyHandle:
 
     def act(self, obs: Float64Array, actuators: int, precision: Precision) -> NDArray[np.float32]:
         """The actions (rows, actuators) for observations (rows, n)."""
-        obs = np.ascontiguousarray(obs, np.float64)
+        obs = laid_out(obs, np.float64)
         action = np.zeros((len(obs), actuators), np.float32)
         self._library.check(
             self._library.mjenv_policy_act(

@@ -24,3 +24,8 @@ DTYPES: dict[Any, type[np.generic]] = {
     Dtype.INT32: np.int32,
     Dtype.UINT8: np.uint8,
 }
+
+
+def laid_out(values: Any, dtype: Any = None) -> NDArray[Any]:
+    """The values as C reads them: one after the other, at aligned addresses."""
+    return np.require(values, dtype, ("C_CONTIGUOUS", "ALIGNED"))

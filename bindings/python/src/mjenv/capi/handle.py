@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from mjenv import errors
 from mjenv.capi import declarations, draw_document, dtypes
 from mjenv.capi.declarations import Dtype, Kind, Role, Status
-from mjenv.capi.dtypes import Float64Array
+from mjenv.capi.dtypes import Float64Array, laid_out
 from mjenv.capi.engine import ENGINES, Engine
 from mjenv.capi.keywords import RANDOMIZING, Rendering
 from mjenv.capi.owned import Owned
@@ -467,7 +467,7 @@ class Rows:
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> NDArray[Any]:
         """The rewards that the task computes for goals. Only NumPy tasks use info."""
-        achieved, desired = (np.ascontiguousarray(goals, np.float64) for goals in (achieved_goal, desired_goal))
+        achieved, desired = (laid_out(goals, np.float64) for goals in (achieved_goal, desired_goal))
         check_goals(self.id, achieved, desired)
         rewards = np.empty(achieved.shape[:-1])
         goals = [pointer_to(array, c_double) for array in (achieved, desired)]
@@ -653,7 +653,7 @@ class Rows:
         self._write(self.engine.mjenv_write, selected, name, values, by_reader)
 
     def _write(self, function: Callable[..., int], rows: Any, name: str, values: Any, by_reader: bool) -> None:
-        numbers = np.ascontiguousarray(values, np.float64)
+        numbers = laid_out(values, np.float64)
         call = self.call if by_reader else self.change
         call(function, rows, encoded(name, "the array"), pointer_to(numbers, c_double), numbers.size)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv.capi.declarations import Status
-from mjenv.capi.dtypes import FLOATS
+from mjenv.capi.dtypes import FLOATS, laid_out
 from mjenv.errors import InvalidValueError, OptionError
 from mjenv.rows.outputs import BoolArray
 
@@ -79,7 +79,7 @@ def row_numbers(rows: ArrayLike) -> NDArray[np.int64]:
         raise InvalidValueError(f"rows have the shape {numbers.shape}, not one dimension", Status.E_SIZE)
     if len(numbers) and numbers.dtype.kind not in "iu":
         raise OptionError(f"rows are ints, not {numbers.dtype}", Status.E_TYPE)
-    return np.ascontiguousarray(numbers, np.int64)
+    return laid_out(numbers, np.int64)
 
 
 def bool_mask(mask: Any, count: int, name: str) -> BoolArray:

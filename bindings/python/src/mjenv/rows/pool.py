@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mjenv.capi.declarations import Role, Status
-from mjenv.capi.dtypes import FLOATS, Float64Array
+from mjenv.capi.dtypes import FLOATS, Float64Array, laid_out
 from mjenv.capi.handle import Rows, pointer_to
 from mjenv.errors import AlreadyPendingCallError, BusyError, Error, InvalidValueError, NoAsyncCallError, OptionError
 from mjenv.rows.arguments import check_seed
@@ -87,7 +87,7 @@ class Pool:
             array = float_array(array)
         if array.shape != shape:
             raise wrong_shape(array, shape, self.rows)
-        return np.ascontiguousarray(array)
+        return laid_out(array)
 
     def of_rows(self, name: str, values: ArrayLike, chosen: NDArray[np.intp]) -> Float64Array:
         """The chosen rows of new values (count, n) for an array of mjData, which must be finite."""
