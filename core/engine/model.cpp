@@ -101,7 +101,7 @@ std::unique_ptr<const mjModel> stepped_view(const mjModel& model, std::optional<
   if (frames) return view;
   view->ngeom = 0;
   sameframe.assign(static_cast<std::size_t>(model.ngeom), 1);
-  for (const auto& geoms : {pairs->geom1, pairs->geom2})
+  for (const auto& geoms : {pairs->geom1, pairs->geom2, pairs->searched})
     for (const int g : geoms) {
       sameframe[g] = model.geom_sameframe[g];
       view->ngeom = std::max<mjtSize>(view->ngeom, g + 1);

@@ -30,13 +30,15 @@ class ModelView {
   // The view of `stepped`, for code that does not read the parameters of its list of pairs: they may be those of
   // another row.
   const mjModel_& unmixed() const { return searches_ ? *whole_ : *stepped_; }
+  // Whether the row's arrays may change which pairs MuJoCo finds, so that no list of them is valid.
+  bool searches() const { return searches_; }
 
  private:
   const Model& model_;
   std::unique_ptr<mjModel_> whole_, stepped_, sensorless_;
   std::vector<std::byte> whole_array_;  // of the array of which rows own a part (OwnArray::shared)
   Pairs mixed_;                         // the model's list of pairs, with parameters that depend on the row's arrays
-  bool searches_ = false;  // the row's arrays may change which pairs MuJoCo finds, so no list of them is valid
+  bool searches_ = false;
   bool must_mix_ = false;  // the parameters in mixed_ are not yet those of the row
 
   void mix();

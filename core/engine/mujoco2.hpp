@@ -231,9 +231,13 @@ inline bool has_search_settings(const mjModel& m) { return m.opt.collision == mj
 
 inline double mixed_margin(double a, double b) { return std::max(a, b); }
 
+// Whether MuJoCo finds other contacts of a body with the world if their geoms are in a list of pairs.
+inline bool needs_search(const mjModel&, int /*body*/) { return false; }
+
 // Appends a pair to the arrays that only this version has: there are none.
 inline void append_more(Pairs&, const mjModel&, int /*g1*/, int /*g2*/, int /*first*/, bool /*equal*/) {}
 
+inline void exclude_bodies(Pairs&, const mjModel&) {}
 // Makes collision detection test the listed pairs and no others.
 inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; }
 

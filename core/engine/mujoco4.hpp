@@ -257,6 +257,11 @@ inline bool has_search_settings(const mjModel& m) {
 
 inline double mixed_margin(double a, double b) { return a + b; }
 
+// Whether MuJoCo finds other contacts of a body with the world if their geoms are in a list of pairs. Of bodies with
+// several geoms it compares boxes first. It takes planes for boxes of 1e10 m, whose rounded numbers hide contacts in
+// which geoms overlap by less than about 1e-6 m.
+inline bool needs_search(const mjModel& m, int body) { return m.body_geomnum[0] > 1 || m.body_geomnum[body] > 1; }
+
 // Appends a pair to the arrays that only this version has. equal: both geoms have the same priority. If not, the
 // parameters are those of the geom `first`.
 inline void append_more(Pairs& pairs, const mjModel& m, int g1, int g2, int first, bool equal) {
@@ -266,10 +271,21 @@ inline void append_more(Pairs& pairs, const mjModel& m, int g1, int g2, int firs
   pairs.signature.push_back((bodies.first << 16) + bodies.second);
 }
 
-// Makes collision detection test the listed pairs and no others, by excluding all bodies from the search.
+// Excludes from the search all bodies but those of `searched`.
+inline void exclude_bodies(Pairs& pairs, const mjModel& m) {
+  pairs.contype.assign(static_cast<std::size_t>(m.nbody), 0);
+  pairs.conaffinity = pairs.contype;
+  for (const int geom : pairs.searched) {
+    const int body = m.geom_bodyid[geom];
+    pairs.contype[static_cast<std::size_t>(body)] = m.body_contype[body];
+    pairs.conaffinity[static_cast<std::size_t>(body)] = m.body_conaffinity[body];
+  }
+}
+
+// Makes collision detection test the listed pairs, and those of `searched`.
 inline void use_pairs(mjModel& view, Pairs& pairs) {
-  pairs.no_type.assign(static_cast<std::size_t>(view.nbody), 0);
-  view.body_contype = view.body_conaffinity = pairs.no_type.data();
+  view.body_contype = pairs.contype.data();
+  view.body_conaffinity = pairs.conaffinity.data();
   view.pair_signature = pairs.signature.data();
   view.pair_solreffriction = pairs.solreffriction.data();
   view.pair_adhesion = pairs.adhesion.data();

@@ -34,7 +34,7 @@ bool can_touch(const mjModel& m, int g1, int g2) {
   const auto types = std::minmax(m.geom_type[g1], m.geom_type[g2]);
   if (!mjCOLLISIONFUNC[types.first][types.second]) return false;
   const int weld1 = m.body_weldid[m.geom_bodyid[g1]], weld2 = m.body_weldid[m.geom_bodyid[g2]];
-  if (weld1 == weld2) return false;
+  if (weld1 == weld2 || (m.body_dofnum[weld1] == 0 && m.body_dofnum[weld2] == 0)) return false;
   const bool filter_parent = !(m.opt.disableflags & mjDSBL_FILTERPARENT) && weld1 && weld2;
   const int parent1 = m.body_weldid[m.body_parentid[weld1]], parent2 = m.body_weldid[m.body_parentid[weld2]];
   return !filter_parent || (weld1 != parent2 && weld2 != parent1);
@@ -84,8 +84,9 @@ bool are_excluded(const mjModel& m, int body1, int body2) {
 }
 
 // Lists the pairs that can touch. Returns no value if a list cannot replace MuJoCo's search, if there are more pairs
-// than `most`, or if one of them is between two bodies other than the world and between_bodies is false.
-std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size_t most) {
+// than `most`, or if one of them is between two bodies other than the world and between_bodies is false. are_all: the
+// list also has the pairs for which MuJoCo searches all the same.
+std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, bool are_all, std::size_t most) {
   if (!can_replace_search(m)) return std::nullopt;
   Pairs pairs;
   // MuJoCo sorts the pairs by bodies. This loop gives the same order, because geoms are numbered body by body.
@@ -100,6 +101,10 @@ std::optional<Pairs> list_pairs(const mjModel& m, bool between_bodies, std::size
           if (pairs.dim.size() + found.size() == most) return std::nullopt;
           found.push_back(m.geom_type[g1] > m.geom_type[g2] ? std::pair(g2, g1) : std::pair(g1, g2));
         }
+      if (!are_all && b1 == 0 && needs_search(m, b2)) {
+        for (const auto& [g1, g2] : found) pairs.searched.insert(pairs.searched.end(), {g1, g2});
+        continue;
+      }
       if (kSortsPairs) std::sort(found.begin(), found.end());
       for (const auto& [g1, g2] : found) append(pairs, m, g1, g2);
     }
@@ -138,13 +143,15 @@ std::optional<std::vector<std::pair<int, int>>> pairs_kept_apart(const mjModel& 
 }
 
 std::optional<Pairs> explicit_pairs(const mjModel& m, bool misses_none) {
-  return m.nexclude > 0 ? std::nullopt : list_pairs(m, misses_none, kMaxPairs);
+  auto pairs = m.nexclude > 0 ? std::nullopt : list_pairs(m, misses_none, false, kMaxPairs);
+  if (pairs) exclude_bodies(*pairs, m);
+  return pairs;
 }
 
 std::optional<Pairs> searched_pairs(const mjModel& m) {
   for (int g = 0; g < m.ngeom; ++g)
     if (m.geom_margin[g] < 0 || (m.geom_bodyid[g] != 0 && !(m.geom_rbound[g] > 0))) return std::nullopt;
-  return list_pairs(m, true, kMaxSearchedPairs);
+  return list_pairs(m, true, true, kMaxSearchedPairs);
 }
 
 void set_pairs(mjModel& view, Pairs& pairs) {
@@ -167,6 +174,8 @@ void mix_one(int geom1, int geom2, const mjModel& m, Pairs& mixed) {
 
 void mix_again(const Pairs& listed, const mjModel& m, Pairs& mixed) {
   clear(mixed);
+  mixed.contype = listed.contype;
+  mixed.conaffinity = listed.conaffinity;
   for (std::size_t i = 0; i < listed.geom1.size(); ++i) append(mixed, m, listed.geom1[i], listed.geom2[i]);
 }
 

@@ -16,16 +16,17 @@ namespace mjenv::core {
 struct Pairs {
   std::vector<int> dim, geom1, geom2;
   std::vector<double> solref, solimp, margin, gap, friction;
-  // Only for MuJoCo 4. no_type: zeros, as contype and conaffinity of all bodies, so that no body takes part in the
-  // search.
-  std::vector<int> signature, no_type;
+  // Only for MuJoCo 4. searched: the geoms for whose pairs it searches all the same (needs_search). contype and
+  // conaffinity: those of bodies, which are 0 if a body takes no part in the search.
+  std::vector<int> signature, searched, contype, conaffinity;
   std::vector<double> solreffriction, adhesion;
 };
 
-// Lists all pairs that can touch. Returns no value if there are too many, if a setting or excluded bodies change what
-// MuJoCo's search finds, or if the search might miss a contact that the list finds: it excludes pairs of moving geoms
-// by float32 computations, and could miss a contact in which the bounding spheres overlap by less than about 1e-7 times
-// the coordinates. misses_none: the model is known to have no such contacts.
+// Lists all pairs that can touch, without those for which MuJoCo searches all the same. Returns no value if there are
+// too many, if a setting or excluded bodies change what MuJoCo's search finds, or if the search might miss a contact
+// that the list finds: it excludes pairs of moving geoms by float32 computations, and could miss a contact in which the
+// bounding spheres overlap by less than about 1e-7 times the coordinates. misses_none: the model is known to have no
+// such contacts.
 std::optional<Pairs> explicit_pairs(const mjModel_& model, bool misses_none);
 
 // Lists all pairs that MuJoCo's search can find in any state, in the order of the search. The caller must determine

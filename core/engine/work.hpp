@@ -83,6 +83,8 @@ class Work {
   const mjModel_& sensorless() { return view_ ? view_->sensorless() : *model_->sensorless(); }
   // The view of `stepped`, for code that does not read the parameters of its list of pairs (ModelView::unmixed).
   const mjModel_& unmixed() const { return view_ ? view_->unmixed() : *model_->stepped(); }
+  // Whether the row's arrays may change which pairs of geoms touch (ModelView::searches).
+  bool searches() const { return view_ && view_->searches(); }
   // Makes MuJoCo compute with a row's own arrays, and copies the row's inputs into mjData. The block must live until
   // the next call.
   void use(const OwnArrays& arrays, const std::byte* block);

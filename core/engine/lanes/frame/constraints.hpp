@@ -38,10 +38,9 @@ struct ContactPair {
   // second. For dofs that move both, the Jacobian is 0.
   int first_column, count1, count2;
   Chain chain;
-  // Whether neither body is the world. If so, MuJoCo's search may miss a contact of the pair, because it excludes
-  // bodies by float32 computations. These can be wrong only if the bounding spheres overlap by less than about 1e-7
-  // times the coordinates.
-  bool is_between_bodies;
+  // Whether MuJoCo's search may miss a contact of the pair, in which the geoms overlap by little: because it excludes
+  // pairs of moving bodies by float32 computations, or because of needs_search.
+  bool can_be_missed;
 };
 
 // How many constraints a contact of the pair makes. cone: mjOption's.
@@ -78,8 +77,9 @@ struct Contacts {
   const Limited *joints, *tendons;
   int joint_count, tendon_count;
   const ContactPair* pairs;  // those that lanes test for contacts, in their order
-  bool are_searched;         // MuJoCo would search for the pairs
-  unsigned rows;             // the lanes, as bits, that take part
+  int pair_count;
+  bool are_searched;  // MuJoCo would search for the pairs
+  unsigned rows;      // the lanes, as bits, that take part
 
   struct Equal {
     const Equality* equality;

@@ -71,7 +71,7 @@ std::vector<ContactPair> contact_pairs(const mjModel& m, const Pairs& listed, st
     pair.geom2 = second;
     pair.dim = listed.dim[i];
     pair.shapes = shapes_of(m, first, second);
-    pair.is_between_bodies = body1 != 0 && body2 != 0;
+    pair.can_be_missed = (body1 != 0 && body2 != 0) || needs_search(m, std::max(body1, body2));
     pair.root1 = m.body_rootid[body1];
     pair.root2 = m.body_rootid[body2];
     const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);

@@ -43,21 +43,14 @@ bool RowMaker::set_solparam(ConstraintNumbers& n, const mjModel& m, const mjtNum
 
 bool RowMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pair) {
   const ContactPair& geoms = contacts_.pairs[pair];
-  const mjtNum *friction = m.pair_friction + 5 * pair, *solref = m.pair_solref + mjNREF * pair,
-               *solimp = m.pair_solimp + mjNIMP * pair;
-  if (&m != &m_ || m.npair == 0) {
-    mix_one(geoms.geom1, geoms.geom2, m, mixed_);
-    friction = mixed_.friction.data();
-    solref = mixed_.solref.data();
-    solimp = mixed_.solimp.data();
-  }
+  mix_one(geoms.geom1, geoms.geom2, m, mixed_);
   const int body1 = m.geom_bodyid[geoms.geom1], body2 = m.geom_bodyid[geoms.geom2];
   const double translation = m.body_invweight0[2 * body1] + m.body_invweight0[2 * body2];
-  for (int i = 0; i < 5; ++i) n.friction[i] = greater(mjMINMU, friction[i]);
+  for (int i = 0; i < 5; ++i) n.friction[i] = greater(mjMINMU, mixed_.friction[i]);
   const bool is_elliptic = m.opt.cone == mjCONE_ELLIPTIC;
   n.diagApprox =
       geoms.dim == 1 || is_elliptic ? translation : translation + n.friction[0] * n.friction[0] * translation;
-  return set_solparam(n, m, solref, solimp);
+  return set_solparam(n, m, mixed_.solref.data(), mixed_.solimp.data());
 }
 
 // For friction, MuJoCo's K is 0.
@@ -137,6 +130,7 @@ RowMaker::RowMaker(const Code& code, const mjModel& m, const std::vector<Contact
   contacts_.joints = limited_joints_.data();
   contacts_.tendons = limited_tendons_.data();
   contacts_.pairs = pairs.data();
+  contacts_.pair_count = static_cast<int>(pairs.size());
 }
 
 // Returns false if MuJoCo would warn of the numbers, or if a friction is negative.

@@ -74,7 +74,7 @@ bool collision(const Lanes& d, Contacts& c) {
       const unsigned rows = bits(con.is_there) & near;
       if (rows == 0) continue;
       const V reach = pair_number(d, i, d.pair_reach, &PairNumbers::reach);
-      if (c.are_searched && pair.is_between_bodies && (uncertain(reach, g1.pos, g2.pos) & rows) != 0) return false;
+      if (c.are_searched && pair.can_be_missed && (uncertain(reach, g1.pos, g2.pos) & rows) != 0) return false;
       if ((bits(makeFrame(con.frame)) & rows) != 0) return false;
       for (int lane = 0; lane < kWidth; ++lane) c.found[lane] += rows >> lane & 1;
       const unsigned included = rows & bits(con.dist < includemargin(d, i));

@@ -13,6 +13,7 @@ namespace mjenv::core::lanes {
 
 // The pairs of geoms whose contacts lanes find. A base class, so that they exist before RowMaker.
 struct ListedPairs {
+  Pairs listed;
   std::vector<int> columns;  // Lanes::columns
   std::vector<ContactPair> pairs;
   explicit ListedPairs(const Model& model);
@@ -25,21 +26,20 @@ class Collider final : private ListedPairs, public RowMaker {
 
   // The model must outlive the collider.
   Collider(const Model& model, const Code& code);
-  const int* columns() const { return ListedPairs::columns.data(); }
-  // Whether lanes can find the contacts of a row with this model.
-  bool follows(const mjModel& row) const;
+  // Tells lanes which pairs there are. The collider must outlive the lanes.
+  void list_pairs(Lanes& lanes) const;
   // Whether lanes can make the constraints of rows with these models.
   bool makes(const RowModels& models, int count) { return m_.neq == 0 && follow(models, count); }
   // Finds the contacts of these rows (bits). Returns false if MuJoCo has to find them.
   bool find_contacts(const Lanes& lanes, std::uint32_t rows);
   // Whether MuJoCo, too, would find all contacts that have been found: whether its memory is large enough.
   bool has_room(const RowData& data) const;
-  // How much of it a row's contacts take at most, while MuJoCo finds them.
-  static std::int64_t bytes_of(const mjModel& m, std::int64_t contacts);
+  // How much of it this many contacts of a row take at most, while MuJoCo finds them.
+  static std::int64_t bytes_of(const mjModel& m, const Contacts& found, std::int64_t contacts);
   // Also finds the limits, after `makes`. Returns false if MuJoCo has to find them, too.
   bool find(const Lanes& lanes, std::uint32_t rows);
   // Writes to mjData the contacts that have been found for a row. m: the row's model.
-  void write(int row, const mjModel& m, mjData& d) const;
+  void write(int row, const mjModel& m, mjData& d);
 
  private:
   mjModel without_contacts_;

@@ -92,16 +92,25 @@ inline Mask are_apart(const mjModel& m, int id1, int id2, const Geom& g1, const 
   return dot3(dif, normal) > splat(margin + rbound2);
 }
 
-inline V includemargin(const Lanes& d, int pair) { return splat(d.model->pair_margin[pair]); }
+inline V includemargin(const Lanes& d, int pair) { return splat(d.pair_margin[pair]); }
 
-// mj_collision for the listed pairs of a model that all rows share. Returns false if a row meets a case that is left to
+// The lanes, as bits, in which MuJoCo's search may miss a contact: it compares boxes, as float32 numbers or with numbers
+// that are as large as planes. On each axis boxes overlap at least as much as geoms do.
+inline unsigned uncertain(V dist, V reach, const V* pos1, const V* pos2) {
+  V size{};
+  for (int k = 0; k < 3; ++k) size += abs(pos1[k]) + abs(pos2[k]);
+  return bits(~(dist < reach - 1e-5 - 1e-6 * size));
+}
+
+// mj_collision for the listed pairs of geoms that all rows share. Returns false if a row meets a case that is left to
 // MuJoCo's function.
 bool collision(const Lanes& d, Contacts& c) {
   const mjModel& m = *d.model;
   c.contact_count = 0;
   for (int lane = 0; lane < kWidth; ++lane) c.found[lane] = 0;
-  for (int i = 0; i < m.npair; ++i) {
-    const int id1 = m.pair_geom1[i], id2 = m.pair_geom2[i];
+  for (int i = 0; i < c.pair_count; ++i) {
+    const ContactPair& pair = c.pairs[i];
+    const int id1 = pair.geom1, id2 = pair.geom2;
     V size1[3], size2[3];
     for (int k = 0; k < 3; ++k) {
       size1[k] = splat(m.geom_size[3 * id1 + k]);
@@ -109,13 +118,13 @@ bool collision(const Lanes& d, Contacts& c) {
     }
     const Geom g1{vectors(d.geom_xpos) + 3 * id1, vectors(d.geom_xmat) + 9 * id1, size1},
         g2{vectors(d.geom_xpos) + 3 * id2, vectors(d.geom_xmat) + 9 * id2, size2};
-    const double reach = m.pair_margin[i] + m.pair_gap[i];
+    const double reach = d.pair_margin[i] + d.pair_gap[i];
     const unsigned near = bits(~are_apart(m, id1, id2, g1, g2, reach)) & c.rows;
     if (near == 0) continue;
     const V margin = splat(reach);
     Contact found[kMostFound];
     int count = 1;
-    switch (c.pairs[i].shapes) {
+    switch (pair.shapes) {
       case Shapes::plane_sphere: PlaneSphere(found[0], margin, g1, g2.pos, g2.size[0]); break;
       case Shapes::plane_capsule:
         PlaneCapsule(found, margin, g1, g2);
@@ -135,13 +144,14 @@ bool collision(const Lanes& d, Contacts& c) {
       Contact& con = found[k];
       const unsigned rows = bits(con.is_there) & near;
       if (rows == 0) continue;
+      if (pair.can_be_missed && (uncertain(con.dist, margin, g1.pos, g2.pos) & rows) != 0) return false;
       if ((bits(makeFrame(con.frame)) & rows) != 0 || c.contact_count == Contacts::kCapacity) return false;
       const int n = c.contact_count++;
       const unsigned included = rows & bits(con.dist < includemargin(d, i));
       c.contacts[n] = {i, included, rows, {}};
       for (int lane = 0; lane < kWidth; ++lane) {
         c.found[lane] += rows >> lane & 1;
-        if (included >> lane & 1) c.constraints[lane] += constraints_of(c.pairs[i], m.opt.cone);
+        if (included >> lane & 1) c.constraints[lane] += constraints_of(pair, m.opt.cone);
       }
       vectors(c.dist)[n] = con.dist;
       copy(vectors(c.pos) + 3 * n, con.pos, 3);

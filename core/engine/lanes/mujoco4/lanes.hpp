@@ -31,11 +31,12 @@ struct Lanes : LanesBase {
   MJENV_LANES_OWN_FLAGS(MJENV_ARRAY)
   MJENV_LANES_OWN_FRAMES(MJENV_ARRAY)  // filled only if has_own_frames
 #undef MJENV_ARRAY
-  const int* columns;       // lists of dofs; first_column of a ContactPair is the index at which its list begins
-  bool has_negative_zeros;  // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
-  bool has_fluid;           // a row has a fluid
-  bool has_wind;            // a row has wind
-  unsigned damped;          // the lanes, as bits, in which mj_Euler integrates the damping of a dof implicitly
+  const int* columns;  // lists of dofs; first_column of a ContactPair is the index at which its list begins
+  const double *pair_margin, *pair_gap;  // of Contacts::pairs
+  bool has_negative_zeros;               // a jnt_axis or jnt_pos, which quaternions rotate, contains -0
+  bool has_fluid;                        // a row has a fluid
+  bool has_wind;                         // a row has wind
+  unsigned damped;  // the lanes, as bits, in which mj_Euler integrates the damping of a dof implicitly
 };
 
 // The constraints of a row, as PGS solves them.

@@ -41,9 +41,10 @@ std::int64_t numbers_to_solve(const mjModel& m, std::int64_t rows) {
 }
 
 // The same for making them, and the contacts, beside what it takes to solve them.
-std::int64_t numbers_to_make(const mjModel& m, std::int64_t rows, std::int64_t contacts) {
+std::int64_t numbers_to_make(const mjModel& m, const Contacts& contacts, int lane) {
   constexpr auto kBytes = static_cast<std::int64_t>(sizeof(double));
-  return Collider::bytes_of(m, contacts) / kBytes + rows * (m.nv + 64) + m.ntendon;
+  return Collider::bytes_of(m, contacts, contacts.found[lane]) / kBytes + contacts.constraints[lane] * (m.nv + 64) +
+         m.ntendon;
 }
 
 // DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
@@ -170,7 +171,7 @@ bool Solver::can_solve(const Contacts& contacts, const RowData& data) {
     if (!(contacts.rows >> lane & 1)) continue;
     if (bounded < 0) bounded = contacts.bounded[lane];
     const std::int64_t room = data[lane]->narena,
-                       needed = numbers_to_make(m_, rows, contacts.found[lane]) + numbers_to_solve(m_, rows);
+                       needed = numbers_to_make(m_, contacts, lane) + numbers_to_solve(m_, rows);
     if (contacts.bounded[lane] != bounded || rows > most_constraints(m_) || room < 8 * needed) return false;
     if (m_.nconmax >= 0 && contacts.found[lane] > m_.nconmax) return false;
     if (has_one_island(m_)) continue;

@@ -151,10 +151,19 @@ std::string passive(const Model& model) {
   return m.flg_adhesion ? "adhesion" : "";
 }
 
+// Where contacts are found in lanes, this happens after all other stages but constraints.
+std::string contacts(const Model& model) {
+  const mjModel& m = *model.get();
+  if (std::any_of(m.actuator_trntype, m.actuator_trntype + m.nactuator, [](int type) { return type == mjTRN_BODY; }))
+    return "actuators that act on bodies";
+  if (!other_solvers(model).empty()) return "the solver is computed row by row";
+  return Collider::obstacle(model);
+}
+
 // Where a later stage is computed row by row, this copies to mjData what that stage reads, too.
 std::string tendons(const Model& model) {
   if (model.get()->ntendon > 0) return "not written yet";
-  const bool is_alone = actuation(model).empty() && passive(model).empty() && Collider::obstacle(model).empty();
+  const bool is_alone = actuation(model).empty() && passive(model).empty() && contacts(model).empty();
   return text_if(!is_alone, "a later stage is computed row by row");
 }
 
@@ -166,15 +175,6 @@ void compute_tendons(Work& work, const mjModel& /*m*/, mjData& d) {
 }
 
 void compute_passive(Work& work, const mjModel& /*m*/, mjData& d) { mj_passive(&work.stepped(), &d); }
-
-// Where contacts are found in lanes, this happens after all other stages but constraints.
-std::string contacts(const Model& model) {
-  const mjModel& m = *model.get();
-  if (std::any_of(m.actuator_trntype, m.actuator_trntype + m.nactuator, [](int type) { return type == mjTRN_BODY; }))
-    return "actuators that act on bodies";
-  if (!other_solvers(model).empty()) return "the solver is computed row by row";
-  return Collider::obstacle(model);
-}
 
 void compute_acceleration(Work& work, const mjModel& /*m*/, mjData& d) { mj_fwdAcceleration(&work.stepped(), &d); }
 

@@ -37,7 +37,7 @@ class MujocoStepper final : public LaneStepper {
                        std::all_of(stages().begin(), stages().end(), [&](const Stage& stage) {
                          return !(stage.party & (kActuation | kPassive)) || stage.obstacle(model).empty();
                        })) {
-    if (collider_) lanes_.columns = collider_->columns();
+    if (collider_) collider_->list_pairs(lanes_);
   }
 
  private:
@@ -49,6 +49,7 @@ class MujocoStepper final : public LaneStepper {
   const bool senses_in_lanes_, sees_from_cameras_;
   const bool shows_current_;  // whether lanes compute what callbacks see of a new state
   bool is_whole_ = false;     // all of mjData is read after this step
+  bool collides_ = false;     // lanes can find the contacts of this step's rows
   bool makes_ = false;        // lanes can make and solve the constraints of this step's rows
 
   void adopt() override;
@@ -100,19 +101,19 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          differs(m.tendon_dampingpoly, m_.tendon_dampingpoly, m.ntendon * mjNPOLY) ||
          differs(m.jnt_stiffnesspoly, m_.jnt_stiffnesspoly, m.njnt * mjNPOLY) ||
          differs(m.geom_fluid, m_.geom_fluid, m.ngeom * mjNFLUID) || m.body_gravcomp != m_.body_gravcomp ||
-         m.geom_adhesion != m_.geom_adhesion ||
-         (m.npair == m_.npair && differs(m.pair_adhesion, m_.pair_adhesion, m_.npair)) ||
-         m.opt.disableflags != m_.opt.disableflags || m.opt.enableflags != m_.opt.enableflags ||
-         m.opt.disableactuator != m_.opt.disableactuator || m.opt.integrator != m_.opt.integrator ||
-         m.opt.cone != m_.opt.cone || m.opt.solver != m_.opt.solver ||
+         m.geom_adhesion != m_.geom_adhesion || m.opt.disableflags != m_.opt.disableflags ||
+         m.opt.enableflags != m_.opt.enableflags || m.opt.disableactuator != m_.opt.disableactuator ||
+         m.opt.integrator != m_.opt.integrator || m.opt.cone != m_.opt.cone || m.opt.solver != m_.opt.solver ||
          m.opt.noslip_iterations != m_.opt.noslip_iterations;
 }
 
 void MujocoStepper::begin() {
   is_whole_ = (readers_ & (kWhole | kBetweenBodies)) || (is_by_rows_ && is_RungeKutta_);
-  makes_ = collider_ && solver_ && collider_->makes(row_models_, count_) &&
+  collides_ = collider_ &&
+              std::none_of(works_.begin(), works_.begin() + count_, [](const Work* work) { return work->searches(); });
+  makes_ = collides_ && solver_ && collider_->makes(row_models_, count_) &&
            std::all_of(row_models_.begin(), row_models_.begin() + count_,
-                       [&](const mjModel* m) { return collider_->follows(*m) && solver_->follows(*m); });
+                       [&](const mjModel* m) { return solver_->follows(*m); });
 }
 
 void MujocoStepper::forward_alone(bool is_shown) {
@@ -166,9 +167,7 @@ bool MujocoStepper::constrain() {
 
 // MuJoCo makes the constraints. Lanes find the contacts, if they can.
 void MujocoStepper::collide() {
-  bool finds = true;
-  for (int row = 0; row < count_ && finds; ++row) finds = collider_->follows(works_[row]->stepped());
-  finds = finds && collider_->find_contacts(lanes_, live()) && collider_->has_room(data_);
+  const bool finds = collides_ && collider_->find_contacts(lanes_, live()) && collider_->has_room(data_);
   scatter(finds && m_.neq == 0 ? kMaking : kMiddle);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (!finds) return contacts_.compute(*works_[row], m, d);
