@@ -186,6 +186,11 @@ std::vector<Named> models() {
     </default><worldbody><body><joint axis='1 0.5 1'/><geom/><body><joint axis='1 2 3'/><geom/><body><joint axis='1 1 2'/>
     <geom/></body></body></body><body pos='3 0 -0'><joint )") +
                                                           joint + "/><geom/></body></worldbody></mujoco>"));
+  found.emplace_back("mocap", Model::parse("mocap", R"(<mujoco><default><geom size='0.1'/></default><worldbody>
+    <geom type='plane' size='9 9 1'/><body mocap='true' pos='0 0 0.3' euler='10 20 30'><geom type='capsule' size='0.1 0.2'/>
+    <body pos='0.2 0 0' euler='0 30 0'><geom/><body pos='0 0.1 0'><joint axis='1 0 0'/><geom pos='0.3 0 0'/></body></body></body>
+    <body mocap='true' pos='0.5 0 0.1'><geom/></body><body pos='0.1 0.1 0.5'><freejoint/><geom/><geom pos='0 0 0.2'/></body>
+    </worldbody></mujoco>)"));
   std::string euler = kOdd;
   euler.replace(euler.find("RK4"), 3, "Euler");
   found.emplace_back("odd with Euler", Model::parse("odd", euler));
@@ -380,7 +385,12 @@ class Twins : public lanes::LaneArrays {
 
   // Says which array a stage computes in another way than MuJoCo, "" if none.
   std::string compare(Noise& noise) {
-    for (const auto& work : works_) set_random(m_, *work, noise);
+    for (const auto& work : works_) {
+      set_random(m_, *work, noise);
+      mjData& d = *work->data();
+      for (int i = 0; i < 3 * m_.nmocap; ++i) d.mocap_pos[i] += noise();
+      for (int i = 0; i < 4 * m_.nmocap; ++i) d.mocap_quat[i] = noise.below(4) ? noise() : noise.below(2) ? 0.0 : -0.0;
+    }
     gather(lanes::kState);
     for (const lanes::Stage& stage : lanes::stages()) {
       if (!stage.compute) continue;
@@ -726,8 +736,11 @@ void test_steps(void** /*state*/) {
                                      {"cfrc_ext", true, 1},
                                      {"qpos", false, 2, "geom_friction"},
                                      {"qpos", false, 0, "geom_friction"},
-                                     {"qpos", false, 1, "body_quat"}})
-        test_steps(named, *lanes::code_of(width), reading, rows, left);
+                                     {"qpos", false, 1, "body_quat"},
+                                     {"qpos", false, 2, "mocap_quat"},
+                                     {"qpos", false, 1, "mocap_pos"}})
+        if (!reading.own || OwnArray::of(*named.second, reading.own).bytes > 0)
+          test_steps(named, *lanes::code_of(width), reading, rows, left);
   assert_true(left < rows / 10);
 }
 
@@ -994,14 +1007,13 @@ std::uint32_t step_rows(const std::shared_ptr<const Model>& model,
 void test_choices(void** /*state*/) {
   const auto hopper = Model::open("hopper.xml");
   const auto parse = [](const std::string& text) { return Model::parse("choices", text); };
-  const auto mocap =
-      parse("<mujoco><worldbody><body mocap='true'/><body><joint/><geom size='0.1'/></body></worldbody></mujoco>");
+  const auto still = parse("<mujoco><worldbody><body mocap='true'/></worldbody></mujoco>");
   const std::vector<int> widths = lanes::widths();
   assert_int_equal(lanes::best_width(*hopper, 1, 8), 0);
   assert_int_equal(lanes::best_width(*hopper, 3, 8), 2);
   assert_int_equal(lanes::best_width(*hopper, 64, 2), 2);
   assert_int_equal(lanes::best_width(*hopper, 64, 8), widths.back());
-  assert_int_equal(lanes::best_width(*mocap, 64, 8), 0);
+  assert_int_equal(lanes::best_width(*still, 64, 8), 0);
   const auto fast = [&](const std::string& option, const std::string& body, const std::string& more) {
     return parse("<mujoco><option integrator='implicitfast' " + option + "/><worldbody>" + body +
                  "<body><freejoint/><geom size='0.1'/><body><joint name='j'/><joint name='b' type='ball' pos='1 0 0'/>"
@@ -1028,7 +1040,7 @@ void test_choices(void** /*state*/) {
        {std::pair{hopper, "actuators: lanes"},
         {hopper, "tendons: absent"},
         {hopper, "sensors: absent"},
-        {mocap, "actuators: row by row: mocap bodies"},
+        {still, "actuators: row by row: no joints"},
         {parse(kTrees), "actuators: absent"},
         {parse(limits("")), "tendons: row by row: not written yet"},
         {parse(states), "actuators: row by row: states of actuators"},
@@ -1235,7 +1247,6 @@ constexpr Kept kKept[] = {
      "sensors other than those of motion, touch and forces of actuators"},
     {"<default>", "<option><flag fwdinv='enable'/></option>", "",
      "the comparison of forward and inverse dynamics (opt.enableflags)"},
-    {"</worldbody>", "<body mocap='true'/>", "", "mocap bodies"},
     {"</worldbody>", "<body><joint stiffness='3' springyield='1'/><geom pos='0.1 0 0'/></body>", "",
      "plastic joints or tendons"},
     {"</actuator>", "<motor joint='a' nsample='3'/>", "", "delays or histories"},

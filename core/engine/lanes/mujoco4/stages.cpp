@@ -36,7 +36,6 @@ std::string comparison(const Model& model) {
 }
 
 std::string flexes(const Model& model) { return text_if(model.get()->nflex > 0, "flexes"); }
-std::string mocap(const Model& model) { return text_if(model.get()->nmocap > 0, "mocap bodies"); }
 std::string plastic(const Model& model) { return text_if(model.get()->nplastic > 0, "plastic joints or tendons"); }
 std::string histories(const Model& model) { return text_if(model.get()->nhistory > 0, "delays or histories"); }
 
@@ -252,7 +251,6 @@ const std::vector<Obstacle>& obstacles() {
       {"no joints", "nothing moves", no_joints},
       {"`fwdinv`", "it reads and writes nearly all of mjData", comparison},
       {"flexes", "not written yet", flexes},
-      {"mocap bodies", "not written yet", mocap},
       {"plastic joints and tendons", "not written yet", plastic},
       {"the integrator discrete", "not written yet", discrete},
       {"delays and histories of actuators and sensors", "their samples lie in mjData", histories},
@@ -275,7 +273,7 @@ const std::vector<Obstacle>& obstacles() {
 const std::vector<Stage>& stages() {
   static const std::vector<Stage> list{
       {"kinematics, centres of mass",
-       "all joints",
+       "all joints, mocap bodies",
        "",
        {MJENV_FUNCTION(adopt), MJENV_SHOW(kinematics), MJENV_SHOW(comPos)},
        always,
