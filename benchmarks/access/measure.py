@@ -2,8 +2,9 @@
 
     measure.py [--rounds N]
 
-Prints tables: CPU microseconds of each, the least of the rounds, and the median of their ratios. Needs Gymnasium with
-the mujoco package of the engine's version, and for the steps of MaMuJoCo Gymnasium-Robotics.
+Prints tables: CPU microseconds of each beyond those of an empty call, the least of the rounds, and the median of their
+ratios. Needs Gymnasium with the mujoco package of the engine's version, and for the steps of MaMuJoCo
+Gymnasium-Robotics.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def pairs() -> Iterator[tuple[str, list[Call]]]:
         'data.body("torso").xpos': lambda env: lambda: env.data.body("torso").xpos,
         "model.nq": lambda env: lambda: env.model.nq,
         "dt": lambda env: lambda: env.dt,
-        "state_vector()": lambda env: env.state_vector,
+        "state_vector()": lambda env: lambda: env.state_vector(),
     }
     envs = environments("HalfCheetah-v5")
     for env in envs:
@@ -84,7 +85,8 @@ def pairs() -> Iterator[tuple[str, list[Call]]]:
 
 
 def bounds() -> Iterator[tuple[str, list[Call]]]:
-    """What no library can save of a step of the reward wrapper: the physics, and what the wrapper itself computes."""
+    """What is left of a step of the reward wrapper if all is free but the package's mj_step and the wrapper itself.
+    mjenv's mj_step takes less: it computes fewer frames, searches fewer pairs of geoms, and reads no clock."""
     for id in ("HalfCheetah-v5", "Ant-v5"):
         env, still = environments(id)[1], gymnasium.Env[Any, Any]()
         env.reset(seed=0)
@@ -188,6 +190,10 @@ def of_rows() -> dict[str, Call]:
 
 
 def microseconds(call: Call, seconds: float = 0.1) -> float:
+    return _with_loop(call, seconds) - _with_loop(lambda: None, 0.02)
+
+
+def _with_loop(call: Call, seconds: float) -> float:
     count, start = 0, time.process_time()
     while (now := time.process_time()) < start + seconds:
         for _ in range(10):
@@ -202,7 +208,7 @@ def main() -> None:
     rounds = parser.parse_args().rounds
     for title, lines in (
         ("one environment", pairs),
-        ("bound", bounds),
+        ("bound with the package's mj_step", bounds),
         ("step of a class", classes),
         ("step of MaMuJoCo", agents),
     ):
