@@ -263,7 +263,8 @@ std::vector<Named> models() {
   for (const std::string sensors :
        {"<framepos objtype='camera' objname='c'/><framequat objtype='camera' objname='c'/>",
         "<framepos objtype='xbody' objname='b' reftype='camera' refname='c'/>",
-        "<ballquat joint='j'/><framepos objtype='xbody' objname='b'/><framezaxis objtype='xbody' objname='b'/>"})
+        "<ballquat joint='j'/><framepos objtype='xbody' objname='b'/><framezaxis objtype='xbody' objname='b'/>"
+        "<framequat objtype='xbody' objname='b'/>"})
     found.emplace_back(sensors, Model::parse("frames", R"(<mujoco><worldbody><body pos='0 0 1'><joint axis='0 1 0'/>
     <geom size='0.1' pos='0.2 0 0'/><camera name='c' pos='0.1 0 0' euler='10 20 30'/><body name='b' pos='0.3 0 0'>
     <joint name='j' type='ball'/><geom size='0.1' pos='0.1 0 0'/></body></body></worldbody><sensor>)" +

@@ -51,9 +51,8 @@ int append_difference(std::vector<int>& columns, const std::vector<int>& dofs, c
 Chain chain_of(const mjModel& m, std::vector<int> dofs, const std::vector<int>& others, std::vector<int>& columns) {
   Chain chain{static_cast<int>(columns.size()), 0, false};
   if (!is_sparse(m)) return chain;
-  dofs.insert(dofs.end(), others.begin(), others.end());
+  append_difference(dofs, others, std::vector<int>(dofs));
   std::sort(dofs.begin(), dofs.end());
-  dofs.erase(std::unique(dofs.begin(), dofs.end()), dofs.end());
   columns.insert(columns.end(), dofs.begin(), dofs.end());
   chain.count = static_cast<int>(dofs.size());
   for (int i = 1; i < chain.count; ++i)

@@ -1,7 +1,6 @@
 #include "engine/lanes/frame/row_solver.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -29,13 +28,6 @@ Counts<Constraints> counts(const mjModel& m, int most_places, const Counts<Const
   }
   append(special);
   return all;
-}
-
-// MuJoCo's dualState for constraint i: whether the force that PGS has found is in the quadratic zone.
-bool is_quadratic_of(const mjData& d, int i) {
-  if (i < d.ne) return true;
-  const double force = d.efc_force[i];
-  return i < d.ne + d.nf ? std::fabs(force) < d.efc_frictionloss[i] : force > 0;
 }
 
 }  // namespace
@@ -167,21 +159,9 @@ void RowSolver::write_references(int lane, mjData& d) const {
 }
 
 void RowSolver::write_forces(int lane, mjData& d) const {
-  const Constraints& c = constraints_;
-  int contact = c.cones;  // the first place of the contact at `at`
-  for (int at = 0; at < c.size; ++at) {
-    if (at >= c.cones && at == contact + c.dims[contact]) contact = at;
+  for (int at = 0; at < constraints_.size; ++at) {
     const int i = constraint_at(lane, at);
-    if (i < 0) continue;
-    d.efc_force[i] = c.force[at * code_.width + lane];
-    const bool is_friction = i >= d.ne && i < d.ne + d.nf;
-    const bool is_quadratic = is_dual_ ? is_quadratic_of(d, i) : (c.quadratic[at] >> lane & 1) != 0;
-    if (is_friction && !is_quadratic)
-      d.efc_state[i] = d.efc_force[i] > 0 ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_LINEARPOS;
-    else if (at >= c.cones && c.middle[contact] >> lane & 1)
-      d.efc_state[i] = mjCNSTRSTATE_CONE;
-    else
-      d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
+    if (i >= 0) d.efc_force[i] = constraints_.force[at * code_.width + lane];
   }
 }
 

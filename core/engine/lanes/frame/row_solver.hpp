@@ -60,7 +60,7 @@ class RowSolver {
   void load_row(int lane, const mjData& d);
   // Does what mj_fwdConstraint does for a row without constraints, in all but these rows (bits).
   void set_rest(Lanes& lanes, std::uint32_t rows) const;
-  // Copy what a solver has found to the row's mjData: efc_vel, efc_aref and efc_b; efc_force and efc_state.
+  // Copy what a solver has found to the row's mjData: efc_vel, efc_aref and efc_b; efc_force.
   void write_references(int lane, mjData& d) const;
   void write_forces(int lane, mjData& d) const;
 

@@ -20,6 +20,13 @@ void append(Counts<Constraints>& counts, const Counts<Constraints>& more) {
   counts.insert(counts.end(), more.begin(), more.end());
 }
 
+// MuJoCo's dualState for constraint i: whether the force that PGS has found is in the quadratic zone.
+bool is_quadratic_of(const mjData& d, int i) {
+  if (i < d.ne) return true;
+  const double force = d.efc_force[i];
+  return i < d.ne + d.nf ? std::fabs(force) < d.efc_frictionloss[i] : force > 0;
+}
+
 // The arrays that only some solvers have
 Counts<Constraints> special_counts(const mjModel& m, int most_places) {
   using C = Constraints;
@@ -277,6 +284,22 @@ void Solver::finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const
   if (!is_read) return;
   write_references(lane, d);
   write_forces(lane, d);
+  write_states(lane, d);
+}
+
+// efc_state, of rows without elliptic cones.
+void Solver::write_states(int lane, mjData& d) const {
+  const Constraints& c = constraints_;
+  for (int at = 0; at < c.size; ++at) {
+    const int i = constraint_at(lane, at);
+    if (i < 0) continue;
+    const bool is_friction = i >= d.ne && i < d.ne + d.nf;
+    const bool is_quadratic = is_dual_ ? is_quadratic_of(d, i) : (c.quadratic[at] >> lane & 1) != 0;
+    if (is_friction && !is_quadratic)
+      d.efc_state[i] = d.efc_force[i] > 0 ? mjCNSTRSTATE_LINEARNEG : mjCNSTRSTATE_LINEARPOS;
+    else
+      d.efc_state[i] = is_quadratic ? mjCNSTRSTATE_QUADRATIC : mjCNSTRSTATE_SATISFIED;
+  }
 }
 
 }  // namespace mjenv::core::lanes

@@ -74,6 +74,7 @@ class Solver : public RowSolver {
   using RowSolver::load;
   void load(int lane, const mjModel& m);
   void finish(const Lanes& lanes, int lane, mjData& d, bool is_read) const;
+  void write_states(int lane, mjData& d) const;
 };
 
 }  // namespace mjenv::core::lanes
