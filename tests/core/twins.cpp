@@ -1141,12 +1141,12 @@ void test_small_overlaps(void** /*state*/) {
     std::string world, more;
     double at;  // the position in which the geoms begin to touch
     int digits;
-  } cases[] = {{plane + "pos='0 0 0.3'/>", two, 0.3 + 0.1, 9},
-               {plane + "pos='0 0 0.123'/>", two, 0.123 + 0.1, 9},
-               {"<geom type='box' size='1 1 0.3' pos='0 0 0.013'/>", two, 0.013 + 0.3 + 0.1, 17},
-               {"<body pos='0 0 100'><joint type='slide' axis='0 0 1'/><geom/></body>", "</body>", 100.2, 17}};
+  } cases[] = {{plane + "pos='0 0 0.3'/>", two, 0.3 + 0.07, 9},
+               {plane + "pos='0 0 0.15'/><geom pos='0 0 9'/>", "</body>", 0.15 + 0.07, 9},
+               {"<geom type='box' size='1 1 0.3' pos='0 0 0.35'/>", two, 0.35 + 0.3 + 0.07, 17},
+               {"<body pos='0 0 100'><joint type='slide' axis='0 0 1'/><geom/></body>", "</body>", 100.14, 17}};
   for (const auto& c : cases) {
-    const auto model = Model::parse("small overlaps", "<mujoco><default><geom size='0.1'/></default><worldbody>" +
+    const auto model = Model::parse("small overlaps", "<mujoco><default><geom size='0.07'/></default><worldbody>" +
                                                           c.world + "<body><joint type='slide' axis='0 0 1'/><geom/>" +
                                                           c.more + "</worldbody></mujoco>");
     Noise noise;
