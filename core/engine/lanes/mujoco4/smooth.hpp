@@ -162,8 +162,7 @@ void place(Lanes& d) {
         mulQuat(quat, xquat + 4 * parent, body_quat + 4 * i);
       } else if (const int mocap = m.body_mocapid[i]; mocap >= 0) {
         copy(pos, vectors(d.mocap_pos) + 3 * mocap, 3);
-        copy(quat, vectors(d.mocap_quat) + 4 * mocap, 4);
-        normalize4(quat);
+        copy(quat, vectors(d.mocap_quat) + 4 * mocap, 4);  // normalised below
       } else {
         for (int k = 0; k < 3; ++k) pos[k] = splat(body_pos[3 * i + k]);
         for (int k = 0; k < 4; ++k) quat[k] = splat(body_quat[4 * i + k]);
