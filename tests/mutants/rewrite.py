@@ -241,10 +241,10 @@ def parse(source: Path, arguments: list[str]) -> Iterator[Cursor]:
             yield cursor
 
 
-def find(commands: Path) -> list[File]:
+def find(commands: list[Path]) -> list[File]:
     """Finds the changes in the files of the lane code that are compiled on this machine."""
     files: dict[Path, File] = {}
-    for entry in json.loads(commands.read_text()):
+    for entry in [entry for path in commands for entry in json.loads(path.read_text())]:
         source = Path(entry["file"])
         if ROOT / LANES not in source.parents:
             continue
@@ -282,7 +282,7 @@ def rewritten(file: File, first: int) -> tuple[str, list[dict[str, object]]]:
         mutants.append(
             {
                 "number": first + len(mutants),
-                "file": file.path.name,
+                "file": str(file.path.relative_to(ROOT / LANES)),
                 "line": text.count("\n", 0, change.start) + 1,
                 "function": file.changes[change],
                 "source": " ".join(text[line_start:line_end].split()),
@@ -305,8 +305,8 @@ def write(path: Path, text: str) -> None:
 
 
 def main() -> None:
-    """Usage: rewrite.py COMPILE_COMMANDS FOLDER: writes FOLDER/source and FOLDER/mutants.json."""
-    commands, folder = Path(sys.argv[1]), Path(sys.argv[2])
+    """Usage: rewrite.py FOLDER COMPILE_COMMANDS ...: writes FOLDER/source and FOLDER/mutants.json."""
+    folder, *commands = map(Path, sys.argv[1:])
     mutants: list[dict[str, object]] = []
     texts: dict[Path, str] = {}
     for file in find(commands):

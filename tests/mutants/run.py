@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Judges whether the tests of core/ watch every line of the lane code: whether some test fails if a line is changed.
 
-Builds all mutants (see rewrite.py) as one program, which judges them while it runs a test (see mutants.hpp). The tests
-that take least time come first; each judges the mutants of the lines that no test before it watches, or with --all the
-mutants that no test before it has killed. What is known is kept in FOLDER/verdicts, so a run that was stopped goes on
-where it ended.
+Builds all mutants (see rewrite.py) as one program for each version of MuJoCo, which judges them while it runs a test
+(see mutants.hpp). The tests that take least time come first; each judges the mutants of the lines that no test before
+it watches, or with --all the mutants that no test before it has killed. So a line of frame/ is watched if a test on one
+of the versions watches it. What is known is kept in FOLDER/verdicts, so a run that was stopped goes on where it ended.
 """
 
 from __future__ import annotations
@@ -63,19 +63,17 @@ def topics_of(source: Path, long: bool) -> list[str]:
     """The topics of tests/core/run.cpp that this file tests: that of its name, but for those of lanes/."""
     if source.parent.name == "lanes":
         return ["few-lanes", "lanes"] if long else ["few-lanes"]
-    return [] if source.stem in ("random_models", "run", "twins") else [source.stem]
+    return [] if source.stem in ("random_models", "run") else [source.stem]
 
 
-def tests_of(folder: Path, long: bool, mujoco4: bool) -> list[str]:
+def tests_of(folder: Path, long: bool) -> list[str]:
     """The arguments of test_core for each test."""
     tests = []
-    core = folder / "source/tests/core"
-    for source in [core / "twins.cpp"] if mujoco4 else sorted(core.glob("**/*.cpp")):
+    for source in sorted((folder / "source/tests/core").glob("**/*.cpp")):
         names = re.findall(r"(?:cmocka_unit_test\w*|TEST)\(([\w:]+)", source.read_text())
-        for topic in ["twins"] if mujoco4 else topics_of(source, long):
+        for topic in topics_of(source, long):
             tests += [f"{topic} {name}" for name in names]
-    if not mujoco4:
-        tests += [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
+    tests += [f"random-models {seed} 1" for seed in [*range(SEEDS), *range(1000, 1000 + 200 * long)]]
     return list(dict.fromkeys(tests))
 
 
@@ -94,15 +92,14 @@ class Verdict(enum.IntEnum):
 SECONDS = 0.1
 
 
-def equal_in(name: str) -> set[str]:
-    """What a file names as equal: mutants and lines."""
-    lines = [line.strip() for line in (HERE / name).read_text().splitlines()]
-    return {line for line in lines if line and not line.startswith("#")}
+def version_of(test: str) -> str:
+    """The folder of the lanes that a test tests, beside frame/."""
+    return "mujoco4" if test.startswith("twins ") else "mujoco2"
 
 
 class Judge:
-    def __init__(self, folder: Path, program: Path, only: str, all_mutants: bool, mujoco4: bool) -> None:
-        self.folder, self.program = folder / "verdicts", program
+    def __init__(self, folder: Path, only: str, all_mutants: bool) -> None:
+        self.folder, self.programs = folder / "verdicts", folder / "programs"
         self.only, self.all_mutants = only, all_mutants
         self.folder.mkdir(parents=True, exist_ok=True)
         self.mutants: list[Mutant] = json.loads((folder / "mutants.json").read_text())
@@ -110,19 +107,21 @@ class Judge:
         self.killer: dict[int, str] = {}
         self.watched: set[tuple[str, int]] = set()  # the lines of which a mutant is killed
         self.seconds: dict[str, float] = {}
-        self.file = "equal4.txt" if mujoco4 else "equal.txt"  # MuJoCo 4.0 shares the frame with 2.2.2
-        self.own = equal_in(self.file)
-        self.equal = self.own | equal_in("equal.txt")
+        lines = [line.strip() for line in (HERE / "equal.txt").read_text().splitlines()]
+        self.equal = {line for line in lines if line and not line.startswith("#")}  # mutants and lines
 
     def path(self, test: str) -> Path:
         return self.folder / test.replace(" ", "+").replace(":", "")
+
+    def program(self, test: str) -> Path:
+        return self.programs / version_of(test) / "tests/core/test_core"
 
     def start(self, test: str, limit: float, **environment: str) -> int | None:
         """The exit status of a test; None if it did not end. Limits the CPU's time: a machine can pause."""
         limits = ["prlimit", f"--cpu={int(limit) + 1}", "--core=0", f"--data={8 << 30}"]
         try:
             return subprocess.run(
-                [*limits, str(self.program), *test.split()],
+                [*limits, self.program(test), *test.split()],
                 env={**os.environ, **KEEP_MEMORY, **environment},
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -138,7 +137,7 @@ class Judge:
         if not path.exists():
             start = time.monotonic()
             if self.start(test, 3600) != 0:
-                raise SystemExit(f"without any mutant, this fails: {self.program} {test}")
+                raise SystemExit(f"without any mutant, this fails: {self.program(test)} {test}")
             path.write_text(f"{time.monotonic() - start:.2f}")
         self.seconds[test] = float(path.read_text())
 
@@ -176,7 +175,8 @@ class Judge:
         known, open_verdict = self.verdicts[test], Verdict.UNFINISHED if is_last else Verdict.SKIPPED
         asked = bytearray([Verdict.SKIPPED] * len(known))
         for number, verdict in enumerate(known):
-            if verdict == open_verdict and not self.is_settled(number):
+            is_there = self.mutants[number]["file"].startswith(("frame/", version_of(test)))
+            if verdict == open_verdict and is_there and not self.is_settled(number):
                 asked[number] = Verdict.UNREACHED
         if all(verdict == Verdict.SKIPPED for verdict in asked):
             return
@@ -185,7 +185,7 @@ class Judge:
         start = time.monotonic()
         limit = str(2 + 5 * self.seconds[test] if is_last else SECONDS)
         if self.start(test, 36000, MJENV_MUTANTS=str(partial), MJENV_MUTANTS_SECONDS=limit) != 0:
-            raise SystemExit(f"without any mutant, this fails: {self.program} {test}")
+            raise SystemExit(f"without any mutant, this fails: {self.program(test)} {test}")
         verdicts = partial.read_bytes()
         if is_last:
             verdicts = verdicts.replace(bytes([Verdict.UNFINISHED]), bytes([Verdict.KILLED]))
@@ -224,12 +224,12 @@ class Judge:
             if verdict not in ("killed", "equal"):
                 print(f"{verdict:10} {first['line']:4} {key(first)}")
         verdicts = ("killed", "equal", "unfinished", "survived", "same", "unreached", "unjudged")
-        print(f"{'':22}", *(f"{verdict:>10}" for verdict in verdicts))
+        print(f"{'':30}", *(f"{verdict:>10}" for verdict in verdicts))
         for file, count in counts.items():
-            print(f"{file:22}", *(f"{count[verdict]:10}" for verdict in verdicts))
-        stale = self.own - {name(mutant) for mutant in self.mutants for name in (key, source_of)}
+            print(f"{file:30}", *(f"{count[verdict]:10}" for verdict in verdicts))
+        stale = self.equal - {name(mutant) for mutant in self.mutants for name in (key, source_of)}
         for name in sorted(stale):
-            print(f"{self.file} names what is neither a mutant nor a line with mutants: {name}")
+            print(f"equal.txt names what is neither a mutant nor a line with mutants: {name}")
         return not stale and not sum(counts["all"][verdict] for verdict in verdicts[2:])
 
 
@@ -253,21 +253,21 @@ def setup(part: str) -> str:
     return subprocess.run([ROOT / "tools/setup", part], check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
 
 
-def build(folder: Path, mujoco4: bool) -> None:
-    """Builds as tests/run does for its part quick."""
+def build(folder: Path) -> None:
+    """Builds as tests/run does for its part quick, with each version of MuJoCo."""
     configure = "cmake -G Ninja -DMJENV_LTO=OFF -DMJENV_BUILD_TESTS=ON -DMJENV_BUILD_BENCHMARKS=OFF".split()
     configure += ["-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
     configure += [f"-DCMAKE_{language}_FLAGS_RELEASE=-O1 -DNDEBUG -w" for language in ("C", "CXX")]
-    if mujoco4:
-        find = "import importlib.util; print(*importlib.util.find_spec('mujoco').submodule_search_locations)"
-        engine = subprocess.run([setup("mujoco4"), "-c", find], check=True, stdout=subprocess.PIPE, text=True).stdout
-        configure.append(f"-DMJENV_ENGINE={engine.strip()}")
-    plain, copy = folder / "plain", folder / "cmake"
-    subprocess.run([*configure, "-S", ROOT, "-B", plain], check=True)
+    find = "import importlib.util; print(*importlib.util.find_spec('mujoco').submodule_search_locations)"
+    engine = subprocess.run([setup("mujoco4"), "-c", find], check=True, stdout=subprocess.PIPE, text=True).stdout
+    versions = {"mujoco2": "-DMJENV_ENGINE=auto", "mujoco4": f"-DMJENV_ENGINE={engine.strip()}"}
+    for version, option in versions.items():
+        subprocess.run([*configure, option, "-S", ROOT, "-B", folder / "plain" / version], check=True)
     mutants, digest = folder / "mutants.json", folder / "digest"
     known = mutants.read_text() if mutants.exists() else "[]"
     python = setup("mutants")  # which has the parser that rewrite.py needs
-    subprocess.run([python, HERE / "rewrite.py", plain / "compile_commands.json", folder], check=True)
+    commands = [folder / "plain" / version / "compile_commands.json" for version in versions]
+    subprocess.run([python, HERE / "rewrite.py", folder, *commands], check=True)
     files = [
         *sorted((folder / "source/tests/core").glob("**/*.*")),
         *sorted((folder / "source/core/engine/lanes").glob("**/*.*")),
@@ -276,15 +276,15 @@ def build(folder: Path, mujoco4: bool) -> None:
     if not digest.exists() or digest.read_text() != present:
         keep_kills(folder / "verdicts", json.loads(known), json.loads(mutants.read_text()))
         digest.write_text(present)
-    subprocess.run([*configure, "-S", folder / "source", "-B", copy], check=True)
-    subprocess.run(["cmake", "--build", copy, "--target", "test_core"], check=True)
+    for version, option in versions.items():
+        program = folder / "programs" / version
+        subprocess.run([*configure, option, "-S", folder / "source", "-B", program], check=True)
+        subprocess.run(["cmake", "--build", program, "--target", "test_core"], check=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--mujoco4", action="store_true", help="the lane code for MuJoCo 4.0")
-    parser.add_argument("--folder", type=Path, help="default: build/mutants, or build/mutants4 with --mujoco4")
-    parser.add_argument("--program", type=Path, help="a test_core that is built already; default: builds one in FOLDER")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build/mutants")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--long", action="store_true", help="also with the long tests")
     parser.add_argument("--test", action="append", help="judge with these tests again, such as 'few-lanes test_odd'")
@@ -294,15 +294,14 @@ def main() -> None:
     )
     parser.add_argument("--report", action="store_true", help="only print what is known")
     arguments = parser.parse_args()
-    folder = (arguments.folder or ROOT / ("build/mutants4" if arguments.mujoco4 else "build/mutants")).resolve()
-    if not arguments.program and not arguments.report:
-        build(folder, arguments.mujoco4)
-    program = arguments.program or folder / "cmake/tests/core/test_core"
-    judge = Judge(folder, program, arguments.only, arguments.all, arguments.mujoco4)
+    folder = arguments.folder.resolve()
+    if not arguments.report:
+        build(folder)
+    judge = Judge(folder, arguments.only, arguments.all)
     again = arguments.test or []
     for test in again:
         judge.path(test).unlink(missing_ok=True)
-    tests = list(dict.fromkeys([*tests_of(folder, arguments.long, arguments.mujoco4), *again]))
+    tests = list(dict.fromkeys([*tests_of(folder, arguments.long), *again]))
     for test in tests:
         judge.load(test)
     if not arguments.report:
