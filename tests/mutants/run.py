@@ -60,9 +60,11 @@ def line_of(mutant: Mutant) -> tuple[str, int]:
 
 
 def topics_of(source: Path, long: bool) -> list[str]:
-    """The topics of tests/core/run.cpp that this file tests: that of its name, but for those of lanes/."""
+    """The topics of tests/core/run.cpp that this file tests: that of its name, but for those of its folder."""
     if source.parent.name == "lanes":
         return ["few-lanes", "lanes"] if long else ["few-lanes"]
+    if source.parent.name == "twins":
+        return ["twins"]
     return [] if source.stem in ("random_models", "run") else [source.stem]
 
 

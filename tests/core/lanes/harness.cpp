@@ -16,22 +16,12 @@ std::string failures;
 
 namespace {
 
-std::vector<CMUnitTest>& tests() {
-  static std::vector<CMUnitTest> all;
-  return all;
-}
-
 int run(bool few) {
   if (few) share = 5;
-  return _cmocka_run_group_tests("lanes", tests().data(), tests().size(), nullptr, nullptr);
+  return run_listed("lanes");
 }
 
 }  // namespace
-
-bool list(const char* name, CMUnitTestFunction test) {
-  tests().push_back({name, test, nullptr, nullptr, nullptr});
-  return true;
-}
 
 std::vector<double> random_state(const mjModel& m, const StateLayout& layout, Kind kind, Noise& noise) {
   std::vector<double> state(layout.size);

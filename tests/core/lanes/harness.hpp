@@ -5,8 +5,6 @@
 #include "engine/mujoco.hpp"
 #include "error.hpp"
 
-#include <csetjmp>
-#include <cstdarg>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -15,28 +13,16 @@
 #include <utility>
 #include <vector>
 
-// After the headers that it needs; it does not say itself that it is C.
-extern "C" {
-#include <cmocka.h>
-}
-
 #include "engine/lanes/frame/stepper.hpp"
 #include "engine/lanes/mujoco2/lanes.hpp"
 #include "engine/model.hpp"
 #include "engine/own_arrays.hpp"
 #include "engine/work.hpp"
 #include "noise.hpp"
+#include "registry.hpp"
 #include "run.hpp"
 
-// Defines a test that test_core lanes runs.
-#define TEST(name)                                                  \
-  void name(void** state);                                          \
-  [[maybe_unused]] const bool name##_is_listed = list(#name, name); \
-  void name(void** /*state*/)
-
 namespace mjenv::core::lanes_tests {
-
-bool list(const char* name, CMUnitTestFunction test);
 
 constexpr int kRows = 120, kFewRows = 48;  // of each kind of state
 extern int share;                          // of these rows, one of so many is stepped
