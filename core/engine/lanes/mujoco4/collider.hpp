@@ -28,6 +28,7 @@ class Collider final : private ListedPairs, public RowMaker {
   Collider(const Model& model, const Code& code);
   // Tells lanes which pairs there are. The collider must outlive the lanes.
   void list_pairs(Lanes& lanes) const;
+  bool has_pairs() const { return !pairs.empty(); }
   // Whether lanes can make the constraints of rows with these models.
   bool makes(const RowModels& models, int count) { return m_.neq == 0 && follow(models, count); }
   // Finds the contacts of these rows (bits). Returns false if MuJoCo has to find them.

@@ -94,13 +94,9 @@ inline Mask are_apart(const mjModel& m, int id1, int id2, const Geom& g1, const 
 
 inline V includemargin(const Lanes& d, int pair) { return splat(d.pair_margin[pair]); }
 
-// The lanes, as bits, in which MuJoCo's search may miss a contact: it compares boxes, as float32 numbers or with numbers
-// that are as large as planes. On each axis boxes overlap at least as much as geoms do.
-inline unsigned uncertain(V dist, V reach, const V* pos1, const V* pos2) {
-  V size{};
-  for (int k = 0; k < 3; ++k) size += abs(pos1[k]) + abs(pos2[k]);
-  return bits(~(dist < reach - 1e-5 - 1e-6 * size));
-}
+// The lanes, as bits, in which MuJoCo's search may miss a contact. It compares boxes, which on each axis overlap at least
+// as much as geoms do. The largest errors are those of planes, boxes of 1e10 m: less than 8e-6.
+inline unsigned uncertain(V dist, V reach) { return bits(~(dist < reach - 1e-5)); }
 
 // mj_collision for the listed pairs of geoms that all rows share. Returns false if a row meets a case that is left to
 // MuJoCo's function.
@@ -144,7 +140,7 @@ bool collision(const Lanes& d, Contacts& c) {
       Contact& con = found[k];
       const unsigned rows = bits(con.is_there) & near;
       if (rows == 0) continue;
-      if (pair.can_be_missed && (uncertain(con.dist, margin, g1.pos, g2.pos) & rows) != 0) return false;
+      if (pair.can_be_missed && (uncertain(con.dist, margin) & rows) != 0) return false;
       if ((bits(makeFrame(con.frame)) & rows) != 0 || c.contact_count == Contacts::kCapacity) return false;
       const int n = c.contact_count++;
       const unsigned included = rows & bits(con.dist < includemargin(d, i));
