@@ -237,6 +237,7 @@ inline bool needs_search(const mjModel&, int /*body*/) { return false; }
 // Appends a pair to the arrays that only this version has: there are none.
 inline void append_more(Pairs&, const mjModel&, int /*g1*/, int /*g2*/, int /*first*/, bool /*equal*/) {}
 
+// Excludes bodies from the search: this version excludes all of them, by a setting (use_pairs).
 inline void exclude_bodies(Pairs&, const mjModel&) {}
 // Makes collision detection test the listed pairs and no others.
 inline void use_pairs(mjModel& view, Pairs&) { view.opt.collision = mjCOL_PAIR; }
