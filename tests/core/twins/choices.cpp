@@ -55,7 +55,7 @@ TEST(test_choices) {
         {hopper, "sensors: absent"},
         {still, "actuators: row by row: no joints"},
         {parse(kTrees), "actuators: absent"},
-        {parse(limits("")), "tendons: row by row: not written yet"},
+        {parse(limits("")), "tendons: lanes"},
         {parse(states), "actuators: row by row: states of actuators"},
         {with_sensors("", "", "<touch site='t'/>"), "sensors: lanes; row by row: touch"},
         {with_sensors("", "", ""), "sensors: lanes"},
@@ -127,7 +127,9 @@ constexpr Kept kKept[] = {
     {"</mujoco>", "<tendon><fixed damping='3'><joint joint='a' coef='2'/></fixed></tendon>", "passive forces",
      "springs and dampers of tendons"},
     {"</mujoco>", "<tendon><fixed damping='3'><joint joint='a' coef='2'/></fixed></tendon>", "tendons",
-     "not written yet"},
+     "a later stage is computed row by row"},
+    {"</mujoco>", "<tendon><spatial><site site='s'/><site site='r'/></spatial></tendon>", "tendons",
+     "tendons along sites"},
     {"</worldbody>", "<body><joint type='ball' stiffness='3'/><geom/></body>", "passive forces",
      "springs of free joints and balls"},
     {"</worldbody>", "<body><joint stiffness='3 1'/><geom pos='0.1 0 0'/></body>", "passive forces",
@@ -168,7 +170,8 @@ TEST(test_obstacles) {
     std::string text = kForces;
     text.replace(text.find("<freejoint"), 10, "<freejoint name='f'")
         .insert(text.find("<body pos='0 1 0'") + 5, " name='d'");
-    text.insert(text.find("</worldbody>"), "<site name='s'/>").insert(text.find(kept.before), kept.feature);
+    text.insert(text.find("</worldbody>"), "<site name='s'/><site name='r' pos='0 0 1'/>")
+        .insert(text.find(kept.before), kept.feature);
     const auto model = Model::parse("kept", text);
     std::string found = lanes::obstacle(*model);
     for (const lanes::Stage& stage : lanes::stages())

@@ -137,6 +137,18 @@ std::vector<Named> models() {
   for (const std::string& text : {free, without(free, "cone='", "' "), free_alone, without(free_alone, "cone='", "' "),
                                   std::string(kTrees), std::string(kOdd)})
     found.emplace_back("listed", Model::parse("listed", listed(text)));
+  const std::string tendons = kTendons;
+  const std::string on_one = without(without(tendons, "<body name='other'", "</body>"), "<fixed name='v'", "</fixed>");
+  std::string sensed = on_one;
+  sensed.insert(sensed.find("</mujoco>"),
+                "<sensor><tendonpos tendon='t'/><tendonvel tendon='t'/><tendonlimitfrc tendon='t'/></sensor>");
+  for (const std::string& text : {tendons, on_one, without(on_one, "frictionloss", "0.4'"), sensed})
+    for (const char* option :
+         {" integrator='RK4'", " solver='PGS'", " integrator='implicitfast' cone='elliptic'", " solver='CG'"}) {
+      std::string with = text;
+      with.insert(with.find("<option") + 7, option);
+      found.emplace_back("tendons with" + std::string(option), Model::parse("tendons", with));
+    }
   std::string slow = listed(limits("integrator='RK4'"));  // states of actuators with RK4, and contacts
   slow.insert(slow.find("</mujoco>"), "<actuator><intvelocity joint='h' actrange='-1 1'/></actuator>");
   found.emplace_back("listed states with RK4", Model::parse("slow", slow));

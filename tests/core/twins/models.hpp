@@ -59,6 +59,19 @@ inline constexpr const char* kRobot =
     <actuator><position joint='a' kp='20' kv='3' forcerange='-4 3'/><velocity joint='c' kv='8' gear='2'/><motor joint='b'/>
     <general joint='b' gaintype='affine' gainprm='1 0.2 0.7' biastype='affine' biasprm='0 -1 -0.6' gear='-3'/></actuator></mujoco>)";
 
+// Tendons along joints: one along many, in another order than that of their dofs, one with a coefficient of -0,
+// and one between two trees.
+inline constexpr const char* kTendons =
+    R"(<mujoco><option/><default><geom size='0.1'/><joint damping='0.2' armature='0.1'/></default><worldbody>
+    <geom type='plane' size='9 9 1'/><body pos='0 0 0.5'><joint name='a' type='slide' axis='0 0 1'/><joint name='b' axis='0 1 0'/><geom/>
+    <body pos='0.3 0 0'><joint name='c' axis='1 0 0'/><joint name='d' axis='0 1 0'/><geom type='capsule' size='0.05 0.2'/>
+    <body pos='0.3 0 0'><joint name='e' type='slide' axis='1 0 0'/><joint name='f' axis='0 0 1'/><geom condim='4'/></body></body></body>
+    <body name='other' pos='0 3 0.2'><joint name='g' axis='0 1 0'/><geom type='capsule' size='0.05 0.2'/></body></worldbody><tendon>
+    <fixed name='t' range='-0.3 0.4' margin='0.1' frictionloss='0.4'><joint joint='f' coef='-1.5'/><joint joint='b' coef='0.7'/><joint joint='a' coef='2'/>
+    <joint joint='e' coef='-3'/><joint joint='d' coef='1'/><joint joint='c' coef='0.3'/></fixed>
+    <fixed name='u'><joint joint='c' coef='-0'/><joint joint='b' coef='0.2'/></fixed>
+    <fixed name='v' range='-0.2 0.3'><joint joint='g' coef='-2'/><joint joint='a' coef='1'/></fixed></tendon></mujoco>)";
+
 std::shared_ptr<const Model> with_sensors(const std::string& option, const std::string& flag, const std::string& more);
 
 // The same model, but its bodies touch only the world.

@@ -76,7 +76,7 @@ TEST(test_odd_rows) {
   const Named still("forces", Model::parse("forces", without(text, "density='900' viscosity='0.3'", " ")));
   text.insert(text.find("<default>"), "<option><flag actuation='disable'/></option>");
   const Named passive("forces", Model::parse("forces", text)), odd("odd", Model::parse("odd", kOdd)),
-      deep("limits", Model::parse("limits", listed(limits(""))));
+      deep("limits", Model::parse("limits", listed(limits("")))), tendons("tendons", Model::parse("tendons", kTendons));
   const auto apart = [](const std::string& flag) {
     return Named("apart",
                  Model::parse("apart", "<mujoco><default><geom size='0.5' " + flag + R"(='0'/></default><worldbody>
@@ -90,6 +90,7 @@ TEST(test_odd_rows) {
     for (const char* own : {"opt.density", "opt.viscosity"})
       compare_steps(still, code, {"qpos", false, 1, own}, rows, left);
     compare_steps(odd, code, {"qM", false, 1, "site_sameframe"}, rows, left);
+    compare_steps(tendons, code, {"qpos", false, 2, "wrap_prm"}, rows, left);
     compare_steps(untyped, code, {"qpos", false, 2, "geom_contype"}, rows, left);
     compare_steps(unaffected, code, {"qpos", false, 2, "geom_conaffinity"}, rows, left);
     for (const char* own : {"geom_sameframe", "geom_margin"})

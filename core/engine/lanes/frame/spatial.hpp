@@ -220,6 +220,15 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   }
 }
 
+// The length that mj_tendon computes of a tendon along joints
+inline V length_along_joints(const Lanes& d, int tendon) {
+  const mjModel& m = *d.model;
+  V length{};
+  for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon]; ++j)
+    length += vectors(d.wrap_prm)[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
+  return length;
+}
+
 // The positions and orientations of the lanes if rows have their own, otherwise those of the model.
 template <bool kAreOwn>
 auto frames_of(const double* own, const double* shared) {

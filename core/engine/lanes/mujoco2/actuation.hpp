@@ -85,17 +85,11 @@ void spatial_tendon(Lanes& d, int tendon) {
 // mj_tendon. `adopt` computes the Jacobians of tendons along joints.
 void tendon(Lanes& d) {
   const mjModel& m = *d.model;
-  for (int i = 0; i < m.ntendon; ++i) {
-    const int first = m.tendon_adr[i];
-    if (m.wrap_type[first] != mjWRAP_JOINT) {
+  for (int i = 0; i < m.ntendon; ++i)
+    if (m.wrap_type[m.tendon_adr[i]] == mjWRAP_JOINT)
+      vectors(d.ten_length)[i] = length_along_joints(d, i);
+    else
       spatial_tendon(d, i);
-      continue;
-    }
-    V length{};
-    for (int j = first; j < first + m.tendon_num[i]; ++j)
-      length += vectors(d.wrap_prm)[j] * vectors(d.qpos)[m.jnt_qposadr[m.wrap_objid[j]]];
-    vectors(d.ten_length)[i] = length;
-  }
 }
 
 // mj_transmission for an actuator on a ball or free joint. Its gear is a vector in the frame of the joint, or of the

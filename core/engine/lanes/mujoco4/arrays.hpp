@@ -57,8 +57,9 @@ constexpr int kParties = 21;
   ARRAY(site_xmat, 9 * m.nsite, kPlaces, kMiddle | kShown)                                    \
   ARRAY(subtree_com, 3 * m.nbody, kPlaces, kMiddle | kShown | kMaking)                        \
   ARRAY(cdof, 6 * m.nv, kPlaces, kMiddle | kMaking)                                           \
-  ARRAY(ten_length, m.ntendon, kMiddle, kNobody)                                              \
-  ARRAY(ten_J, m.nJten, kMiddle, kNobody)                                                     \
+  ARRAY(ten_length, m.ntendon, kMiddle, kMiddle | kShown | kMaking)                           \
+  ARRAY(ten_J, m.nJten, kMiddle, kMiddle | kMaking)                                           \
+  ARRAY(ten_velocity, m.ntendon, kMiddle, kMiddle | kShown)                                   \
   ARRAY(cinert, 10 * m.nbody, kPlaces, kSolved | kShown)                                      \
   ARRAY(crb, 10 * m.nbody, kInertia, kSolved)                                                 \
   ARRAY(M, m.nC, kInertia, kConstraints | kSolved)                                            \
@@ -125,6 +126,7 @@ constexpr int kParties = 21;
   ARRAY(jnt_margin, m.njnt, kUnlimited)                    \
   ARRAY(tendon_range, 2 * m.ntendon, kUnlimited)           \
   ARRAY(tendon_margin, m.ntendon, kUnlimited)              \
+  ARRAY(wrap_prm, m.nwrap, kModerate)                      \
   ARRAY(qpos_spring, m.nq, kModerate)                      \
   ARRAY(dof_armature, m.nv, kModerate)                     \
   ARRAY(dof_damping, m.nv, kModerate)                      \

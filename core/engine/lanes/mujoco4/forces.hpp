@@ -1,12 +1,28 @@
-// Actuators and passive forces of MuJoCo 4.0 for several rows at once: actuators without states on slides and hinges,
-// springs of slides and hinges, dampers, fluids that act on bodies as on boxes, and compensation of gravity.
+// Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints, actuators without
+// states on slides and hinges, springs of slides and hinges, dampers, fluids that act on bodies as on boxes, and compensation of gravity.
 #pragma once
 
 #include "engine/lanes/frame/actuation.hpp"
 #include "engine/lanes/frame/fluid.hpp"
+#include "engine/lanes/mujoco4/smooth.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
+
+// mj_tendon for tendons along joints, and the velocities that mj_fwdVelocity computes. MuJoCo adds to zeros.
+void tendon(Lanes& d) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.ntendon; ++i) {
+    const int first = m.tendon_adr[i], count = m.ten_J_rownnz[i], *const columns = m.ten_J_colind + m.ten_J_rowadr[i];
+    V* const J = vectors(d.ten_J) + m.ten_J_rowadr[i];
+    zero(J, count);
+    for (int j = first; j < first + m.tendon_num[i]; ++j)
+      for (int k = 0; k < count; ++k)
+        if (columns[k] == m.jnt_dofadr[m.wrap_objid[j]]) J[k] += vectors(d.wrap_prm)[j];
+    vectors(d.ten_length)[i] = length_along_joints(d, i);
+    vectors(d.ten_velocity)[i] = dotSparse(J, vectors(d.qvel), count, columns);
+  }
+}
 
 // mj_transmission, and the velocities that mj_fwdVelocity computes. Sums begin at +0.
 void transmission(Lanes& d) {

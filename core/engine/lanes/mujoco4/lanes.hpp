@@ -67,6 +67,7 @@ struct DualRow {
   FUNCTION(void, factorM, (Lanes&))                                                                          \
   FUNCTION(void, comVel, (Lanes&))                                                                           \
   FUNCTION(void, rne, (Lanes&))                                                                              \
+  FUNCTION(void, tendon, (Lanes&))                                                                           \
   /* These return false if a row meets a case that is left to MuJoCo's functions. */                         \
   FUNCTION(bool, instantiateLimit, (const Lanes&, Contacts&))                                                \
   FUNCTION(bool, collision, (const Lanes&, Contacts&))                                                       \

@@ -161,7 +161,7 @@ std::string contacts(const Model& model) {
 
 // Where a later stage is computed row by row, this copies to mjData what that stage reads, too.
 std::string tendons(const Model& model) {
-  if (model.get()->ntendon > 0) return "not written yet";
+  if (any(model.get()->wrap_type, model.get()->nwrap, int{mjWRAP_JOINT})) return "tendons along sites";
   const bool is_alone = actuation(model).empty() && passive(model).empty() && contacts(model).empty();
   return text_if(!is_alone, "a later stage is computed row by row");
 }
@@ -300,9 +300,9 @@ const std::vector<Stage>& stages() {
        compute_velocities,
        kVelocities},
       {"tendons",
-       "",
-       "all",
-       {},
+       "along joints",
+       "all, if a tendon runs along sites, or if contacts, passive forces or actuators are computed row by row",
+       {MJENV_SHOW(tendon)},
        [](const Model& model) { return model.get()->ntendon > 0; },
        tendons,
        never,

@@ -33,9 +33,10 @@ class MujocoStepper final : public LaneStepper {
         needs_(sensor_needs(m_)),
         senses_in_lanes_(other_sensors(m_).empty()),
         sees_from_cameras_(sees_from_cameras(m_)),
-        shows_current_(m_.ntendon == 0 && needs_ != SensorNeeds::early_constraints &&
+        shows_current_(needs_ != SensorNeeds::early_constraints &&
                        std::all_of(stages().begin(), stages().end(), [&](const Stage& stage) {
-                         return !(stage.party & (kActuation | kPassive)) || stage.obstacle(model).empty();
+                         return !(stage.party & (kMiddle | kActuation | kPassive)) || !stage.is_there(model) ||
+                                stage.obstacle(model).empty();
                        })) {
     if (collider_) collider_->list_pairs(lanes_);
   }
