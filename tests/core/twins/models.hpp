@@ -57,7 +57,8 @@ inline constexpr const char* kRobot =
     <body name='d' pos='2 0 0.1'><joint type='slide' axis='0 0 1' limited='false'/><joint name='e' type='slide' axis='1 0 0' range='-0.1 0.3'/><geom/></body>
     </worldbody><equality><joint joint1='a' joint2='b' polycoef='0.1 0.5 0 0 0'/></equality>
     <actuator><position joint='a' kp='20' kv='3' forcerange='-4 3'/><velocity joint='c' kv='8' gear='2'/><motor joint='b'/>
-    <general joint='b' gaintype='affine' gainprm='1 0.2 0.7' biastype='affine' biasprm='0 -1 -0.6' gear='-3'/></actuator></mujoco>)";
+    <general joint='b' gaintype='affine' gainprm='1 0.2 0.7' biastype='affine' biasprm='0 -1 -0.6' gear='-3'
+    ctrlrange='-0.4 0.5'/></actuator></mujoco>)";
 
 // Tendons along joints: one along many, in another order than that of their dofs, one with a coefficient of -0,
 // and one between two trees.

@@ -21,6 +21,7 @@ class SimpleActuation {
     if (!(m_.opt.disableflags & mjDSBL_CLAMPCTRL)) ctrl_ = clip_if(d.actuator_ctrllimited, d.actuator_ctrlrange, ctrl_);
   }
 
+  V ctrl() const { return ctrl_; }
   V force() const { return force(gain(), ctrl_, bias()); }
 
  protected:

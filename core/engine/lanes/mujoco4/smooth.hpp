@@ -3,6 +3,7 @@
 // quaternions, their lengths and their matrices.
 #pragma once
 
+#include "engine/lanes/frame/actuation.hpp"
 #include "engine/lanes/frame/fluid.hpp"
 
 namespace mjenv::core::lanes {
@@ -403,7 +404,8 @@ void smooth_vel(Lanes& d, V* derivative) {
       is_skipped |= is_clamped(vectors(d.qfrc_actuator)[dof], vectors(d.jnt_actfrcrange) + 2 * joint);
     const V bias = m.actuator_biastype[i] == mjBIAS_AFFINE ? vectors(d.actuator_biasprm)[mjNBIAS * i + 2] : V{};
     const V gain = m.actuator_gaintype[i] == mjGAIN_AFFINE ? vectors(d.actuator_gainprm)[mjNGAIN * i + 2] : V{};
-    const V sum = gain == V{} ? bias : bias + gain * vectors(d.ctrl)[i], gear = vectors(d.actuator_gear)[6 * i];
+    const V sum = gain == V{} ? bias : bias + gain * SimpleActuation(d, i).ctrl(),
+            gear = vectors(d.actuator_gear)[6 * i];
     derivative[dof] = is_skipped | (sum == V{}) ? derivative[dof] : derivative[dof] + gear * (gear * sum);
   }
   for (int i = 0; i < m.nv && !(m.opt.disableflags & mjDSBL_DAMPER); ++i) derivative[i] -= vectors(d.dof_damping)[i];
