@@ -142,7 +142,11 @@ std::vector<Named> models() {
   std::string sensed = on_one;
   sensed.insert(sensed.find("</mujoco>"),
                 "<sensor><tendonpos tendon='t'/><tendonvel tendon='t'/><tendonlimitfrc tendon='t'/></sensor>");
-  for (const std::string& text : {tendons, on_one, without(on_one, "frictionloss", "0.4'"), sensed})
+  std::string pulled = tendons;
+  pulled.insert(pulled.find("</mujoco>"), R"(<actuator><motor tendon='t' gear='-3' ctrlrange='-0.5 0.4'/>
+    <position tendon='u' kp='40' forcerange='-3 5'/><velocity tendon='v' kv='2' gear='-0.5'/><motor joint='b'/>
+    <general tendon='t' gaintype='affine' gainprm='1 2 3' biastype='affine' biasprm='0.1 -2 -0.3'/></actuator>)");
+  for (const std::string& text : {tendons, on_one, without(on_one, "frictionloss", "0.4'"), sensed, pulled})
     for (const char* option :
          {" integrator='RK4'", " solver='PGS'", " integrator='implicitfast' cone='elliptic'", " solver='CG'"}) {
       std::string with = text;

@@ -104,8 +104,9 @@ class Twins : public lanes::LaneArrays {
     }
     gather(lanes::kState);
     for (const lanes::Stage& stage : lanes::stages()) {
-      if (!stage.compute) continue;
       const bool is_in_lanes = stage.obstacle(*model_).empty();
+      if (stage.party == lanes::kIntegration) integrates_ = is_in_lanes;
+      if (!stage.compute) continue;
       for (const lanes::Function& function : stage.functions)
         if (function.compute && is_in_lanes) (code_.*function.compute)(lanes_);
       const bool is_solver = stage.party == lanes::kConstraints;
@@ -120,7 +121,7 @@ class Twins : public lanes::LaneArrays {
           return std::string(stage.name) + ": " + found;
       gather(stage.party);
     }
-    if (m_.na > 0 || m_.opt.integrator == mjINT_RK4 || m_.opt.integrator == mjINT_IMPLICIT) return "";
+    if (!integrates_ || m_.opt.integrator == mjINT_RK4) return "";
     return m_.opt.integrator == mjINT_EULER ? compare_integrators(code_.Euler, mj_Euler)
                                             : compare_integrators(code_.implicitfast, mj_implicit);
   }
@@ -134,6 +135,7 @@ class Twins : public lanes::LaneArrays {
   std::unique_ptr<lanes::Solver> solver_;
   std::unique_ptr<lanes::Collider> collider_;
   int contacts_ = 0;
+  bool integrates_ = false;
   std::uint32_t solved_ = 0, unsolved_ = 0;  // the rows whose constraints lanes have solved, and those that they leave
   std::vector<double> forces_;               // what lanes have written to the rows that they have solved
 

@@ -1,5 +1,6 @@
 // Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints, actuators without
-// states on slides and hinges, springs of slides and hinges, dampers, fluids that act on bodies as on boxes, and compensation of gravity.
+// states on slides, hinges and tendons, springs of slides and hinges, dampers, fluids that act on bodies as on boxes, and
+// compensation of gravity.
 #pragma once
 
 #include "engine/lanes/frame/actuation.hpp"
@@ -24,14 +25,35 @@ void tendon(Lanes& d) {
   }
 }
 
-// mj_transmission, and the velocities that mj_fwdVelocity computes. Sums begin at +0.
+// A row of actuator_moment, and the length without the gear. The moment of a slide or hinge is the gear.
+struct Transmission {
+  Transmission(const Lanes& d, int id) : gear(vectors(d.actuator_gear)[6 * id]) {
+    const mjModel& m = *d.model;
+    const int object = m.actuator_trnid[2 * id];
+    if (m.actuator_trntype[id] == mjTRN_TENDON) {
+      length = vectors(d.ten_length)[object];
+      count = m.ten_J_rownnz[object];
+      columns = m.ten_J_colind + m.ten_J_rowadr[object];
+      J = vectors(d.ten_J) + m.ten_J_rowadr[object];
+    } else {
+      length = vectors(d.qpos)[m.jnt_qposadr[object]];
+      columns = m.jnt_dofadr + object;
+    }
+  }
+  V operator[](int k) const { return J ? J[k] * gear : gear; }
+  const V gear;
+  V length;
+  int count = 1;
+  const int* columns;
+  const V* J = nullptr;
+};
+
+// mj_transmission, and the velocities that mj_fwdVelocity computes
 void transmission(Lanes& d) {
-  const mjModel& m = *d.model;
-  for (int i = 0; i < m.nu; ++i) {
-    const int joint = m.actuator_trnid[2 * i];
-    const V gear = vectors(d.actuator_gear)[6 * i];
-    vectors(d.actuator_length)[i] = vectors(d.qpos)[m.jnt_qposadr[joint]] * gear;
-    vectors(d.actuator_velocity)[i] = V{} + gear * vectors(d.qvel)[m.jnt_dofadr[joint]];
+  for (int i = 0; i < d.model->nu; ++i) {
+    const Transmission moment(d, i);
+    vectors(d.actuator_length)[i] = moment.length * moment.gear;
+    vectors(d.actuator_velocity)[i] = dotSparse(moment, vectors(d.qvel), moment.count, moment.columns);
   }
 }
 
@@ -42,7 +64,8 @@ void fwdActuation(Lanes& d) {
   zero(qfrc, m.nv);
   for (int i = 0; i < m.nu; ++i) {
     const V force = vectors(d.actuator_force)[i] = SimpleActuation(d, i).force();
-    qfrc[m.jnt_dofadr[m.actuator_trnid[2 * i]]] += vectors(d.actuator_gear)[6 * i] * force;
+    const Transmission moment(d, i);
+    for (int k = 0; k < moment.count; ++k) qfrc[moment.columns[k]] += moment[k] * force;
   }
   for (int i = 0; i < m.njnt; ++i) {
     V& force = qfrc[m.jnt_dofadr[i]];

@@ -278,7 +278,8 @@ void factorM(Lanes& d) {
 
 // mju_dotSparse. Its four partial sums begin with a product, so they can be -0; the numbers after them are added one by
 // one.
-inline V dotSparse(const V* a, const V* x, int n, const int* columns) {
+template <typename Row>
+inline V dotSparse(const Row& a, const V* x, int n, const int* columns) {
   V res{};
   int i = 0;
   if (n >= 4) {

@@ -111,11 +111,13 @@ std::string actuation(const Model& model) {
   if (m.nactuator != m.nu || m.nactuator != m.nout) return "actuators with several inputs or outputs";
   if (m.opt.disableflags & mjDSBL_ACTUATION || m.opt.disableactuator) return "disabled actuators";
   if (compensates_by_actuators(m)) return "compensation of gravity by actuators";
+  if (any(m.tendon_actfrclimited, m.ntendon, mjtBool{0})) return "tendons that limit the forces of actuators";
   for (int i = 0; i < m.nactuator; ++i) {
-    const int joint = m.actuator_trnid[2 * i];
-    const bool is_on_joint = m.actuator_trntype[i] == mjTRN_JOINT || m.actuator_trntype[i] == mjTRN_JOINTINPARENT;
-    if (!is_on_joint || (m.jnt_type[joint] != mjJNT_SLIDE && m.jnt_type[joint] != mjJNT_HINGE))
-      return "actuators that act on something other than slides and hinges";
+    const int object = m.actuator_trnid[2 * i], type = m.actuator_trntype[i];
+    const bool is_on_joint = type == mjTRN_JOINT || type == mjTRN_JOINTINPARENT;
+    if (type != mjTRN_TENDON &&
+        (!is_on_joint || (m.jnt_type[object] != mjJNT_SLIDE && m.jnt_type[object] != mjJNT_HINGE)))
+      return "actuators that act on something other than slides, hinges and tendons";
     const int gain = m.actuator_gaintype[i], bias = m.actuator_biastype[i];
     if ((gain != mjGAIN_FIXED && gain != mjGAIN_AFFINE) || (bias != mjBIAS_NONE && bias != mjBIAS_AFFINE) ||
         m.actuator_dyntype[i] != mjDYN_NONE || m.actuator_plugin[i] >= 0)
@@ -193,6 +195,8 @@ std::string integration(const Model& model) {
   if (any(m.tendon_damping, m.ntendon, 0.0) || any(m.tendon_dampingpoly, m.ntendon * mjNPOLY, 0.0))
     return "implicitfast with dampers of tendons";
   if (!actuation(model).empty()) return "implicitfast with actuators that are computed row by row";
+  if (std::find(m.actuator_trntype, m.actuator_trntype + m.nactuator, mjTRN_TENDON) != m.actuator_trntype + m.nactuator)
+    return "implicitfast with actuators of tendons";
   for (int i = 0; i < m.njnt; ++i)
     if (m.jnt_type[i] == mjJNT_FREE && m.tree_dofnum[m.dof_treeid[m.jnt_dofadr[i]]] == 6)
       return "implicitfast with free bodies that have no other joints";
@@ -333,8 +337,8 @@ const std::vector<Stage>& stages() {
        compute_passive,
        kPassive},
       {"actuators",
-       "on slides and hinges, with constant or affine gains and biases",
-       "all, if an actuator is another one or has states",
+       "on slides, hinges and tendons, with constant or affine gains and biases",
+       "all, if an actuator is another one or has states, or a tendon limits the forces of actuators",
        {MJENV_SHOW(transmission), MJENV_COMPUTE(fwdActuation)},
        has_actuators,
        actuation,
@@ -364,8 +368,9 @@ const std::vector<Stage>& stages() {
        kConstraints},
       {"integration",
        "Euler, RK4 and implicitfast",
-       "implicit; all, if actuators have states; implicitfast with fluids, dampers of tendons, free bodies without "
-       "other joints, or actuators that are computed row by row",
+       "implicit; all, if actuators have states; implicitfast with fluids, dampers or actuators of tendons, free "
+       "bodies "
+       "without other joints, or actuators that are computed row by row",
        {MJENV_FUNCTION(Euler), MJENV_FUNCTION(implicitfast), MJENV_FUNCTION(RungeKutta)},
        always,
        integration,
