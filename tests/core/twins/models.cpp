@@ -112,17 +112,21 @@ std::vector<Named> models() {
   found.emplace_back("springs and states", Model::parse("forces", springs));
   const std::string robot = kRobot;
   const std::string alone = without(robot, "<body name='d'", "</body>");  // one tree
-  const std::string free = without(robot, "<equality", "</equality>");
+  const std::string pyramids = without(alone, "cone='", "' "), free = without(robot, "<equality", "</equality>");
+  found.emplace_back("one robot with pyramids", Model::parse("robot", pyramids));
   found.emplace_back("robot", Model::parse("robot", robot));
   found.emplace_back("one robot", Model::parse("robot", alone));
-  found.emplace_back("one robot with pyramids", Model::parse("robot", without(alone, "cone='", "' ")));
   found.emplace_back("robot without equality", Model::parse("robot", free));
   found.emplace_back("robot without equality, with pyramids", Model::parse("robot", without(free, "cone='", "' ")));
   found.emplace_back("robot with Euler", Model::parse("robot", without(robot, " integrator='", "'")));
-  for (const char* equality : {"<connect body1='arm' anchor='0.1 0 0.1'/>", "<weld body1='arm'/>"}) {
-    std::string held = robot;
-    found.emplace_back(equality, Model::parse("robot", held.insert(held.find("</equality>"), equality)));
-  }
+  for (const char* equality :
+       {"<connect body1='arm' anchor='0.1 0 0.1'/>", "<weld body1='arm' torquescale='0.3'/>",
+        "<weld body1='hand' body2='arm'/>", "<connect site1='tip' site2='tail'/>", "<weld site1='tail' site2='tip'/>"})
+    for (std::string held : {robot, pyramids})
+      found.emplace_back(equality, Model::parse("robot", held.insert(held.find("</equality>"), equality)));
+  std::string joined = robot;  // two trees
+  joined.insert(joined.find("</equality>"), "<connect body1='arm' body2='d' anchor='0 0 0'/>");
+  found.emplace_back("joined robots", Model::parse("robot", joined));
   std::string lifted = robot;  // by actuators
   for (const std::string name : {"a", "c"})
     lifted.insert(lifted.find("<joint name='" + name) + 6, " actuatorgravcomp='true'");

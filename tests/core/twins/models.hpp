@@ -52,8 +52,8 @@ inline constexpr const char* kRobot =
     <joint damping='0.2' frictionloss='0.3' armature='0.01' range='-40 40'/></default><worldbody><geom type='plane' size='9 9 1' condim='1'/>
     <body pos='0 0 0.15' gravcomp='0.4'><freejoint/><geom/><geom pos='0.3 0 -0.1' condim='1'/>
     <body name='arm' pos='0.3 0 0'><joint name='a' axis='0 1 0'/><geom type='capsule' size='0.05 0.2' condim='4' euler='90 0 0'/>
-    <body pos='0 0.3 0'><joint name='b' axis='1 0 0' frictionloss='0'/><geom condim='6' friction='0.7 0.1 0.05'/></body></body>
-    <body pos='-0.3 0 0'><joint name='c' type='slide' axis='0 0 1' actuatorfrcrange='-9 9' range='-0.2 0.1'/><geom condim='6'/></body></body>
+    <body name='hand' pos='0 0.3 0'><site name='tip' pos='0.1 0 0' euler='10 20 30'/><joint name='b' axis='1 0 0' frictionloss='0'/><geom condim='6' friction='0.7 0.1 0.05'/></body></body>
+    <body pos='-0.3 0 0'><site name='tail' euler='0 40 0'/><joint name='c' type='slide' axis='0 0 1' actuatorfrcrange='-9 9' range='-0.2 0.1'/><geom condim='6'/></body></body>
     <body name='d' pos='2 0 0.1'><joint type='slide' axis='0 0 1' limited='false'/><joint name='e' type='slide' axis='1 0 0' range='-0.1 0.3'/><geom/></body>
     </worldbody><equality><joint joint1='a' joint2='b' polycoef='0.1 0.5 0 0 0'/></equality>
     <actuator><position joint='a' kp='20' kv='3' forcerange='-4 3'/><velocity joint='c' kv='8' gear='2'/><motor joint='b'/>

@@ -297,16 +297,18 @@ TEST(test_contacts) {
 TEST(test_what_is_solved) {
   const std::string robot = without(kRobot, "<equality", "</equality>"), trees = listed(kTrees), pgs = "solver='PGS' ";
   const std::string alone = listed(without(robot, "<body name='d'", "</body>"));
-  std::string dual = trees, tied = trees;
+  std::string dual = trees, tied = trees, welded = listed(robot);
   dual.insert(8, "<option solver='PGS'/>");
   tied.insert(tied.find("<joint axis='1 0 0'") + 6, " name='a'");
   tied.insert(tied.find("<joint type='slide' axis='1 0 0'") + 6, " name='b'");
   tied.insert(tied.find("</mujoco>"),
               "<tendon><fixed range='5 6'><joint joint='a' coef='1'/><joint joint='b' coef='1'/></fixed></tendon>");
+  welded.insert(welded.find("</mujoco>"), "<equality><weld body1='arm'/></equality>");
   const struct {
     std::string text;
     bool makes, solves;
   } cases[] = {{trees, true, true},
+               {welded, false, true},
                {dual, false, false},
                {tied, false, true},
                {alone, true, true},

@@ -65,6 +65,7 @@ class Constrained {
   }
 
   void referenceConstraint() {
+    if (c_.has_references) return;
     V *const vel = vectors(c_.vel), *const aref = vectors(c_.aref);
     mulJacVec(vel, vectors(d_.qvel));
     for (int i = 0; i < size_; ++i) aref[i] = -vectors(c_.damping)[i] * vel[i] - vectors(c_.spring)[i];

@@ -158,6 +158,7 @@ struct Constraints {
   // The layout is that of Lanes. J is [size][nv]; the others up to force have a number for each place.
   double *J, *D, *vel, *aref, *b, *jar, *force;
   double *damping, *spring;         // aref is -damping * vel - spring
+  bool has_references;              // MuJoCo has computed vel and aref
   double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
   int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0

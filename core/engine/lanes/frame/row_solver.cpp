@@ -109,6 +109,9 @@ void RowSolver::load_row(int lane, const mjData& d) {
     c.damping[number] = i < 0 ? 0 : KBIP[1];
     c.spring[number] = i < 0 ? 0 : KBIP[0] * KBIP[2] * (d.efc_pos[i] - d.efc_margin[i]);
     if (is_dual_) c.R[number] = i < 0 ? 0 : d.efc_R[i];
+    if (!c.has_references) continue;
+    c.vel[number] = i < 0 ? 0 : d.efc_vel[i];
+    c.aref[number] = i < 0 ? 0 : d.efc_aref[i];
   }
   if (c.bounded > 0) load_bounds(lane, d);
 }

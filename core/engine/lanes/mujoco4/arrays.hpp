@@ -23,7 +23,7 @@ enum Party : unsigned {
   kSolved = 1 << 14,        // whoever reads mjData after an evaluation, such as sensors
   kActuation = 1 << 15,     // mj_transmission and mj_fwdActuation, which come after kMiddle and read what it reads, too
   kPassive = 1 << 16,       // mj_passive, which does the same
-  kContacts = 1 << 17,      // mj_collision and mj_makeConstraint, which do the same
+  kContacts = 1 << 17,      // mj_collision, mj_makeConstraint and mj_referenceConstraint, which do the same
   kMaking = 1 << 18,        // mj_makeConstraint, for limits and contacts
   kSensed = 1 << 19,        // whoever reads sensordata after a step
   kCameras = 1 << 20,       // mj_camlight
@@ -66,7 +66,7 @@ constexpr int kParties = 21;
   ARRAY(qLD, m.nC, kInertia, kConstraints | kSolved)                                          \
   ARRAY(qLDiagInv, m.nv, kInertia, kConstraints | kSolved)                                    \
   ARRAY(cvel, 6 * m.nbody, kVelocities, kMiddle | kShown)                                     \
-  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kConstraints | kSolved)                              \
+  ARRAY(cdof_dot, 6 * m.nv, kVelocities, kContacts | kConstraints | kSolved)                  \
   ARRAY(qfrc_bias, m.nv, kVelocities, kSolved | kShown)                                       \
   ARRAY(qfrc_spring, m.nv, kPassive, kSolved)                                                 \
   ARRAY(qfrc_damper, m.nv, kPassive, kSolved)                                                 \

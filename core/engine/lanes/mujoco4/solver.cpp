@@ -27,11 +27,9 @@ Counts<Constraints> special_counts(const mjModel& m, int most_places) {
   return counts;
 }
 
-// MuJoCo adds centripetal and Coriolis accelerations to the references of such constraints.
-bool has_connect_or_weld(const mjModel& m, const mjData& d) {
-  for (int i = 0; i < m.neq; ++i)
-    if (d.eq_active[i] && (m.eq_type[i] == mjEQ_CONNECT || m.eq_type[i] == mjEQ_WELD)) return true;
-  return false;
+// Whether there are constraints to whose references MuJoCo adds centripetal and Coriolis accelerations.
+bool has_connect_or_weld(const mjModel& m) {
+  return std::any_of(m.eq_type, m.eq_type + m.neq, [](int type) { return type == mjEQ_CONNECT || type == mjEQ_WELD; });
 }
 
 // How many numbers of MuJoCo's memory it takes to solve a row's constraints, at most.
@@ -125,6 +123,7 @@ Solver::Solver(const Code& code, const mjModel& m)
       dual_rows_(is_dual_ ? static_cast<std::size_t>(code.width) : 0) {
   part_.M_colind = columns_.data();
   constraints_.is_numbered = is_dual_;  // constraint i of a row is at place i
+  constraints_.has_references = has_connect_or_weld(m);
   for (Islands& islands : islands_) {
     islands.list.reserve(static_cast<std::size_t>(m.ntree));
     islands.members.reserve(kMaxConstraints);
@@ -143,8 +142,9 @@ Solver::Solver(const Code& code, const mjModel& m)
 bool Solver::prepare(const mjModel& m, mjData& d) {
   const std::int64_t rows = d.nefc, room = static_cast<std::int64_t>(d.narena - d.parena);
   if (rows == 0 || rows > most_constraints(m) || (is_dual(m) && d.ne + d.nf > 0) ||
-      room < 8 * numbers_to_solve(m, rows) || has_connect_or_weld(m, d))
+      room < 8 * numbers_to_solve(m, rows))
     return false;
+  if (has_connect_or_weld(m)) mj_referenceConstraint(&m, &d);
   if (is_dual(m)) return has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations;
   if (has_one_island(m)) return true;
   mj_island(&m, &d);

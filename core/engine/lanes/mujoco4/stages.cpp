@@ -356,9 +356,8 @@ const std::vector<Stage>& stages() {
        kAcceleration},
       {"solver",
        "Newton; PGS for limits and contacts with pyramidal cones; up to 64 constraints of a row (PGS: 200)",
-       "CG and noslip, sparse Jacobians, islands that are disabled; rows with `connect` or `weld`, or with islands "
-       "whose dofs do not follow each other; PGS with elliptic cones, and rows with equalities, friction or several "
-       "islands",
+       "CG and noslip, sparse Jacobians, islands that are disabled; rows with islands whose dofs do not follow each "
+       "other; PGS with elliptic cones, and rows with equalities, friction or several islands",
        {MJENV_FUNCTION(warmstart), MJENV_FUNCTION(begin_island), MJENV_FUNCTION(solNewton),
         MJENV_FUNCTION(projectConstraint), MJENV_FUNCTION(solPGS), MJENV_FUNCTION(dualFinish)},
        always,

@@ -170,6 +170,7 @@ bool MujocoStepper::constrain() {
 void MujocoStepper::collide() {
   const bool finds = collides_ && collider_->find_contacts(lanes_, live()) && collider_->has_room(data_);
   scatter(finds && m_.neq == 0 ? kMaking : kMiddle);
+  if (m_.neq > 0) scatter(kContacts);
   for_live_rows([&](int row, const mjModel& m, mjData& d) {
     if (!finds) return contacts_.compute(*works_[row], m, d);
     collider_->write(row, works_[row]->stepped(), d);
