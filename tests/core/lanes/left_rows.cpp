@@ -36,7 +36,6 @@ const char* const kLimited[] = {"qpos0",
                                 "jnt_axis",
                                 "jnt_stiffness",
                                 "dof_armature",
-                                "dof_damping",
                                 "dof_M0",
                                 "geom_pos",
                                 "geom_quat",
@@ -162,6 +161,22 @@ TEST(test_numbers_within_steps) {
     const auto stepper = lanes::make_stepper(*model, *lanes::code_of(width));
     assert_int_equal(step_rows(model, *stepper, states), ((1U << width) - 1) & ~kOddRows);
   }
+}
+
+// Dampers above MuJoCo's limit for states, as those that hold the base of Gymnasium-Robotics' Fetch.
+TEST(test_huge_dampers) {
+  for (const std::string integrator : {"Euler", "implicit"})
+    for (const std::string damping : {"1e11", "1e300"}) {
+      const auto model = Model::parse(
+          "dampers",
+          "<mujoco><option integrator='" + integrator + "'/><worldbody><body><joint type='slide' damping='" + damping +
+              "'/><joint axis='0 1 0' pos='0.1 0 0'/><geom size='0.1' mass='1'/></body></worldbody></mujoco>");
+      auto states = states_with(*model, 4, 1);
+      for (std::size_t i = 0; i < states.size(); ++i) states[i][3] = static_cast<double>(i) / std::stod(damping);
+      const auto stepper = lanes::make_stepper(*model, *lanes::code_of(lanes::widths().back()));
+      const std::uint32_t done = step_rows(model, *stepper, states);
+      assert_int_equal(done, (1U << lanes::widths().back()) - 1);
+    }
 }
 
 // A callback changes the controls and forces between the frames of a step. Rows that get an invalid control are left to MuJoCo, which

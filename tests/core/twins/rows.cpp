@@ -138,6 +138,22 @@ TEST(test_states_at_limit) {
   assert_true(done > 20);
 }
 
+// Dampers above MuJoCo's limit for states, as those that hold the base of Gymnasium-Robotics' Fetch.
+TEST(test_huge_dampers) {
+  for (const std::string integrator : {"Euler", "implicitfast"})
+    for (const std::string damping : {"1e11", "1e300"}) {
+      const auto model = Model::parse(
+          "dampers",
+          "<mujoco><option integrator='" + integrator + "'/><worldbody><body><joint type='slide' damping='" + damping +
+              "'/><joint axis='0 1 0' pos='0.1 0 0'/><geom size='0.1' mass='1'/></body></worldbody></mujoco>");
+      const std::uint32_t done = step_rows(model, [&](std::size_t row, mjData& d) {
+        d.qvel[0] = static_cast<double>(row) / std::stod(damping);
+        d.qvel[1] = static_cast<double>(row);
+      });
+      assert_int_equal(done, (1U << lanes::widths().back()) - 1);
+    }
+}
+
 // Geoms that overlap by little. MuJoCo misses some of these contacts, because it compares boxes with rounded numbers.
 TEST(test_small_overlaps) {
   const std::string plane = "<geom type='plane' size='9 9 1' ", two = "<geom pos='0 0 0.4' size='0.01'/></body>";

@@ -154,7 +154,7 @@ constexpr int kParties = 20;
   ARRAY(jnt_stiffness, m.njnt, kModerate)                          \
   ARRAY(qpos_spring, m.nq, kModerate)                              \
   ARRAY(dof_armature, m.nv, kModerate)                             \
-  ARRAY(dof_damping, m.nv, kModerate)                              \
+  ARRAY(dof_damping, m.nv, kUnlimited)                             \
   ARRAY(dof_M0, m.nv, kModerate)                                   \
   ARRAY(tendon_stiffness, m.ntendon, kModerate)                    \
   ARRAY(tendon_damping, m.ntendon, kModerate)                      \

@@ -129,7 +129,7 @@ constexpr int kParties = 21;
   ARRAY(wrap_prm, m.nwrap, kModerate)                      \
   ARRAY(qpos_spring, m.nq, kModerate)                      \
   ARRAY(dof_armature, m.nv, kModerate)                     \
-  ARRAY(dof_damping, m.nv, kModerate)                      \
+  ARRAY(dof_damping, m.nv, kUnlimited)                     \
   ARRAY(dof_M0, m.nv, kModerate)                           \
   ARRAY(sensor_cutoff, m.nsensor, kUnlimited)              \
   ARRAY(cam_quat, 4 * m.ncam, kUnlimited)                  \
