@@ -150,13 +150,23 @@ std::vector<Named> models() {
   pulled.insert(pulled.find("</mujoco>"), R"(<actuator><motor tendon='t' gear='-3' ctrlrange='-0.5 0.4'/>
     <position tendon='u' kp='40' forcerange='-3 5'/><velocity tendon='v' kv='2' gear='-0.5'/><motor joint='b'/>
     <general tendon='t' gaintype='affine' gainprm='1 2 3' biastype='affine' biasprm='0.1 -2 -0.3'/></actuator>)");
-  for (const std::string& text : {tendons, on_one, without(on_one, "frictionloss", "0.4'"), sensed, pulled})
+  std::string sprung = tendons;
+  sprung.insert(sprung.find("name='t'"), "stiffness='90' springlength='0.1 0.3' damping='0.7' ");
+  sprung.insert(sprung.find("name='u'"), "stiffness='5' damping='-0' ");
+  sprung.insert(sprung.find("name='v'"), "stiffness='-0' damping='-0.4' ");
+  sprung.insert(sprung.find("name='g'"), "stiffness='3' ");
+  for (const std::string& text : {tendons, on_one, without(on_one, "frictionloss", "0.4'"), sensed, pulled, sprung})
     for (const char* option :
          {" integrator='RK4'", " solver='PGS'", " integrator='implicitfast' cone='elliptic'", " solver='CG'"}) {
       std::string with = text;
       with.insert(with.find("<option") + 7, option);
       found.emplace_back("tendons with" + std::string(option), Model::parse("tendons", with));
     }
+  for (const std::string kind : {"spring", "damper"}) {
+    std::string without_some = sprung;
+    without_some.replace(without_some.find("<option/>"), 9, "<option><flag " + kind + "='disable'/></option>");
+    found.emplace_back("tendons without a " + kind, Model::parse("tendons", without_some));
+  }
   std::string slow = listed(limits("integrator='RK4'"));  // states of actuators with RK4, and contacts
   slow.insert(slow.find("</mujoco>"), "<actuator><intvelocity joint='h' actrange='-1 1'/></actuator>");
   found.emplace_back("listed states with RK4", Model::parse("slow", slow));

@@ -66,11 +66,11 @@ inline constexpr const char* kTendons =
     R"(<mujoco><option/><default><geom size='0.1'/><joint damping='0.2' armature='0.1'/></default><worldbody>
     <geom type='plane' size='9 9 1'/><body pos='0 0 0.5'><joint name='a' type='slide' axis='0 0 1'/><joint name='b' axis='0 1 0'/><geom/>
     <body pos='0.3 0 0'><joint name='c' axis='1 0 0'/><joint name='d' axis='0 1 0'/><geom type='capsule' size='0.05 0.2'/>
-    <body pos='0.3 0 0'><joint name='e' type='slide' axis='1 0 0'/><joint name='f' axis='0 0 1'/><geom condim='4'/></body></body></body>
+    <body pos='0.3 0 0'><joint name='e' type='slide' axis='1 0 0'/><joint name='f' axis='0 0 1'/><joint name='h' axis='1 0 0'/><geom condim='4'/></body></body></body>
     <body name='other' pos='0 3 0.2'><joint name='g' axis='0 1 0'/><geom type='capsule' size='0.05 0.2'/></body></worldbody><tendon>
     <fixed name='t' range='-0.3 0.4' margin='0.1' frictionloss='0.4'><joint joint='f' coef='-1.5'/><joint joint='b' coef='0.7'/><joint joint='a' coef='2'/>
     <joint joint='e' coef='-3'/><joint joint='d' coef='1'/><joint joint='c' coef='0.3'/></fixed>
-    <fixed name='u'><joint joint='c' coef='-0'/><joint joint='b' coef='0.2'/></fixed>
+    <fixed name='u'><joint joint='c' coef='-0'/><joint joint='h' coef='0.2'/></fixed>
     <fixed name='v' range='-0.2 0.3'><joint joint='g' coef='-2'/><joint joint='a' coef='1'/></fixed></tendon></mujoco>)";
 
 std::shared_ptr<const Model> with_sensors(const std::string& option, const std::string& flag, const std::string& more);

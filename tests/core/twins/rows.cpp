@@ -27,31 +27,39 @@ TEST(test_steps) {
   assert_true(left < rows / 10);
 }
 
-// Rows whose own values lanes do not compute with are left to MuJoCo.
+// Rows whose own values lanes do not compute with are left to MuJoCo; others are not.
 TEST(test_rows_left) {
   std::string fast = kForces;
   fast.insert(fast.find("density"), "integrator='implicitfast' ")
       .replace(fast.find("density='900' viscosity='0.3'"), 29, "");
-  const std::string of_tendon = limits("");
-  for (const auto& [text, array] : {std::pair<std::string, const char*>{kForces, "jnt_stiffness"},
-                                    {fast, "opt.density"},
-                                    {fast, "opt.viscosity"},
-                                    {kForces, "jnt_stiffnesspoly"},
-                                    {kForces, "dof_dampingpoly"},
-                                    {of_tendon, "tendon_stiffness"},
-                                    {of_tendon, "tendon_damping"},
-                                    {of_tendon, "tendon_armature"},
-                                    {of_tendon, "tendon_stiffnesspoly"},
-                                    {of_tendon, "tendon_dampingpoly"},
-                                    {listed(limits("solver='PGS' iterations='90'")), "opt.iterations"},
-                                    {fast, "dof_damping"}}) {
-    const Named named(array, Model::parse("forces", text));
+  const std::string of_tendon = limits(""), of_fast_tendon = limits("integrator='implicitfast'");
+  std::string of_spring = of_tendon;
+  of_spring.insert(of_spring.find("<fixed") + 6, " stiffness='9' damping='2'");
+  const struct {
+    std::string text;
+    const char* array;
+    bool are_left;
+  } cases[] = {{kForces, "jnt_stiffness", true},
+               {fast, "opt.density", true},
+               {fast, "opt.viscosity", true},
+               {kForces, "jnt_stiffnesspoly", true},
+               {kForces, "dof_dampingpoly", true},
+               {of_tendon, "tendon_armature", true},
+               {of_tendon, "tendon_stiffnesspoly", true},
+               {of_tendon, "tendon_dampingpoly", true},
+               {of_fast_tendon, "tendon_damping", true},
+               {of_spring, "tendon_stiffness", false},
+               {of_spring, "tendon_damping", false},
+               {of_spring, "tendon_lengthspring", false},
+               {listed(limits("solver='PGS' iterations='90'")), "opt.iterations", false},
+               {fast, "dof_damping", false}};
+  for (const auto& c : cases) {
+    const Named named(c.array, Model::parse("forces", c.text));
     int rows = 0, left = 0;
     for (const int width : lanes::widths())
-      compare_steps(named, *lanes::code_of(width), {"qpos", false, 1, array, nullptr, nullptr, false, true}, rows,
+      compare_steps(named, *lanes::code_of(width), {"qpos", false, 1, c.array, nullptr, nullptr, false, true}, rows,
                     left);
-    const bool is_usual = std::strcmp(array, "dof_damping") == 0 || std::strcmp(array, "opt.iterations") == 0;
-    if (is_usual ? left >= rows / 10 : left == 0) fail_msg("%s: %d of %d rows left", array, left, rows);
+    if (c.are_left ? left == 0 : left >= rows / 10) fail_msg("%s: %d of %d rows left", c.array, left, rows);
   }
 }
 
@@ -90,7 +98,8 @@ TEST(test_odd_rows) {
     for (const char* own : {"opt.density", "opt.viscosity"})
       compare_steps(still, code, {"qpos", false, 1, own}, rows, left);
     compare_steps(odd, code, {"qM", false, 1, "site_sameframe"}, rows, left);
-    compare_steps(tendons, code, {"qpos", false, 2, "wrap_prm"}, rows, left);
+    for (const char* own : {"wrap_prm", "tendon_stiffness", "tendon_damping", "tendon_lengthspring"})
+      compare_steps(tendons, code, {"qpos", false, 2, own}, rows, left);
     compare_steps(untyped, code, {"qpos", false, 2, "geom_contype"}, rows, left);
     compare_steps(unaffected, code, {"qpos", false, 2, "geom_conaffinity"}, rows, left);
     for (const char* own : {"geom_sameframe", "geom_margin"})

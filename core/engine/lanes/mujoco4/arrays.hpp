@@ -126,6 +126,9 @@ constexpr int kParties = 21;
   ARRAY(jnt_margin, m.njnt, kUnlimited)                    \
   ARRAY(tendon_range, 2 * m.ntendon, kUnlimited)           \
   ARRAY(tendon_margin, m.ntendon, kUnlimited)              \
+  ARRAY(tendon_stiffness, m.ntendon, kUnlimited)           \
+  ARRAY(tendon_damping, m.ntendon, kUnlimited)             \
+  ARRAY(tendon_lengthspring, 2 * m.ntendon, kUnlimited)    \
   ARRAY(wrap_prm, m.nwrap, kModerate)                      \
   ARRAY(qpos_spring, m.nq, kModerate)                      \
   ARRAY(dof_armature, m.nv, kModerate)                     \

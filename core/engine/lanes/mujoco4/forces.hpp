@@ -1,6 +1,6 @@
 // Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints, actuators without
-// states on slides, hinges and tendons, springs of slides and hinges, dampers, fluids that act on bodies as on boxes, and
-// compensation of gravity.
+// states on slides, hinges and tendons, their springs, dampers, fluids that act on bodies as on boxes, and compensation
+// of gravity.
 #pragma once
 
 #include "engine/lanes/frame/actuation.hpp"
@@ -89,23 +89,45 @@ void gravcomp(Lanes& d) {
   for (int i = 0; i < m.nv; ++i) qfrc[i] = is_there ? qfrc[i] + sum[i] : qfrc[i];
 }
 
-// mj_passive. MuJoCo does not write the forces of springs and dampers that are 0.
+// The force of a spring or damper, which MuJoCo does not compute where the factor is 0
+inline V resistance(V factor, V x) { return factor == V{} ? V{} : -x * factor; }
+
+// mj_springdamper for tendons, between whose two lengths springs are slack
+void springdamper(const Lanes& d, V* spring, V* damper) {
+  const mjModel& m = *d.model;
+  for (int i = 0; i < m.ntendon; ++i) {
+    const V length = vectors(d.ten_length)[i], *const slack = vectors(d.tendon_lengthspring) + 2 * i;
+    const V x = length > slack[1] ? length - slack[1] : (length < slack[0] ? length - slack[0] : V{});
+    const V stiffness = m.opt.disableflags & mjDSBL_SPRING ? V{} : vectors(d.tendon_stiffness)[i];
+    const V damping = m.opt.disableflags & mjDSBL_DAMPER ? V{} : vectors(d.tendon_damping)[i];
+    const V pull = resistance(stiffness, x), drag = resistance(damping, vectors(d.ten_velocity)[i]);
+    const Mask acts = (pull != V{}) | (drag != V{});
+    for (int k = m.ten_J_rowadr[i]; k < m.ten_J_rowadr[i] + m.ten_J_rownnz[i]; ++k) {
+      const V J = vectors(d.ten_J)[k];
+      V &to_spring = spring[m.ten_J_colind[k]], &to_damper = damper[m.ten_J_colind[k]];
+      to_spring = acts ? to_spring + J * pull : to_spring;
+      to_damper = acts ? to_damper + J * drag : to_damper;
+    }
+  }
+}
+
+// mj_passive
 void passive(Lanes& d) {
   const mjModel& m = *d.model;
-  V *const qfrc = vectors(d.qfrc_passive), *const spring = vectors(d.qfrc_spring), *const fluid = vectors(d.qfrc_fluid);
+  V *const qfrc = vectors(d.qfrc_passive), *const spring = vectors(d.qfrc_spring),
+           *const damper = vectors(d.qfrc_damper), *const fluid = vectors(d.qfrc_fluid);
   for (int i = 0; i < m.njnt && !(m.opt.disableflags & mjDSBL_SPRING); ++i) {
     if (m.jnt_type[i] != mjJNT_SLIDE && m.jnt_type[i] != mjJNT_HINGE) continue;
-    const V stiffness = vectors(d.jnt_stiffness)[i];
     const int adr = m.jnt_qposadr[i];
-    const V force = -(vectors(d.qpos)[adr] - vectors(d.qpos_spring)[adr]) * stiffness;
-    spring[m.jnt_dofadr[i]] = stiffness == V{} ? V{} : force;
+    spring[m.jnt_dofadr[i]] =
+        resistance(vectors(d.jnt_stiffness)[i], vectors(d.qpos)[adr] - vectors(d.qpos_spring)[adr]);
   }
   for (int i = 0; i < m.nv; ++i) {
     const V damping = m.opt.disableflags & mjDSBL_DAMPER ? V{} : vectors(d.dof_damping)[i];
-    const V force = -vectors(d.qvel)[i] * damping;
-    const V damper = vectors(d.qfrc_damper)[i] = damping == V{} ? V{} : force;
-    qfrc[i] = spring[i] + damper;
+    damper[i] = resistance(damping, vectors(d.qvel)[i]);
   }
+  springdamper(d, spring, damper);
+  for (int i = 0; i < m.nv; ++i) qfrc[i] = spring[i] + damper[i];
   constexpr int kBoth = mjDSBL_SPRING | mjDSBL_DAMPER;
   if ((m.opt.disableflags & kBoth) == kBoth) return;
   if (d.has_fluid) {

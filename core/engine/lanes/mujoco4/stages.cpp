@@ -139,9 +139,8 @@ void compute_actuation(Work& work, const mjModel& /*m*/, mjData& d) {
 
 std::string passive(const Model& model) {
   const mjModel& m = *model.get();
-  if (any(m.tendon_stiffness, m.ntendon, 0.0) || any(m.tendon_stiffnesspoly, m.ntendon * mjNPOLY, 0.0) ||
-      any(m.tendon_damping, m.ntendon, 0.0) || any(m.tendon_dampingpoly, m.ntendon * mjNPOLY, 0.0))
-    return "springs and dampers of tendons";
+  if (any(m.tendon_stiffnesspoly, m.ntendon * mjNPOLY, 0.0) || any(m.tendon_dampingpoly, m.ntendon * mjNPOLY, 0.0))
+    return "springs and dampers of tendons that are not linear";
   for (int i = 0; i < m.njnt; ++i)
     if (m.jnt_stiffness[i] != 0 && (m.jnt_type[i] == mjJNT_FREE || m.jnt_type[i] == mjJNT_BALL))
       return "springs of free joints and balls";
@@ -327,9 +326,10 @@ const std::vector<Stage>& stages() {
        compute_contacts,
        kContacts},
       {"passive forces",
-       "linear springs of slides and hinges, dampers; the fluid model of boxes; compensation of gravity",
-       "all, if the model has other springs, springs and dampers of tendons, the fluid model of ellipsoids, adhesion, "
-       "or compensation of gravity by actuators",
+       "linear springs of slides, hinges and tendons, linear dampers; the fluid model of boxes; compensation of "
+       "gravity",
+       "all, if the model has other springs or dampers, the fluid model of ellipsoids, adhesion, or compensation of "
+       "gravity by actuators",
        {MJENV_SHOW(passive)},
        always,
        passive,

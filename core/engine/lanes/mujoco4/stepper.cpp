@@ -96,9 +96,8 @@ bool MujocoStepper::is_unlike(const mjModel& m) const {
          differs(m.site_sameframe, m_.site_sameframe, m.nsite) || differs(m.dof_simplenum, m_.dof_simplenum, m.nv) ||
          differs(m.dof_dampingpoly, m_.dof_dampingpoly, m.nv * mjNPOLY) ||
          differs(m.tendon_armature, m_.tendon_armature, m.ntendon) ||
-         differs(m.tendon_stiffness, m_.tendon_stiffness, m.ntendon) ||
          differs(m.tendon_stiffnesspoly, m_.tendon_stiffnesspoly, m.ntendon * mjNPOLY) ||
-         differs(m.tendon_damping, m_.tendon_damping, m.ntendon) ||
+         (is_implicit_ && differs(m.tendon_damping, m_.tendon_damping, m.ntendon)) ||
          differs(m.tendon_dampingpoly, m_.tendon_dampingpoly, m.ntendon * mjNPOLY) ||
          differs(m.jnt_stiffnesspoly, m_.jnt_stiffnesspoly, m.njnt * mjNPOLY) ||
          differs(m.geom_fluid, m_.geom_fluid, m.ngeom * mjNFLUID) || m.body_gravcomp != m_.body_gravcomp ||
