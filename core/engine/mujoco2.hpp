@@ -54,6 +54,12 @@ inline const char* open_mujoco() { return mj_versionString(); }
 inline bool mujoco_is_open() { return true; }
 inline void use_thread_locals() {}
 
+// ---- Equality constraints ----
+
+inline bool is_active(const mjModel& m, const mjData& /*d*/, int equality) { return m.eq_active[equality] != 0; }
+// Whether the objects of an equality constraint are sites.
+inline bool are_sites(const mjModel& /*m*/, int /*equality*/) { return false; }
+
 // ---- Errors ----
 
 // Sets what MuJoCo calls on this thread when it fails. Warnings are ignored. Returns the previous handlers.

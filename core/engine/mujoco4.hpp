@@ -64,6 +64,12 @@ bool mujoco_is_open();
 // Allocates the thread-local variables of mujoco4.cpp.
 void use_thread_locals();
 
+// ---- Equality constraints ----
+
+inline bool is_active(const mjModel& /*m*/, const mjData& d, int equality) { return d.eq_active[equality] != 0; }
+// Whether the objects of an equality constraint are sites.
+inline bool are_sites(const mjModel& m, int equality) { return m.eq_objtype[equality] == mjOBJ_SITE; }
+
 // ---- Errors ----
 
 // Sets what MuJoCo calls on this thread when it fails. Warnings are ignored. Returns the previous handlers.

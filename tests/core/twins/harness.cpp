@@ -39,6 +39,8 @@ void change(const OwnArray& array, std::byte* block, Noise& noise) {
       value = noise.below(3) ? value : static_cast<double>(noise.below(5));
     else if (decides_touch(array.original.name))
       value = 1;
+    else if (array.original.name == "eq_active")
+      value = noise.below(3) > 0 ? 1 : 0;
     else if (array.original.name == "opt.enableflags")
       value = static_cast<double>(noise.below(2) * mjENBL_ENERGY);
     else if (array.original.name == "opt.disableflags")

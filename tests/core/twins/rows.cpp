@@ -147,6 +147,28 @@ TEST(test_states_at_limit) {
   assert_true(done > 20);
 }
 
+// Equalities of all kinds, which are active in some rows, or have numbers of their own there.
+TEST(test_equalities) {
+  std::string text = without(kRobot, "<body name='d'", "</body>");
+  text.insert(text.find("</equality>"), R"(<joint joint1='c' polycoef='0.1 0 0 0 0'/><weld site1='tip' site2='tail'/>
+    <connect body1='hand' body2='arm' anchor='0.1 0.1 0'/><tendon tendon1='s' polycoef='0.1 0 0 0 0'/>
+    <tendon tendon1='t' tendon2='s' polycoef='0.1 0.5 0.2 0.1 0.3'/>)");
+  text.insert(text.find("<equality>"),
+              R"(<tendon><fixed name='s'><joint joint='a' coef='1'/><joint joint='c' coef='-2'/>
+    </fixed><fixed name='t'><joint joint='b' coef='0.5'/></fixed></tendon>)");
+  int rows = 0, left = 0;
+  for (const std::string& one : {text, without(text, "cone='", "' ")}) {
+    const Named named("equalities", Model::parse("equalities", one));
+    for (const int width : lanes::widths()) {
+      const lanes::Code& code = *lanes::code_of(width);
+      for (const char* own : {"eq_active", "eq_data", "eq_solref", "eq_solimp", "tendon_length0", "body_invweight0",
+                              "dof_invweight0", "tendon_invweight0", "qpos0", "site_quat"})
+        compare_steps(named, code, {"qpos", false, 2, own}, rows, left);
+    }
+  }
+  assert_true(left < rows / 10);
+}
+
 // Dampers above MuJoCo's limit for states, as those that hold the base of Gymnasium-Robotics' Fetch.
 TEST(test_huge_dampers) {
   for (const std::string integrator : {"Euler", "implicitfast"})

@@ -150,7 +150,7 @@ class Twins : public lanes::LaneArrays {
   }
 
   // Makes the constraints that MuJoCo has made for the rows, and solves them. Says what differs: their
-  // number, D or J.
+  // number, D, J or aref.
   std::string make() {
     lanes::RowModels models{};
     lanes::RowData data{};
@@ -161,8 +161,8 @@ class Twins : public lanes::LaneArrays {
     const int count = static_cast<int>(works_.size());
     lanes_.left_to_mujoco = 0;
     ++rounds;
-    if (!collider_->makes(models, count) || !solver_->follows(m_) || !collider_->find(lanes_, (1U << count) - 1) ||
-        !solver_->can_solve(collider_->found(), data))
+    if (!collider_->makes(models, data, count) || !solver_->follows(m_) ||
+        !collider_->find(lanes_, (1U << count) - 1) || !solver_->can_solve(collider_->found(), data))
       return "";
     ++makings;
     std::vector<int> counts;
@@ -185,6 +185,8 @@ class Twins : public lanes::LaneArrays {
       if (m_.ntree > 1 || m_.opt.cone == mjCONE_ELLIPTIC) continue;
       if (differ(c.D, d.efc_D, d.nefc)) return "D";
       if (differ(c.J, d.efc_J, d.nefc * static_cast<int>(m_.nv))) return "J";
+      mj_referenceConstraint(&m_, data[static_cast<std::size_t>(row)]);
+      if (differ(c.aref, d.efc_aref, d.nefc)) return "aref";
     }
     return "";
   }
@@ -297,18 +299,20 @@ TEST(test_contacts) {
 TEST(test_what_is_solved) {
   const std::string robot = without(kRobot, "<equality", "</equality>"), trees = listed(kTrees), pgs = "solver='PGS' ";
   const std::string alone = listed(without(robot, "<body name='d'", "</body>"));
-  std::string dual = trees, tied = trees, welded = listed(robot);
+  std::string dual = trees, tied = trees, welded = listed(robot), held = alone;
   dual.insert(8, "<option solver='PGS'/>");
   tied.insert(tied.find("<joint axis='1 0 0'") + 6, " name='a'");
   tied.insert(tied.find("<joint type='slide' axis='1 0 0'") + 6, " name='b'");
   tied.insert(tied.find("</mujoco>"),
               "<tendon><fixed range='5 6'><joint joint='a' coef='1'/><joint joint='b' coef='1'/></fixed></tendon>");
-  welded.insert(welded.find("</mujoco>"), "<equality><weld body1='arm'/></equality>");
+  for (std::string* text : {&welded, &held})
+    text->insert(text->find("</mujoco>"), "<equality><weld body1='arm'/></equality>");
   const struct {
     std::string text;
     bool makes, solves;
   } cases[] = {{trees, true, true},
                {welded, false, true},
+               {held, true, true},
                {dual, false, false},
                {tied, false, true},
                {alone, true, true},

@@ -69,6 +69,7 @@ class Constrained {
     V *const vel = vectors(c_.vel), *const aref = vectors(c_.aref);
     mulJacVec(vel, vectors(d_.qvel));
     for (int i = 0; i < size_; ++i) aref[i] = -vectors(c_.damping)[i] * vel[i] - vectors(c_.spring)[i];
+    for (int i = 0; i < c_.bounded && c_.drift; ++i) aref[i] -= vectors(c_.drift)[i];
   }
 
   // J * vec - aref

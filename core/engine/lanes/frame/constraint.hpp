@@ -161,6 +161,7 @@ class MakeConstraint {
   // Sets the bounds of each place to those of an inequality. Equalities and friction overwrite those that differ.
   void clear_bounds() {
     for (int i = 0; i < c_.bounded; ++i) {
+      if (c_.drift) vectors(c_.drift)[i] = V{};
       vectors(c_.low)[i] = splat(kNoBound);
       vectors(c_.high)[i] = vectors(c_.frictionloss)[i] = vectors(c_.bend)[i] = V{};
       if (!c_.least) continue;
@@ -191,15 +192,17 @@ class MakeConstraint {
   }
 
   // The efc_R with which mj_makeImpedance begins, before it considers the friction of contacts
-  V regularization(V imp) const {
-    const V R = (1.0 - imp) * number(&ConstraintNumbers::diagApprox) / imp;
+  V regularization(V imp, double ConstraintNumbers::*diagApprox = &ConstraintNumbers::diagApprox) const {
+    const V R = (1.0 - imp) * number(diagApprox) / imp;
     return splat(mjMINVAL) >= R ? splat(mjMINVAL) : R;
   }
 
-  void set_R(int size, V R) {
-    if (c_.R) set(c_.R, size, R);
-    set(c_.D, size, 1.0 / R);
-    set(c_.damping, size, number(&ConstraintNumbers::damping));
+  void set_R(int begin, int end, V R) {
+    for (int i = begin; i < end; ++i) {
+      if (c_.R) set_one(c_.R, i, R);
+      set_one(c_.D, i, 1.0 / R);
+      set_one(c_.damping, i, number(&ConstraintNumbers::damping));
+    }
   }
 
   // mj_diagApprox and mj_makeImpedance for `size` constraints, which have the same pos and margin. Returns efc_R.
@@ -210,7 +213,7 @@ class MakeConstraint {
       const V mu = friction(0) * sqrt(R / number(&ConstraintNumbers::impratio) / R);
       R = 2.0 * mu * mu * R;
     }
-    set_R(size, R);
+    set_R(0, size, R);
     set(c_.spring, size, number(&ConstraintNumbers::stiffness) * imp * dif);
     return R;
   }

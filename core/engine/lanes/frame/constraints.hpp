@@ -54,12 +54,30 @@ constexpr int constraints_of(const ContactPair& pair, int cone) {
 struct ConstraintNumbers {
   double stiffness, damping;
   double dmin, dmax, width, midpoint, power, below, above;
-  double diagApprox;  // that of the first constraint
+  double diagApprox;      // that of the first constraint
+  double diagApproxTurn;  // that of the rotations of a weld
   double frictionloss;
   double impratio, friction[5];
 };
 
-struct Equality;
+// Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
+// and those that move both. negates: for dofs that move only body 1, MuJoCo negates the Jacobian instead of subtracting
+// it from 0, which gives 0 another sign.
+struct BodyPair {
+  int body1, body2;
+  int first_column, count1, count2, count_both;
+  bool negates;
+};
+
+// An equality constraint between bodies, joints or tendons.
+struct Equality {
+  int id, type;
+  int size;              // how many constraints it makes
+  int object1, object2;  // object2 is -1 if a joint or tendon has no partner
+  bool has_sites;        // the objects are sites
+  BodyPair bodies;       // of connect and weld: object2, then object1, because MuJoCo subtracts object2's Jacobian
+  Chain chain;
+};
 
 // What a limit or friction constrains.
 enum class Object { dof, joint, ball, tendon };
@@ -157,8 +175,11 @@ struct Constraints {
 
   // The layout is that of Lanes. J is [size][nv]; the others up to force have a number for each place.
   double *J, *D, *vel, *aref, *b, *jar, *force;
-  double *damping, *spring;         // aref is -damping * vel - spring
-  bool has_references;              // MuJoCo has computed vel and aref
+  double *damping, *spring;  // aref is -damping * vel - spring
+  bool has_references;       // MuJoCo has computed vel and aref
+  // Only for equalities of bodies, since MuJoCo 3. drift: for each place before `bounded`, the change of J times qvel,
+  // which aref compensates. J_dot: room for the change of a body's Jacobian.
+  double *drift, *J_dot;
   double *tolerance, *meaninertia;  // a number for each lane: opt.tolerance and stat.meaninertia
   int *columns, *column_counts;     // for each place the columns of J in which a number is not 0
   int most[kMaxWidth];              // opt.iterations of each lane, at least 0

@@ -53,6 +53,24 @@ bool RowMaker::set_contact(ConstraintNumbers& n, const mjModel& m, int pair) {
   return set_solparam(n, m, mixed_.solref.data(), mixed_.solimp.data());
 }
 
+// The mj_diagApprox of MuJoCo 2.2.2 is written to use the rotational weights for the rotations of a weld. But it compares
+// efc_type with mjEQ_WELD, so it resets its counter weldcnt before each constraint, and uses the translational weights for
+// all of them.
+bool RowMaker::set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
+  const int type = m.eq_type[id];
+  n.diagApprox = n.diagApproxTurn = 0;
+  for (const int object : {m.eq_obj1id[id], m.eq_obj2id[id]}) {
+    if (type == mjEQ_CONNECT || type == mjEQ_WELD) {
+      const mjtNum* const weights = m.body_invweight0 + 2 * (are_sites(m, id) ? m.site_bodyid[object] : object);
+      n.diagApprox += weights[0];
+      n.diagApproxTurn += weights[kWeighsTurns ? 1 : 0];
+    } else if (object >= 0) {
+      n.diagApprox += type == mjEQ_JOINT ? m.dof_invweight0[m.jnt_dofadr[object]] : m.tendon_invweight0[object];
+    }
+  }
+  return set_solparam(n, m, m.eq_solref + mjNREF * id, m.eq_solimp + mjNIMP * id);
+}
+
 // For friction, MuJoCo's K is 0.
 bool RowMaker::set(ConstraintNumbers& n, const mjModel& m, Kind kind, int id) {
   const auto set_of = [&](const mjtNum* weight, const mjtNum* solref, const mjtNum* solimp) {
@@ -96,16 +114,23 @@ bool RowMaker::set_numbers() {
 }
 
 RowMaker::RowMaker(const Code& code, const mjModel& m, const std::vector<ContactPair>& pairs,
-                   const std::vector<unsigned char>& is_still_tendon, const Counts<Contacts>& special)
-    : code_(code), m_(m), memory_(contacts_, code.width, [&] {
-        Counts<Contacts> counts{{&Contacts::limit_dist, Contacts::kCapacity},
-                                {&Contacts::limit_axis, 3 * Contacts::kCapacity},
-                                {&Contacts::dist, Contacts::kCapacity},
-                                {&Contacts::pos, 3 * Contacts::kCapacity},
-                                {&Contacts::frame, 9 * Contacts::kCapacity}};
-        counts.insert(counts.end(), special.begin(), special.end());
-        return counts;
-      }()) {
+                   const std::vector<Equality>& equalities, const std::vector<unsigned char>& is_still_tendon,
+                   const Counts<Contacts>& special)
+    : code_(code),
+      m_(m),
+      memory_(contacts_, code.width,
+              [&] {
+                Counts<Contacts> counts{{&Contacts::limit_dist, Contacts::kCapacity},
+                                        {&Contacts::limit_axis, 3 * Contacts::kCapacity},
+                                        {&Contacts::dist, Contacts::kCapacity},
+                                        {&Contacts::pos, 3 * Contacts::kCapacity},
+                                        {&Contacts::frame, 9 * Contacts::kCapacity}};
+                counts.insert(counts.end(), special.begin(), special.end());
+                return counts;
+              }()),
+      equalities_(equalities),
+      equals_(equalities.size()),
+      active_(equalities.size()) {
   std::size_t count = 0;  // in the order of Kind
   for (const std::int64_t more : std::initializer_list<std::int64_t>{m.neq, m.nv, m.ntendon, m.njnt, m.ntendon,
                                                                      static_cast<std::int64_t>(pairs.size())}) {
@@ -126,6 +151,7 @@ RowMaker::RowMaker(const Code& code, const mjModel& m, const std::vector<Contact
   limited_tendons_.resize(tendons_.size());
   frictions_.resize(static_cast<std::size_t>(m.nv) + static_cast<std::size_t>(m.ntendon));
   if (!pairs.empty()) mix_one(pairs[0].geom1, pairs[0].geom2, m, mixed_);  // so that later calls allocate no memory
+  contacts_.equals = equals_.data();
   contacts_.frictions = frictions_.data();
   contacts_.joints = limited_joints_.data();
   contacts_.tendons = limited_tendons_.data();
@@ -147,16 +173,41 @@ bool RowMaker::add_friction(Object object, int id, int count) {
          set_numbers(friction, object == Object::tendon ? Kind::tendon_friction : Kind::dof_friction, id);
 }
 
-bool RowMaker::follow(const RowModels& models, int count) {
+// Returns whether the same equalities were active before.
+bool RowMaker::find_active(const RowModels& models, const RowData& data, int count) {
+  bool are_same = true;
+  for (std::size_t i = 0; i < equalities_.size(); ++i) {
+    unsigned rows = 0;
+    for (int row = 0; row < count; ++row)
+      if (is_active(*models[row], *data[row], equalities_[i].id)) rows |= 1U << row;
+    are_same &= rows == active_[i];
+    active_[i] = rows;
+  }
+  return are_same;
+}
+
+bool RowMaker::add_equality(std::size_t index, int count) {
+  const Equality& equality = equalities_[index];
+  Contacts::Equal& equal = equals_[static_cast<std::size_t>(contacts_.equality_count)];
+  equal = {&equality, equality.size, active_[index], {}};
+  if (equal.rows == 0) return true;
+  for (int row = 0; row < count; ++row)
+    if (equal.rows >> row & 1) contacts_.bounded[row] += equality.size;
+  ++contacts_.equality_count;
+  return set_numbers(equal, Kind::equality, equality.id);
+}
+
+bool RowMaker::follow(const RowModels& models, const RowData& data, int count) {
   models_ = models;
   bool are_shared = true;
+  const bool are_same = find_active(models, data, count);
   for (int row = 0; row < count; ++row) {
     const bool is_shared = models[row] == &m_;
     are_shared &= is_shared;
     used_[row] = is_shared ? &shared_ : &own_[static_cast<std::size_t>(row)];
     if (!is_shared) std::fill(used_[row]->validity.begin(), used_[row]->validity.end(), ModelNumbers::unknown);
   }
-  if (are_shared && shared_rows_ == count) return true;  // nothing has changed since the last step
+  if (are_shared && are_same && shared_rows_ == count) return true;  // nothing has changed since the last step
   shared_rows_ = 0;
   contacts_.equality_count = contacts_.friction_count = 0;
   std::fill_n(contacts_.bounded, kMaxWidth, 0);
@@ -171,7 +222,8 @@ bool RowMaker::follow(const RowModels& models, int count) {
   };
   contacts_.joint_count = list_limited(limited_joints_, joints_, &mjModel::jnt_limited);
   contacts_.tendon_count = list_limited(limited_tendons_, tendons_, &mjModel::tendon_limited);
-  if (!add_equalities(models, count)) return false;
+  for (std::size_t i = 0; i < equalities_.size(); ++i)
+    if (!add_equality(i, count)) return false;
   for (int dof = 0; dof < m_.nv && constrains(m_, mjDSBL_FRICTIONLOSS); ++dof)
     if (!add_friction(Object::dof, dof, count)) return false;
   for (const int tendon : frictional_tendons_)

@@ -16,9 +16,9 @@ class RowMaker {
   RowMaker(const RowMaker&) = delete;
   RowMaker& operator=(const RowMaker&) = delete;
 
-  // Call this at the beginning of a step, with the models of its rows. Returns whether lanes can make their
+  // Call this at the beginning of a step, with the models and data of its rows. Returns whether lanes can make their
   // constraints.
-  bool follow(const RowModels& models, int count);
+  bool follow(const RowModels& models, const RowData& data, int count);
   const Contacts& found() const { return contacts_; }
 
  protected:
@@ -28,18 +28,12 @@ class RowMaker {
   const mjModel& m_;
   Contacts contacts_{};
 
-  // pairs must outlive the maker. is_still_tendon: for each tendon, whether its Jacobian is always 0. special: the arrays
-  // that only some versions have.
+  // pairs and equalities must outlive the maker. is_still_tendon: for each tendon, whether its Jacobian is always 0.
+  // special: the arrays that only some versions have.
   RowMaker(const Code& code, const mjModel& m, const std::vector<ContactPair>& pairs,
-           const std::vector<unsigned char>& is_still_tendon, const Counts<Contacts>& special = {});
+           const std::vector<Equality>& equalities, const std::vector<unsigned char>& is_still_tendon,
+           const Counts<Contacts>& special = {});
   ~RowMaker() = default;
-
-  // ---- What a version with equalities defines ----
-
-  virtual bool add_equalities(const RowModels& /*models*/, int /*count*/) { return true; }
-  virtual bool set_equality(ConstraintNumbers& /*n*/, const mjModel& /*m*/, int /*id*/) { return false; }
-
-  // ---- What versions use ----
 
   // MuJoCo's getsolparam, and what mj_makeImpedance computes from nothing but its result. Returns false if MuJoCo would
   // warn of the numbers.
@@ -79,11 +73,17 @@ class RowMaker {
   std::vector<int> joints_, tendons_, frictional_tendons_;  // those that can have limits or friction
   std::vector<Contacts::Limited> limited_joints_, limited_tendons_;
   std::vector<Contacts::Friction> frictions_;
-  int shared_rows_ = 0;  // the lists are valid for this many rows with the shared model; 0: they are not valid
+  const std::vector<Equality>& equalities_;
+  std::vector<Contacts::Equal> equals_;
+  std::vector<unsigned> active_;  // for each of equalities_, the rows, as bits, in which it is active
+  int shared_rows_ = 0;           // the lists are valid for this many rows with the shared model; 0: they are not valid
 
   bool set(ConstraintNumbers& n, const mjModel& m, Kind kind, int id);
+  static bool set_equality(ConstraintNumbers& n, const mjModel& m, int id);
   bool set_contact(ConstraintNumbers& n, const mjModel& m, int pair);
   const ConstraintNumbers* numbers(int lane, Kind kind, int id);
+  bool find_active(const RowModels& models, const RowData& data, int count);
+  bool add_equality(std::size_t index, int count);
   bool add_friction(Object object, int id, int count);
 };
 

@@ -62,6 +62,12 @@ void RowSolver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
   constraints_.cones = cones < 0 ? constraints_.size : cones;
 }
 
+int RowSolver::places_without_contacts(const Contacts& contacts) {
+  int places = contacts.friction_count + contacts.limit_count;
+  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].size;
+  return places;
+}
+
 void RowSolver::load(std::uint32_t rows, const RowData& data) {
   int most = 0, bounded = 0;
   for (int lane = 0; lane < code_.width; ++lane) {

@@ -34,6 +34,8 @@ class RowSolver {
   // How much memory the arrays take.
   static std::size_t bytes(int width, const mjModel& m, int places, const Counts<Constraints>& special);
 
+  // If places are aligned: how many places belong to equalities, friction and limits.
+  static int places_without_contacts(const Contacts& contacts);
   // The next multiple of four
   static int in_fours(int count) { return (count + 3) / 4 * 4; }
   int in_blocks(int count) const { return is_dual_ && !constraints_.is_numbered ? count / 4 * 4 : count; }

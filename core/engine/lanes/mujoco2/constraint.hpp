@@ -1,4 +1,4 @@
-// MuJoCo 2.2.2's constraints of equalities, which lanes make before those of frame/constraint.hpp.
+// What the constraints of MuJoCo 2.2.2 have of their own.
 #pragma once
 
 #include "engine/lanes/mujoco2/smooth.hpp"
@@ -12,127 +12,13 @@ inline V tendon_J(const Lanes& d, int tendon, int dof) { return vectors(d.ten_J)
 }  // namespace
 }  // namespace mjenv::core::lanes
 
-#include "engine/lanes/frame/constraint.hpp"
+#include "engine/lanes/frame/equality.hpp"
 
 namespace mjenv::core::lanes {
 namespace {
 
-class MakeEquality : public MakeConstraint {
- public:
-  using MakeConstraint::MakeConstraint;
-
-  // mj_instantiateEquality
-  void instantiateEquality(int i) {
-    const Equality& equality = *contacts_.equals[i].equality;
-    add(contacts_.equals[i].rows, contacts_.equals[i].numbers, equality.size, equality.chain);
-    V pos[6];
-    const V* const data = vectors(d_.eq_data) + mjNEQDATA * equality.id;
-    switch (equality.type) {
-      case mjEQ_CONNECT: connect(equality, data, data + 3, pos); break;
-      case mjEQ_WELD: weld(equality, data, pos); break;
-      default: couple(equality, data, pos);
-    }
-    leave_empty(equality.size);
-
-    V error[6];
-    copy(error, pos, equality.size);
-    for (int k = 3; k < equality.size; ++k) error[k] *= data[10];
-    const V norm = equality.size > 1 ? sqrt(dot(error, error, equality.size)) : pos[0], imp = getimpedance(norm);
-    set_R(equality.size, regularization(imp));
-    for (int k = 0; k < equality.size; ++k) {
-      set_one(c_.spring, k, number(&ConstraintNumbers::stiffness) * imp * pos[k]);
-      set_one(c_.high, k, splat(kNoBound));
-      if (c_.least) set_one(c_.least, k, splat(-kInfinite));
-    }
-  }
-
- private:
-  // The part of mj_instantiateEquality for points on two bodies: the difference of the points, and of their Jacobians.
-  void connect(const Equality& equality, const V* anchor1, const V* anchor2, V* pos) {
-    const int bodies[2] = {equality.object1, equality.object2};
-    V points[2][3];
-    for (int n = 0; n < 2; ++n) {
-      rotVecMat(points[n], n == 0 ? anchor1 : anchor2, vectors(d_.xmat) + 9 * bodies[n]);
-      add_to(points[n], vectors(d_.xpos) + 3 * bodies[n], 3);
-    }
-    for (int k = 0; k < 3; ++k) pos[k] = points[0][k] - points[1][k];
-    jacDifPair(d_, equality.bodies, points[1], points[0], [&](int dof, const V* dif) {
-      for (int k = 0; k < 3; ++k) set_J(k, dof, dif[k]);
-    });
-  }
-
-  // The part of mj_instantiateEquality for the orientation of a weld. MuJoCo corrects all columns of the Jacobian, also
-  // those of dofs that move neither body, which become +0 or -0. This code does the same.
-  void weld(const Equality& equality, const V* data, V* pos) {
-    connect(equality, data + 3, data, pos);
-    V quat[4], negative[4], error[4];
-    mulQuat(quat, vectors(d_.xquat) + 4 * equality.object1, data + 6);
-    negQuat(negative, vectors(d_.xquat) + 4 * equality.object2);
-    mulQuat(error, negative, quat);
-    copy(pos + 3, error + 1, 3);
-    const BodyPair& pair = equality.bodies;
-    const int *const columns = d_.columns + pair.first_column, second = pair.count1, both = second + pair.count2,
-                     end = both + pair.count_both;
-    const int* const chain = d_.columns + equality.chain.first_column;
-    const int count = c_.is_sparse ? equality.chain.count : nv_;
-    for (int i = 0; i < count; ++i) {
-      const int dof = c_.is_sparse ? chain[i] : i;
-      int n = 0;
-      while (n < end && columns[n] != dof) ++n;
-      V axis[3]{}, half[4], turned[4];
-      const V* const cdof = vectors(d_.cdof) + 6 * dof;
-      for (int k = 0; k < 3 && n < end; ++k)
-        axis[k] = pair.negates && n < second
-                      ? -cdof[k]
-                      : (n >= second ? cdof[k] : V{}) - (n < second || n >= both ? cdof[k] : V{});
-      mulQuatAxis(half, negative, axis);
-      mulQuat(turned, half, quat);
-      for (int k = 0; k < 3; ++k) set_J(3 + k, dof, 0.5 * turned[k + 1] * data[10]);
-    }
-  }
-
-  // The part of mj_instantiateEquality for a joint whose position depends on that of another joint, or a tendon whose
-  // length depends on that of another tendon.
-  void couple(const Equality& equality, const V* data, V* pos) {
-    const bool is_joint = equality.type == mjEQ_JOINT;
-    const auto offset = [&](int id) {
-      if (!is_joint) return vectors(d_.ten_length)[id] - vectors(d_.tendon_length0)[id];
-      const int adr = m_.jnt_qposadr[id];
-      return vectors(d_.qpos)[adr] - (d_.has_own_frames ? vectors(d_.qpos0)[adr] : splat(m_.qpos0[adr]));
-    };
-    pos[0] = offset(equality.object1) - data[0];
-    V derivative{};
-    const bool is_alone = equality.object2 < 0;
-    if (!is_alone) {
-      const V dif = offset(equality.object2);
-      pos[0] -= data[1] * dif + data[2] * dif * dif + data[3] * dif * dif * dif + data[4] * dif * dif * dif * dif;
-      derivative = data[1] + 2.0 * data[2] * dif + 3.0 * data[3] * dif * dif + 4.0 * data[4] * dif * dif * dif;
-    }
-    if (c_.is_sparse) return couple_sparse(equality, -derivative);
-    for (int k = 0; k < nv_; ++k) {
-      const auto column = [&](int id) {
-        return is_joint ? splat(k == m_.jnt_dofadr[id]) : vectors(d_.ten_J)[id * nv_ + k];
-      };
-      const V own = column(equality.object1);
-      set_J(0, k, is_alone ? own : own + column(equality.object2) * -derivative);
-    }
-  }
-
-  // The Jacobian of a joint whose position depends on that of another joint, as mju_combineSparse makes it
-  void couple_sparse(const Equality& equality, V factor) {
-    const int dof1 = m_.jnt_dofadr[equality.object1];
-    const int dof2 = equality.object2 < 0 ? -1 : m_.jnt_dofadr[equality.object2];
-    set_J(0, dof1, splat(1));
-    if (dof2 >= 0) set_J(0, dof2, factor);
-  }
-};
-
-// mj_makeConstraint
 void makeConstraint(Lanes& d, const Contacts& contacts, Constraints& c) {
-  MakeEquality maker(d, contacts, c);
-  maker.begin();
-  for (int i = 0; i < contacts.equality_count; ++i) maker.instantiateEquality(i);
-  maker.make();
+  make_constraints<MakeEquality>(d, contacts, c);
 }
 
 }  // namespace

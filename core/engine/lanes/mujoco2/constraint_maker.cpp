@@ -21,11 +21,10 @@ std::unique_ptr<ConstraintMaker> ConstraintMaker::make(const Code& code, const m
 }
 
 ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const ModelTables& tables)
-    : RowMaker(code, m, tables.contact_pairs, tables.is_still_tendon,
+    : RowMaker(code, m, tables.contact_pairs, tables.equalities, tables.is_still_tendon,
                {{&Contacts::single_dist, Contacts::kMostSingle},
                 {&Contacts::single_pos, 3 * Contacts::kMostSingle},
                 {&Contacts::single_frame, 9 * Contacts::kMostSingle}}),
-      equals_(tables.equalities.size()),
       are_always_searched_(tables.searched.has_value()),
       tables_(tables) {
   static_assert(Contacts::kMostSingle == mjMAXCONPAIR);
@@ -33,46 +32,14 @@ ConstraintMaker::ConstraintMaker(const Code& code, const mjModel& m, const Model
   contacts_.collide = [](void* maker, int pair, unsigned rows) {
     return static_cast<ConstraintMaker*>(maker)->collide(pair, rows);
   };
-  contacts_.equals = equals_.data();
 }
 
-// mj_diagApprox is written to use the rotational weight for the rotations of a weld. But it compares efc_type with
-// mjEQ_WELD, so it resets its counter weldcnt before each constraint, and uses the translational weight for all of
-// them.
-bool ConstraintMaker::set_equality(ConstraintNumbers& n, const mjModel& m, int id) {
-  const int type = m.eq_type[id];
-  n.diagApprox = 0;
-  for (const int object : {m.eq_obj1id[id], m.eq_obj2id[id]}) {
-    if (type == mjEQ_CONNECT || type == mjEQ_WELD)
-      n.diagApprox += m.body_invweight0[2 * object];
-    else if (object >= 0)
-      n.diagApprox += type == mjEQ_JOINT ? m.dof_invweight0[m.jnt_dofadr[object]] : m.tendon_invweight0[object];
-  }
-  return set_solparam(n, m, m.eq_solref + mjNREF * id, m.eq_solimp + mjNIMP * id);
-}
-
-bool ConstraintMaker::add_equalities(const RowModels& models, int count) {
-  for (const Equality& equality : tables_.equalities) {
-    Contacts::Equal& equal = equals_[contacts_.equality_count];
-    equal = {&equality,
-             equality.size,
-             rows_in_which(models, count, [&](const mjModel& m) { return m.eq_active[equality.id] != 0; }),
-             {}};
-    if (equal.rows == 0) continue;
-    for (int row = 0; row < count; ++row)
-      if (equal.rows >> row & 1) contacts_.bounded[row] += equality.size;
-    ++contacts_.equality_count;
-    if (!set_numbers(equal, Kind::equality, equality.id)) return false;
-  }
-  return true;
-}
-
-bool ConstraintMaker::follow(const RowModels& models, int count) {
+bool ConstraintMaker::follow(const RowModels& models, const RowData& data, int count) {
   // If a row's own values may change which contacts MuJoCo finds, its model lists no pairs, so without lanes MuJoCo
   // would search for them.
   contacts_.are_searched =
       are_always_searched_ || rows_in_which(models, count, [](const mjModel& m) { return m.npair == 0; });
-  return RowMaker::follow(models, count);
+  return RowMaker::follow(models, data, count);
 }
 
 // Computes one lane's contacts. Of several contacts of two boxes at the same position, only the last one counts, as in

@@ -17,14 +17,13 @@ class ConstraintMaker final : public RowMaker {
   // Returns null if lanes cannot make the constraints of this model. The tables must outlive the maker.
   static std::unique_ptr<ConstraintMaker> make(const Code& code, const mjModel& m, const ModelTables& tables);
 
-  bool follow(const RowModels& models, int count);
+  bool follow(const RowModels& models, const RowData& data, int count);
 
   // Finds the reached limits and the contacts of `rows` (bits). Call Code::reject first. Returns false if MuJoCo's
   // functions must find them instead.
   bool find(const Lanes& lanes, std::uint32_t rows, const Solver& solver, const RowModels& models, const RowData& data);
 
  private:
-  std::vector<Contacts::Equal> equals_;
   // Whether Model has no list of pairs, so that MuJoCo searches for them in every row. Then `find` finds what this
   // search would, and set_contact computes the pairs' parameters, which no mjModel has.
   const bool are_always_searched_;
@@ -35,8 +34,6 @@ class ConstraintMaker final : public RowMaker {
   const RowData* data_ = nullptr;
 
   ConstraintMaker(const Code& code, const mjModel& m, const ModelTables& tables);
-  bool add_equalities(const RowModels& models, int count) override;
-  bool set_equality(ConstraintNumbers& n, const mjModel& m, int id) override;
   int collide(int pair, unsigned rows);
   int collide(int pair, int lane);
 };

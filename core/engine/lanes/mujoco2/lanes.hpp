@@ -51,24 +51,6 @@ struct BoxPair {
   bool is_ground;  // the first geom is a height field
 };
 
-// Two bodies. From first_column on, Lanes::columns lists the dofs that move only body 1, those that move only body 2,
-// and those that move both. negates: for dofs that move only body 1, MuJoCo negates the Jacobian instead of subtracting
-// it from 0, which gives 0 another sign.
-struct BodyPair {
-  int body1, body2;
-  int first_column, count1, count2, count_both;
-  bool negates;
-};
-
-// An equality constraint between bodies, joints or tendons.
-struct Equality {
-  int id, type;
-  int size;              // how many constraints it makes
-  int object1, object2;  // object2 is -1 if a joint or tendon has no partner
-  BodyPair bodies;       // of connect and weld: object2, then object1, because MuJoCo subtracts object2's Jacobian
-  Chain chain;
-};
-
 // A part of a tendon between two sites. divisor: that of the last pulley before this part.
 struct Segment {
   int site1, site2;
@@ -88,6 +70,8 @@ struct Actuator {
 
 // Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
 constexpr bool kDividesFirst = false;
+// Whether MuJoCo takes the rotational weights of bodies, and the scaled rotation, for the rotations of a weld.
+constexpr bool kWeighsTurns = false;
 // Whether mju_cholFactor sets the rest of a column to 0 whose diagonal is too small, as in most contacts with such cones.
 constexpr bool kClearsLostColumns = false;
 

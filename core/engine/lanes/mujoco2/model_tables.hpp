@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/lanes/frame/contact_pairs.hpp"
+#include "engine/lanes/frame/equalities.hpp"
 #include "engine/lanes/mujoco2/lanes.hpp"
 #include "engine/model.hpp"
 

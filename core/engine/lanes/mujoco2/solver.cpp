@@ -120,13 +120,6 @@ bool Solver::can_solve(const mjData& d, int constraints) const {
          d.nstack - d.pstack >= stack_numbers(constraints, nv_, constraints_.is_sparse);
 }
 
-// If places are aligned: how many places belong to equalities, friction and limits.
-int Solver::places_without_contacts(const Contacts& contacts) {
-  int places = contacts.friction_count + contacts.limit_count;
-  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].size;
-  return places;
-}
-
 int Solver::shared_places(const Contacts& contacts) const {
   int places = places_without_contacts(contacts);
   for (int i = 0; i < contacts.contact_count; ++i)

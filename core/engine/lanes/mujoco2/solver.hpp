@@ -64,7 +64,6 @@ class Solver : public RowSolver {
 
   Solver(const Code& code, const mjModel& m);
   static int places_of(const mjModel& m);
-  static int places_without_contacts(const Contacts& contacts);
   int shared_places(const Contacts& contacts) const;
   void make_pattern(const mjModel& m);
   void run(Lanes& lanes);

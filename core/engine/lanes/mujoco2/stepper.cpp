@@ -235,7 +235,7 @@ bool MujocoStepper::has_other_types(const mjModel& m) const {
 void MujocoStepper::begin() {
   if ((readers_ & kBetweenBodies) && sensors_ != SensorNeeds::nothing && m_.opt.integrator == mjINT_RK4)
     readers_ |= kWhole;
-  makes_ = maker_ && maker_->follow(row_models_, count_) &&
+  makes_ = maker_ && maker_->follow(row_models_, data_, count_) &&
            std::all_of(row_models_.begin(), row_models_.begin() + count_,
                        [&](const mjModel* m) { return solver_->has_noslip_of(*m); });
 }

@@ -130,6 +130,8 @@ constexpr int kParties = 21;
   ARRAY(tendon_damping, m.ntendon, kUnlimited)             \
   ARRAY(tendon_lengthspring, 2 * m.ntendon, kUnlimited)    \
   ARRAY(wrap_prm, m.nwrap, kModerate)                      \
+  ARRAY(tendon_length0, m.ntendon, kUnlimited)             \
+  ARRAY(eq_data, mjNEQDATA* m.neq, kUnlimited)             \
   ARRAY(qpos_spring, m.nq, kModerate)                      \
   ARRAY(dof_armature, m.nv, kModerate)                     \
   ARRAY(dof_damping, m.nv, kUnlimited)                     \

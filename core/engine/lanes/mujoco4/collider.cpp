@@ -18,18 +18,17 @@ std::string Collider::obstacle(const Model& model) {
   return searched_pairs(*model.get()) ? "" : "the search for pairs of geoms";
 }
 
-ListedPairs::ListedPairs(const Model& model) {
+// No tendon counts as still: of one whose Jacobian is 0, MakeConstraint leaves the rows to MuJoCo.
+ListedPairs::ListedPairs(const Model& model)
+    : is_still_tendon(static_cast<std::size_t>(model.get()->ntendon)),
+      equalities(possible_equalities(*model.get(), is_still_tendon, columns)) {
   if (is_disabled(*model.get())) return;
   listed = *searched_pairs(*model.get());
   pairs = contact_pairs(*model.get(), listed, columns);
 }
 
-// No tendon counts as still: of one whose Jacobian is 0, MakeConstraint leaves the rows to MuJoCo.
 Collider::Collider(const Model& model, const Code& code)
-    : ListedPairs(model),
-      RowMaker(code, *model.stepped(), pairs,
-               std::vector<unsigned char>(static_cast<std::size_t>(model.get()->ntendon))),
-      without_contacts_(m_) {
+    : ListedPairs(model), RowMaker(code, *model.stepped(), pairs, equalities, is_still_tendon), without_contacts_(m_) {
   without_contacts_.opt.disableflags |= mjDSBL_CONTACT;
 }
 

@@ -6,16 +6,19 @@
 #include <string>
 #include <vector>
 
+#include "engine/lanes/frame/equalities.hpp"
 #include "engine/lanes/frame/row_maker.hpp"
 #include "engine/model.hpp"
 
 namespace mjenv::core::lanes {
 
-// The pairs of geoms whose contacts lanes find. A base class, so that they exist before RowMaker.
+// The pairs of geoms whose contacts lanes find, and the equalities. A base class, so that they exist before RowMaker.
 struct ListedPairs {
   Pairs listed;
   std::vector<int> columns;  // Lanes::columns
+  std::vector<unsigned char> is_still_tendon;
   std::vector<ContactPair> pairs;
+  std::vector<Equality> equalities;
   explicit ListedPairs(const Model& model);
 };
 
@@ -30,7 +33,7 @@ class Collider final : private ListedPairs, public RowMaker {
   void list_pairs(Lanes& lanes) const;
   bool has_pairs() const { return !pairs.empty(); }
   // Whether lanes can make the constraints of rows with these models.
-  bool makes(const RowModels& models, int count) { return m_.neq == 0 && follow(models, count); }
+  bool makes(const RowModels& models, const RowData& data, int count) { return follow(models, data, count); }
   // Finds the contacts of these rows (bits). Returns false if MuJoCo has to find them.
   bool find_contacts(const Lanes& lanes, std::uint32_t rows);
   // Whether MuJoCo, too, would find all contacts that have been found: whether its memory is large enough.

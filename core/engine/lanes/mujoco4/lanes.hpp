@@ -14,6 +14,8 @@ namespace mjenv::core::lanes {
 
 // Whether MuJoCo divides the tangential part of a contact with an elliptic cone by its length before it multiplies.
 constexpr bool kDividesFirst = true;
+// Whether MuJoCo takes the rotational weights of bodies, and the scaled rotation, for the rotations of a weld.
+constexpr bool kWeighsTurns = true;
 // Whether mju_cholFactor sets the rest of a column to 0 whose diagonal is too small, as in most contacts with such cones.
 constexpr bool kClearsLostColumns = true;
 

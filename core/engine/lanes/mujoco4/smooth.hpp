@@ -24,6 +24,22 @@ inline void mulQuat(V* res, const V* a, const T* b) {
   res[3] = z;
 }
 
+// mju_mulQuatAxis
+inline void mulQuatAxis(V* res, const V* quat, const V* axis) {
+  res[0] = -quat[1] * axis[0] - quat[2] * axis[1] - quat[3] * axis[2];
+  res[1] = (quat[0] * axis[0] - quat[3] * axis[1]) + quat[2] * axis[2];
+  res[2] = (quat[0] * axis[1] + quat[3] * axis[0]) - quat[1] * axis[2];
+  res[3] = quat[0] * axis[2] + (quat[1] * axis[1] - quat[2] * axis[0]);
+}
+
+// mju_derivQuat
+inline void derivQuat(V* res, const V* quat, const V* vel) {
+  res[0] = 0.5 * (-vel[0] * quat[1] - vel[1] * quat[2] - vel[2] * quat[3]);
+  res[1] = 0.5 * (vel[0] * quat[0] + vel[1] * quat[3] - vel[2] * quat[2]);
+  res[2] = 0.5 * (-vel[0] * quat[3] + vel[1] * quat[0] + vel[2] * quat[1]);
+  res[3] = 0.5 * (vel[0] * quat[2] - vel[1] * quat[1] + vel[2] * quat[0]);
+}
+
 // mju_normalize4, which leaves quaternions alone whose length is nearly 1.
 inline void normalize4(V* quat) {
   const V norm = sqrt((quat[0] * quat[0] + quat[1] * quat[1]) + (quat[2] * quat[2] + quat[3] * quat[3]));

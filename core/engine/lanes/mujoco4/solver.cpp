@@ -18,18 +18,19 @@ bool is_elliptic(const mjModel& m) { return m.opt.cone == mjCONE_ELLIPTIC; }
 
 bool is_dual(const mjModel& m) { return m.opt.solver == mjSOL_PGS; }
 
+// Whether there are constraints to whose references MuJoCo adds centripetal and Coriolis accelerations.
+bool has_connect_or_weld(const mjModel& m) {
+  return std::any_of(m.eq_type, m.eq_type + m.neq, [](int type) { return type == mjEQ_CONNECT || type == mjEQ_WELD; });
+}
+
 Counts<Constraints> special_counts(const mjModel& m, int most_places) {
   using C = Constraints;
   const auto nv = static_cast<std::size_t>(m.nv), places = static_cast<std::size_t>(most_places);
   if (is_dual(m)) return {{&C::JM2, places * nv}, {&C::R, places}};
   Counts<C> counts{{&C::ls_tolerance, 1}, {&C::qfrc, nv}};
+  if (has_connect_or_weld(m)) counts.insert(counts.end(), {{&C::drift, places}, {&C::J_dot, 6 * nv}});
   if (is_elliptic(m)) counts.insert(counts.end(), {{&C::scale, places}, {&C::Hcone, nv * nv}, {&C::LTJ, 6 * nv}});
   return counts;
-}
-
-// Whether there are constraints to whose references MuJoCo adds centripetal and Coriolis accelerations.
-bool has_connect_or_weld(const mjModel& m) {
-  return std::any_of(m.eq_type, m.eq_type + m.neq, [](int type) { return type == mjEQ_CONNECT || type == mjEQ_WELD; });
 }
 
 // How many numbers of MuJoCo's memory it takes to solve a row's constraints, at most.
@@ -42,7 +43,7 @@ std::int64_t numbers_to_solve(const mjModel& m, std::int64_t rows) {
 std::int64_t numbers_to_make(const mjModel& m, const Contacts& contacts, int lane) {
   constexpr auto kBytes = static_cast<std::int64_t>(sizeof(double));
   return Collider::bytes_of(m, contacts, contacts.found[lane]) / kBytes + contacts.constraints[lane] * (m.nv + 64) +
-         m.ntendon;
+         m.ntendon + (m.neq > 0 ? 20 * m.nv : 0);
 }
 
 // DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
@@ -123,7 +124,6 @@ Solver::Solver(const Code& code, const mjModel& m)
       dual_rows_(is_dual_ ? static_cast<std::size_t>(code.width) : 0) {
   part_.M_colind = columns_.data();
   constraints_.is_numbered = is_dual_;  // constraint i of a row is at place i
-  constraints_.has_references = has_connect_or_weld(m);
   for (Islands& islands : islands_) {
     islands.list.reserve(static_cast<std::size_t>(m.ntree));
     islands.members.reserve(kMaxConstraints);
@@ -160,9 +160,9 @@ bool Solver::follows(const mjModel& m) const {
   return !is_dual_ || (has_one_island(m) && m.opt.iterations <= DualRow::kMostIterations);
 }
 
-// Friction must be at the same places in all lanes.
+// Equalities and friction must be at the same places in all lanes.
 bool Solver::can_solve(const Contacts& contacts, const RowData& data) {
-  int bounded = -1, cones = contacts.friction_count + contacts.limit_count;
+  int bounded = -1, cones = places_without_contacts(contacts);
   for (int i = 0; i < contacts.contact_count; ++i)
     cones += constraints_of(contacts.pairs[contacts.contacts[i].pair], mjCONE_ELLIPTIC);
   if (is_elliptic(m_) && cones > kMostPlaces) return false;
@@ -192,6 +192,7 @@ void Solver::set_options(std::uint32_t rows, const RowModels& models) {
 }
 
 void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, const RowData& data, bool is_read) {
+  constraints_.has_references = has_connect_or_weld(m_);
   if (rows != 0 && !load(rows, data)) {
     lanes.left_to_mujoco |= rows;
   } else if (rows != 0) {
@@ -212,6 +213,7 @@ void Solver::solve(Lanes& lanes, std::uint32_t rows, const RowModels& models, co
 void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& models, const RowData& data) {
   std::uint32_t rows = 0;
   int most = 0, bounded = 0;
+  constraints_.has_references = false;
   for (int lane = 0; lane < code_.width; ++lane) {
     const bool is_there = (contacts.rows >> lane & 1) != 0;
     constraints_.at_first[lane] = is_there ? contacts.constraints[lane] : 0;
@@ -224,12 +226,12 @@ void Solver::solve(Lanes& lanes, const Contacts& contacts, const RowModels& mode
   if (rows != 0) {
     constraints_.is_aligned = is_elliptic(m_);
     if (constraints_.is_aligned) {
-      const int cones = contacts.friction_count + contacts.limit_count;
+      const int cones = places_without_contacts(contacts);
       int places = cones;
       for (int i = 0; i < contacts.contact_count; ++i)
         if (contacts.contacts[i].rows != 0)
           places += constraints_of(contacts.pairs[contacts.contacts[i].pair], mjCONE_ELLIPTIC);
-      set_size(rows, places, contacts.friction_count, cones);
+      set_size(rows, places, cones - contacts.limit_count, cones);
     } else {
       set_size(rows, most, bounded);
     }
