@@ -316,7 +316,8 @@ const std::vector<Stage>& stages() {
        "limits, friction, equality constraints",
        "all constraints of rows that the solver does not solve, and of models with several trees that have equality "
        "constraints, friction or elliptic cones; all contacts where other shapes are near each other, in models with "
-       "actuators that act on bodies, if lanes cannot list the pairs of geoms, or if the solver is computed row by row; "
+       "actuators that act on bodies, if lanes cannot list the pairs of geoms, or if the solver is computed row by "
+       "row; "
        "those of a step's last evaluation if more than the state is read after it",
        {MJENV_FUNCTION(instantiateLimit), MJENV_FUNCTION(collision), MJENV_FUNCTION(makeConstraint)},
        always,
