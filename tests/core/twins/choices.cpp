@@ -133,8 +133,10 @@ constexpr Kept kKept[] = {
      "springs and dampers of tendons that are not linear"},
     {"</mujoco>", "<tendon><fixed damping='3 1'><joint joint='a' coef='2'/></fixed></tendon>", "tendons",
      "a later stage is computed row by row"},
-    {"</mujoco>", "<tendon><spatial><site site='s'/><site site='r'/></spatial></tendon>", "tendons",
-     "tendons along sites"},
+    {"</mujoco>",
+     "<tendon><spatial><site site='s'/><site site='r'/><pulley divisor='2'/><site site='s'/><site site='r'/></spatial>"
+     "</tendon>",
+     "tendons", "tendons around geoms or over pulleys"},
     {"</worldbody>", "<body><joint type='ball' stiffness='3'/><geom/></body>", "passive forces",
      "springs of free joints and balls"},
     {"</worldbody>", "<body><joint stiffness='3 1'/><geom pos='0.1 0 0'/></body>", "passive forces",

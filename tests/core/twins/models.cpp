@@ -162,6 +162,11 @@ std::vector<Named> models() {
       with.insert(with.find("<option") + 7, option);
       found.emplace_back("tendons with" + std::string(option), Model::parse("tendons", with));
     }
+  for (const char* option : {" integrator='RK4'", " solver='PGS'", " solver='CG'"}) {
+    std::string with = kStrings;
+    with.insert(with.find("<option") + 7, option);
+    found.emplace_back("strings with" + std::string(option), Model::parse("strings", with));
+  }
   for (const std::string kind : {"spring", "damper"}) {
     std::string without_some = sprung;
     without_some.replace(without_some.find("<option/>"), 9, "<option><flag " + kind + "='disable'/></option>");

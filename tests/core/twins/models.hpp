@@ -73,6 +73,20 @@ inline constexpr const char* kTendons =
     <fixed name='u'><joint joint='c' coef='-0'/><joint joint='h' coef='0.2'/></fixed>
     <fixed name='v' range='-0.2 0.3'><joint joint='g' coef='-2'/><joint joint='a' coef='1'/></fixed></tendon></mujoco>)";
 
+// Tendons along sites, of bodies of all kinds: between trees, within one, to the world and to a body without joints. One
+// has a spring and a damper, and one pulls.
+inline constexpr const char* kStrings = R"(<mujoco><option/><default><geom size='0.1'/><joint armature='0.1'/></default>
+    <worldbody><geom type='plane' size='9 9 1'/><site name='w' pos='0 0 2'/><site name='x' pos='0 1 2'/>
+    <body pos='0 0 0.5'><freejoint/><geom/><site name='a' pos='0.1 0 0'/>
+    <body pos='0.3 0 0'><joint axis='1 0 0'/><geom type='capsule' size='0.05 0.2'/><site name='b'/>
+    <body pos='0.3 0 0'><joint type='ball'/><geom/><site name='c' pos='0 0.1 0'/><body pos='0.1 0 0'><geom/><site name='d'/></body></body></body></body>
+    <body name='other' pos='0 3 0.2'><joint axis='0 1 0'/><joint type='slide' axis='0 0 1'/><geom type='capsule' size='0.05 0.2'/><site name='e' pos='0.1 0 0'/>
+    <site name='f' pos='0.2 0 0'/></body></worldbody><tendon>
+    <spatial name='t' range='0.5 1.2' margin='0.1' frictionloss='0.4'><site site='w'/><site site='a'/><site site='c'/></spatial>
+    <spatial name='u' stiffness='9' damping='0.4' springlength='0.1 0.3'><site site='b'/><site site='d'/></spatial>
+    <spatial name='v' stiffness='3'><site site='d'/><site site='e'/><site site='f'/><site site='x'/><site site='w'/></spatial></tendon>
+    <actuator><motor tendon='v' gear='3'/><position tendon='u' kp='7' kv='1'/></actuator></mujoco>)";
+
 std::shared_ptr<const Model> with_sensors(const std::string& option, const std::string& flag, const std::string& more);
 
 // The same model, but its bodies touch only the world.

@@ -236,6 +236,39 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   }
 }
 
+// mju_dist3
+inline V distance(const V* from, const V* to) {
+  V dif[3];
+  for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
+  return sqrt(dot3(dif, dif));
+}
+
+// The last dof that moves a body; negative if there is none.
+inline int last_dof(const mjModel& m, int body) {
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  return m.body_dofadr[body] + m.body_dofnum[body] - 1;
+}
+
+// Calls use(dof, part) for each dof that moves one of two bodies. part: by how much the dof moves two points of them apart,
+// as mj_tendon computes it.
+template <typename Use>
+void stretch(const Lanes& d, int body1, int body2, const V* point1, const V* point2, const Use& use) {
+  const mjModel& m = *d.model;
+  V direction[3], offset1[3], offset2[3];
+  for (int k = 0; k < 3; ++k) direction[k] = point2[k] - point1[k];
+  normalize3(direction);
+  offset_of(d, offset1, body1, point1);
+  offset_of(d, offset2, body2, point2);
+  for (int dof1 = last_dof(m, body1), dof2 = last_dof(m, body2); dof1 >= 0 || dof2 >= 0;) {
+    const int dof = dof1 > dof2 ? dof1 : dof2;
+    V jac1[3]{}, jac2[3]{}, part{};
+    if (dof1 == dof) jac(d, jac1, dof, offset1), dof1 = m.dof_parentid[dof];
+    if (dof2 == dof) jac(d, jac2, dof, offset2), dof2 = m.dof_parentid[dof];
+    for (int k = 0; k < 3; ++k) part += (jac2[k] - jac1[k]) * direction[k];
+    use(dof, part);
+  }
+}
+
 // The length that mj_tendon computes of a tendon along joints
 inline V length_along_joints(const Lanes& d, int tendon) {
   const mjModel& m = *d.model;

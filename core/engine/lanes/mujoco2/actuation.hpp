@@ -13,13 +13,6 @@ namespace {
 
 // ---- engine_core_smooth.c ----
 
-// mju_dist3
-inline V distance(const V* from, const V* to) {
-  V dif[3];
-  for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
-  return sqrt(dot3(dif, dif));
-}
-
 // Calls mju_wrap for each lane, because its angles come from the C library. Writes the two points at which the tendon
 // touches the geom. Returns the length on the geom, which is negative in lanes in which the tendon does not touch it.
 V wrap(const Lanes& d, const Segment& segment, V* points) {
@@ -50,21 +43,16 @@ void spatial_tendon(Lanes& d, int tendon) {
   for (int k = d.tendon_dof_adr[tendon]; k < d.tendon_dof_adr[tendon + 1]; ++k) J[d.tendon_dofs[k]] = V{};
   V length{};
   // Adds the Jacobian of a straight part in these lanes.
-  const auto add = [&](const BodyPair& bodies, const V* from, const V* to, double divisor, Mask lanes) {
-    if (bodies.body1 == bodies.body2 || !any(lanes)) return;
-    V dif[3];
-    for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
-    normalize3(dif);
+  const auto add = [&](int body1, int body2, const V* from, const V* to, double divisor, Mask lanes) {
+    if (body1 == body2 || !any(lanes)) return;
     const double factor = 1 / divisor;
-    jacDifPair(d, bodies, from, to, [&](int dof, const V* column) {
-      const V part = (V{} + column[0] * dif[0] + column[1] * dif[1] + column[2] * dif[2]) * factor;
-      J[dof] = lanes ? J[dof] + part : J[dof];
-    });
+    stretch(d, body1, body2, from, to, [&](int dof, V part) { J[dof] = lanes ? J[dof] + part * factor : J[dof]; });
   };
   for (int i = d.segment_adr[tendon]; i < d.segment_adr[tendon + 1]; ++i) {
     const Segment& segment = d.segments[i];
     const V *const from = vectors(d.site_xpos) + 3 * segment.site1, *const to =
                                                                         vectors(d.site_xpos) + 3 * segment.site2;
+    const int body1 = m.site_bodyid[segment.site1], body2 = m.site_bodyid[segment.site2];
     const V straight = distance(from, to);
     Mask is_wrapped{};
     if (segment.geom >= 0) {
@@ -72,12 +60,12 @@ void spatial_tendon(Lanes& d, int tendon) {
       const V on_geom = wrap(d, segment, points);
       is_wrapped = ~(on_geom < V{});
       length += (is_wrapped ? distance(from, points) + on_geom + distance(points + 3, to) : straight) / segment.divisor;
-      add(segment.to, from, points, segment.divisor, is_wrapped);
-      add(segment.onwards, points + 3, to, segment.divisor, is_wrapped);
+      add(body1, m.geom_bodyid[segment.geom], from, points, segment.divisor, is_wrapped);
+      add(m.geom_bodyid[segment.geom], body2, points + 3, to, segment.divisor, is_wrapped);
     } else {
       length += straight / segment.divisor;
     }
-    add(segment.bodies, from, to, segment.divisor, ~is_wrapped);
+    add(body1, body2, from, to, segment.divisor, ~is_wrapped);
   }
   vectors(d.ten_length)[tendon] = length;
 }

@@ -55,9 +55,7 @@ struct BoxPair {
 struct Segment {
   int site1, site2;
   double divisor;
-  BodyPair bodies;
-  int geom, side;        // the geom around which it may wrap, and the site beside the geom; -1 if there is none
-  BodyPair to, onwards;  // from the first site to the geom, and from the geom to the second site
+  int geom, side;  // the geom around which it may wrap, and the site beside the geom; -1 if there is none
 };
 
 // What an actuator acts on. From first_column on, Lanes::columns lists the dofs at which its moment may differ from 0.

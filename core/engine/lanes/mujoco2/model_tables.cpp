@@ -135,22 +135,15 @@ void append(std::vector<int>& columns, const std::vector<int>& dofs) {
 }
 
 // Appends the parts of a tendon, in the order of mj_tendon.
-void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments, std::vector<int>& columns) {
+void append_segments(const mjModel& m, int tendon, std::vector<Segment>& segments) {
   double divisor = 1;
   for (int j = m.tendon_adr[tendon]; j < m.tendon_adr[tendon] + m.tendon_num[tendon] - 1; ++j) {
     if (m.wrap_type[j] == mjWRAP_PULLEY) divisor = m.wrap_prm[j];
     if (m.wrap_type[j] != mjWRAP_SITE || m.wrap_type[j + 1] == mjWRAP_PULLEY) continue;
     const bool is_wrapped = m.wrap_type[j + 1] != mjWRAP_SITE;
     const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[is_wrapped ? j + 2 : j + 1];
-    const int body1 = m.site_bodyid[site1], body2 = m.site_bodyid[site2];
-    Segment segment{site1, site2, divisor, pair_of(m, body1, body2, columns), -1, -1, {}, {}};
-    if (is_wrapped) {
-      segment.geom = m.wrap_objid[j + 1];
-      segment.side = mju_round(m.wrap_prm[j + 1]);
-      segment.to = pair_of(m, body1, m.geom_bodyid[segment.geom], columns);
-      segment.onwards = pair_of(m, m.geom_bodyid[segment.geom], body2, columns);
-    }
-    segments.push_back(segment);
+    segments.push_back(
+        {site1, site2, divisor, is_wrapped ? m.wrap_objid[j + 1] : -1, is_wrapped ? mju_round(m.wrap_prm[j + 1]) : -1});
   }
 }
 
@@ -258,7 +251,7 @@ ModelTables::ModelTables(const Model& model) : has_moments(lanes::has_moments(*m
   for (int i = 0; i < m.nu && actuates; ++i) actuators.push_back(actuator_of(m, i, *this, columns));
   for (int i = 0; i < m.ntendon && actuates; ++i) {
     segment_adr.push_back(static_cast<int>(segments.size()));
-    if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments, columns);
+    if (m.wrap_type[m.tendon_adr[i]] != mjWRAP_JOINT) append_segments(m, i, segments);
   }
   segment_adr.push_back(static_cast<int>(segments.size()));
   has_ellipsoids.resize(static_cast<std::size_t>(m.nbody));

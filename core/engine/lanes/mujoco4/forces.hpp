@@ -1,4 +1,4 @@
-// Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints, actuators without
+// Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints and sites, actuators without
 // states on slides, hinges and tendons, their springs, dampers, fluids that act on bodies as on boxes, and compensation
 // of gravity.
 #pragma once
@@ -10,17 +10,30 @@
 namespace mjenv::core::lanes {
 namespace {
 
-// mj_tendon for tendons along joints, and the velocities that mj_fwdVelocity computes. MuJoCo adds to zeros.
+// mj_tendon for tendons along joints or sites, and the velocities that mj_fwdVelocity computes. MuJoCo adds to zeros.
 void tendon(Lanes& d) {
   const mjModel& m = *d.model;
   for (int i = 0; i < m.ntendon; ++i) {
-    const int first = m.tendon_adr[i], count = m.ten_J_rownnz[i], *const columns = m.ten_J_colind + m.ten_J_rowadr[i];
-    V* const J = vectors(d.ten_J) + m.ten_J_rowadr[i];
-    zero(J, count);
-    for (int j = first; j < first + m.tendon_num[i]; ++j)
+    const int first = m.tendon_adr[i], last = first + m.tendon_num[i] - 1;
+    const int count = m.ten_J_rownnz[i], *const columns = m.ten_J_colind + m.ten_J_rowadr[i];
+    V *const J = vectors(d.ten_J) + m.ten_J_rowadr[i], length{};
+    const auto add = [&](int dof, V part) {
       for (int k = 0; k < count; ++k)
-        if (columns[k] == m.jnt_dofadr[m.wrap_objid[j]]) J[k] += vectors(d.wrap_prm)[j];
-    vectors(d.ten_length)[i] = length_along_joints(d, i);
+        if (columns[k] == dof) J[k] += part;
+    };
+    zero(J, count);
+    if (m.wrap_type[first] == mjWRAP_JOINT) {
+      length = length_along_joints(d, i);
+      for (int j = first; j <= last; ++j) add(m.jnt_dofadr[m.wrap_objid[j]], vectors(d.wrap_prm)[j]);
+    }
+    for (int j = first; j < last && m.wrap_type[j] == mjWRAP_SITE; ++j) {
+      const int site1 = m.wrap_objid[j], site2 = m.wrap_objid[j + 1];
+      const int body1 = m.site_bodyid[site1], body2 = m.site_bodyid[site2];
+      const V *const from = vectors(d.site_xpos) + 3 * site1, *const to = vectors(d.site_xpos) + 3 * site2;
+      length += distance(from, to);
+      if (body1 != body2) stretch(d, body1, body2, from, to, add);
+    }
+    vectors(d.ten_length)[i] = length;
     vectors(d.ten_velocity)[i] = dotSparse(J, vectors(d.qvel), count, columns);
   }
 }
@@ -116,6 +129,7 @@ void passive(Lanes& d) {
   const mjModel& m = *d.model;
   V *const qfrc = vectors(d.qfrc_passive), *const spring = vectors(d.qfrc_spring),
            *const damper = vectors(d.qfrc_damper), *const fluid = vectors(d.qfrc_fluid);
+  zero(spring, m.nv);
   for (int i = 0; i < m.njnt && !(m.opt.disableflags & mjDSBL_SPRING); ++i) {
     if (m.jnt_type[i] != mjJNT_SLIDE && m.jnt_type[i] != mjJNT_HINGE) continue;
     const int adr = m.jnt_qposadr[i];

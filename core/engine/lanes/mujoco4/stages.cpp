@@ -162,7 +162,10 @@ std::string contacts(const Model& model) {
 
 // Where a later stage is computed row by row, this copies to mjData what that stage reads, too.
 std::string tendons(const Model& model) {
-  if (any(model.get()->wrap_type, model.get()->nwrap, int{mjWRAP_JOINT})) return "tendons along sites";
+  const mjModel& m = *model.get();
+  if (std::any_of(m.wrap_type, m.wrap_type + m.nwrap,
+                  [](int type) { return type != mjWRAP_JOINT && type != mjWRAP_SITE; }))
+    return "tendons around geoms or over pulleys";
   const bool is_alone = actuation(model).empty() && passive(model).empty() && contacts(model).empty();
   return text_if(!is_alone, "a later stage is computed row by row");
 }
@@ -303,8 +306,9 @@ const std::vector<Stage>& stages() {
        compute_velocities,
        kVelocities},
       {"tendons",
-       "along joints",
-       "all, if a tendon runs along sites, or if contacts, passive forces or actuators are computed row by row",
+       "along joints and sites",
+       "all, if a tendon wraps a geom or has a pulley, or if contacts, passive forces or actuators are computed row by "
+       "row",
        {MJENV_SHOW(tendon)},
        [](const Model& model) { return model.get()->ntendon > 0; },
        tendons,

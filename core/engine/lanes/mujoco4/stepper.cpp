@@ -196,12 +196,14 @@ void MujocoStepper::solve(bool is_read) {
   gather(kConstraints);
 }
 
-// Writes to mjData what no stage has read, the energies, and the moments of actuators, which are sparse matrices.
+// Writes to mjData what no stage has read, the energies, the paths of tendons, and the moments of actuators, which are
+// sparse matrices.
 void MujocoStepper::show() {
   for (const Party reader : {kMiddle, kSolved, kActuation}) scatter(reader);
   for_live_rows([&](int row, const mjModel& /*m*/, mjData& d) {
     const mjModel& m = works_[row]->stepped();
     mj_camlight(&m, &d);
+    mj_tendon(&m, &d);
     mj_transmission(&m, &d);
     d.energy[0] = d.energy[1] = 0;
     if (!(m.opt.enableflags & mjENBL_ENERGY)) return;
