@@ -130,6 +130,17 @@ TEST(test_numbers_within_steps) {
   }
 }
 
+// Lanes leave rows in which the derivatives of implicitfast take away all inertia, because MuJoCo warns of it.
+TEST(test_lost_inertia) {
+  const auto model = Model::parse("lost", R"(<mujoco><option integrator='implicitfast' timestep='0.125'/><worldbody>
+    <body><joint name='j' type='slide'/><geom size='0.1' mass='1'/></body></worldbody>
+    <actuator><general joint='j' gaintype='affine' gainprm='0 0 1'/></actuator></mujoco>)");
+  const double lost[] = {8, 9, 1e5};
+  const std::uint32_t done = step_rows(
+      model, [&](std::size_t row, mjData& d) { d.qvel[0] = 1, d.ctrl[0] = row % 2 ? lost[row / 2 % 3] : 7.875; });
+  assert_int_equal(done, ((1U << lanes::widths().back()) - 1) & 0x55);
+}
+
 // States around the greatest numbers that MuJoCo allows: it resets rows with greater ones, also if they would be smaller
 // after the step.
 TEST(test_states_at_limit) {

@@ -271,11 +271,13 @@ void crb(Lanes& d) {
   }
 }
 
-// mj_factorI, in place. A diagonal of 0 makes numbers that are not finite, which the check of accelerations finds.
-void factorI(const mjModel& m, V* mat, V* diaginv) {
+// mj_factorI, in place. Rows with a diagonal below mjMINVAL are left to MuJoCo, which warns of it.
+void factorI(Lanes& d, V* mat, V* diaginv) {
+  const mjModel& m = *d.model;
   for (int k = m.nv - 1; k >= 0; --k) {
     const int start = m.M_rowadr[k], end = start + m.M_rownnz[k] - 1;
     const V inverse = 1.0 / mat[end];
+    d.left_to_mujoco |= bits(~(mat[end] >= splat(mjMINVAL)));
     diaginv[k] = inverse;
     for (int adr = end - 1; adr >= start; --adr) {
       const V scale = -mat[adr] * inverse;
@@ -289,7 +291,7 @@ void factorI(const mjModel& m, V* mat, V* diaginv) {
 // mj_factorM
 void factorM(Lanes& d) {
   copy(vectors(d.qLD), vectors(d.M), static_cast<int>(d.model->nC));
-  factorI(*d.model, vectors(d.qLD), vectors(d.qLDiagInv));
+  factorI(d, vectors(d.qLD), vectors(d.qLDiagInv));
 }
 
 // mju_dotSparse. Its four partial sums begin with a product, so they can be -0; the numbers after them are added one by
@@ -392,7 +394,7 @@ void solve_implicit(Lanes& d, const Diagonal& diagonal) {
   V *const qH = vectors(d.qH), *const acc = vectors(d.qacc_integrated);
   copy(qH, vectors(d.M), static_cast<int>(m.nC));
   for (int i = 0; i < m.nv; ++i) qH[m.M_rowadr[i] + m.M_rownnz[i] - 1] += diagonal(i);
-  factorI(m, qH, vectors(d.qHDiagInv));
+  factorI(d, qH, vectors(d.qHDiagInv));
   for (int i = 0; i < m.nv; ++i) acc[i] = vectors(d.qfrc_smooth)[i] + vectors(d.qfrc_constraint)[i];
   solveLD(m, acc, qH, vectors(d.qHDiagInv));
 }
