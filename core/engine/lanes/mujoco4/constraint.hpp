@@ -34,10 +34,11 @@ class MakeDrift : public MakeEquality {
  public:
   using MakeEquality::MakeEquality;
 
+  // PGS has no room for the change of Jacobians: then only rows that are left to MuJoCo have equalities.
   void instantiateEquality(int i) {
     MakeEquality::instantiateEquality(i);
     const Equality& equality = *contacts_.equals[i].equality;
-    if (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD) Jdotv(equality);
+    if (rows_ != 0 && (equality.type == mjEQ_CONNECT || equality.type == mjEQ_WELD)) Jdotv(equality);
   }
 
  private:
