@@ -183,6 +183,10 @@ TEST(test_equalities) {
     }
   }
   assert_true(left < rows / 10);
+  // A hinge moves no point of its axis, so MuJoCo makes no constraint.
+  const auto still = Model::parse("still", R"(<mujoco><worldbody><body name='a'><joint axis='0 0 1'/><geom size='0.1'/>
+    </body></worldbody><equality><connect body1='a' anchor='0 0 0.3'/></equality></mujoco>)");
+  assert_int_equal(step_rows(still, [](std::size_t /*row*/, mjData& d) { d.qvel[0] = 1; }), 0);
 }
 
 // Dampers above MuJoCo's limit for states, as those that hold the base of Gymnasium-Robotics' Fetch.
@@ -257,9 +261,11 @@ TEST(test_little_memory) {
   const std::string far = "<default><geom gap='3'/></default>";  // contacts without constraints
   for (const int size : {8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 36, 40, 44, 48, 52, 56, 60}) {
     const std::string memory = "<size memory='" + std::to_string(size) + "K'/>";
-    std::string apart = kApart;
+    std::string apart = kApart, held = hedgehog("", 8, memory);
+    held.replace(held.find("<body "), 6, "<body name='b' ")
+        .insert(held.find("</mujoco>"), "<equality><weld body1='b'/></equality>");
     for (const std::string& text :
-         {hedgehog("", 24, memory), hedgehog("solver='PGS'", 24, memory), hedgehog("", 24, memory + far),
+         {held, hedgehog("", 24, memory), hedgehog("solver='PGS'", 24, memory), hedgehog("", 24, memory + far),
           hedgehog("", 3, memory + far), apart.insert(8, memory)}) {
       const Named named(text.substr(0, 80), Model::parse("memory", text));
       for (const int width : lanes::widths())

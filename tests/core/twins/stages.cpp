@@ -215,6 +215,7 @@ class Twins : public lanes::LaneArrays {
       if (!(solved_ >> row & 1)) continue;
       const mjData& d = *works_[row]->data();
       found.insert(found.end(), d.efc_force, d.efc_force + d.nefc);
+      found.insert(found.end(), d.efc_vel, d.efc_vel + d.nefc);
       found.insert(found.end(), d.efc_aref, d.efc_aref + d.nefc);
       found.push_back(d.solver_niter[0]);
     }

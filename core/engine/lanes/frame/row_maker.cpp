@@ -129,8 +129,7 @@ RowMaker::RowMaker(const Code& code, const mjModel& m, const std::vector<Contact
                 return counts;
               }()),
       equalities_(equalities),
-      equals_(equalities.size()),
-      active_(equalities.size()) {
+      equals_(equalities.size()) {
   std::size_t count = 0;  // in the order of Kind
   for (const std::int64_t more : std::initializer_list<std::int64_t>{m.neq, m.nv, m.ntendon, m.njnt, m.ntendon,
                                                                      static_cast<std::int64_t>(pairs.size())}) {
@@ -173,26 +172,15 @@ bool RowMaker::add_friction(Object object, int id, int count) {
          set_numbers(friction, object == Object::tendon ? Kind::tendon_friction : Kind::dof_friction, id);
 }
 
-// Returns whether the same equalities were active before.
-bool RowMaker::find_active(const RowModels& models, const RowData& data, int count) {
-  bool are_same = true;
-  for (std::size_t i = 0; i < equalities_.size(); ++i) {
-    unsigned rows = 0;
-    for (int row = 0; row < count; ++row)
-      if (is_active(*models[row], *data[row], equalities_[i].id)) rows |= 1U << row;
-    are_same &= rows == active_[i];
-    active_[i] = rows;
-  }
-  return are_same;
-}
-
-bool RowMaker::add_equality(std::size_t index, int count) {
-  const Equality& equality = equalities_[index];
+bool RowMaker::add_equality(const Equality& equality, const RowModels& models, const RowData& data, int count) {
   Contacts::Equal& equal = equals_[static_cast<std::size_t>(contacts_.equality_count)];
-  equal = {&equality, equality.size, active_[index], {}};
+  equal = {&equality, equality.size, 0, {}};
+  for (int row = 0; row < count; ++row) {
+    if (!is_active(*models[row], *data[row], equality.id)) continue;
+    equal.rows |= 1U << row;
+    contacts_.bounded[row] += equality.size;
+  }
   if (equal.rows == 0) return true;
-  for (int row = 0; row < count; ++row)
-    if (equal.rows >> row & 1) contacts_.bounded[row] += equality.size;
   ++contacts_.equality_count;
   return set_numbers(equal, Kind::equality, equality.id);
 }
@@ -200,14 +188,13 @@ bool RowMaker::add_equality(std::size_t index, int count) {
 bool RowMaker::follow(const RowModels& models, const RowData& data, int count) {
   models_ = models;
   bool are_shared = true;
-  const bool are_same = find_active(models, data, count);
   for (int row = 0; row < count; ++row) {
     const bool is_shared = models[row] == &m_;
     are_shared &= is_shared;
     used_[row] = is_shared ? &shared_ : &own_[static_cast<std::size_t>(row)];
     if (!is_shared) std::fill(used_[row]->validity.begin(), used_[row]->validity.end(), ModelNumbers::unknown);
   }
-  if (are_shared && are_same && shared_rows_ == count) return true;  // nothing has changed since the last step
+  if (are_shared && shared_rows_ == count) return true;  // nothing has changed since the last step
   shared_rows_ = 0;
   contacts_.equality_count = contacts_.friction_count = 0;
   std::fill_n(contacts_.bounded, kMaxWidth, 0);
@@ -222,8 +209,8 @@ bool RowMaker::follow(const RowModels& models, const RowData& data, int count) {
   };
   contacts_.joint_count = list_limited(limited_joints_, joints_, &mjModel::jnt_limited);
   contacts_.tendon_count = list_limited(limited_tendons_, tendons_, &mjModel::tendon_limited);
-  for (std::size_t i = 0; i < equalities_.size(); ++i)
-    if (!add_equality(i, count)) return false;
+  for (const Equality& equality : equalities_)
+    if (!add_equality(equality, models, data, count)) return false;
   for (int dof = 0; dof < m_.nv && constrains(m_, mjDSBL_FRICTIONLOSS); ++dof)
     if (!add_friction(Object::dof, dof, count)) return false;
   for (const int tendon : frictional_tendons_)

@@ -75,15 +75,13 @@ class RowMaker {
   std::vector<Contacts::Friction> frictions_;
   const std::vector<Equality>& equalities_;
   std::vector<Contacts::Equal> equals_;
-  std::vector<unsigned> active_;  // for each of equalities_, the rows, as bits, in which it is active
-  int shared_rows_ = 0;           // the lists are valid for this many rows with the shared model; 0: they are not valid
+  int shared_rows_ = 0;  // the lists are valid for this many rows with the shared model; 0: they are not valid
 
   bool set(ConstraintNumbers& n, const mjModel& m, Kind kind, int id);
   static bool set_equality(ConstraintNumbers& n, const mjModel& m, int id);
   bool set_contact(ConstraintNumbers& n, const mjModel& m, int pair);
   const ConstraintNumbers* numbers(int lane, Kind kind, int id);
-  bool find_active(const RowModels& models, const RowData& data, int count);
-  bool add_equality(std::size_t index, int count);
+  bool add_equality(const Equality& equality, const RowModels& models, const RowData& data, int count);
   bool add_friction(Object object, int id, int count);
 };
 

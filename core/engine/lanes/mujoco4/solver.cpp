@@ -43,7 +43,7 @@ std::int64_t numbers_to_solve(const mjModel& m, std::int64_t rows) {
 std::int64_t numbers_to_make(const mjModel& m, const Contacts& contacts, int lane) {
   constexpr auto kBytes = static_cast<std::int64_t>(sizeof(double));
   return Collider::bytes_of(m, contacts, contacts.found[lane]) / kBytes + contacts.constraints[lane] * (m.nv + 64) +
-         m.ntendon + (m.neq > 0 ? 20 * m.nv : 0);
+         m.ntendon;
 }
 
 // DualRow::order for each number of constraints. MuJoCo shuffles the constraints before each iteration, by numbers from
