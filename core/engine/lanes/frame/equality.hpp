@@ -51,18 +51,9 @@ class MakeEquality : public MakeConstraint {
     point_of(points[0], equality, equality.object1, is_weld ? data + 3 : data);
     point_of(points[1], equality, equality.object2, is_weld ? data : data + 3);
   }
-  // The orientations between whose products a weld takes the difference: of the first object, with the relative pose of
-  // bodies, and of the second.
+  // The orientations between which a weld of bodies takes the difference: of the first one, with the relative pose, and
+  // of the second.
   void quats_of(V* first, V* second, const Equality& equality) const {
-    const auto of_site = [&](V* quat, int body, int site) {
-      const V* const parent = vectors(d_.xquat) + 4 * body;
-      d_.has_own_frames ? mulQuat(quat, parent, vectors(d_.site_quat) + 4 * site)
-                        : mulQuat(quat, parent, m_.site_quat + 4 * site);
-    };
-    if (equality.has_sites) {
-      of_site(first, equality.bodies.body2, equality.object1);
-      return of_site(second, equality.bodies.body1, equality.object2);
-    }
     mulQuat(first, vectors(d_.xquat) + 4 * equality.object1, vectors(d_.eq_data) + mjNEQDATA * equality.id + 6);
     copy(second, vectors(d_.xquat) + 4 * equality.object2, 4);
   }
@@ -83,7 +74,12 @@ class MakeEquality : public MakeConstraint {
   void weld(const Equality& equality, const V* data, V* pos) {
     connect(equality, pos);
     V quat[4], other[4], negative[4], error[4];
-    quats_of(quat, other, equality);
+    if (equality.has_sites) {
+      copy(quat, quat_of_site(d_, equality.object1), 4);
+      copy(other, quat_of_site(d_, equality.object2), 4);
+    } else {
+      quats_of(quat, other, equality);
+    }
     negQuat(negative, other);
     mulQuat(error, negative, quat);
     copy(pos + 3, error + 1, 3);

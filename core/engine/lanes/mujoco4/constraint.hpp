@@ -22,6 +22,8 @@ inline V tendon_J(const Lanes& d, int tendon, int dof) {
   return V{};
 }
 
+inline const V* quat_of_site(const Lanes& d, int site) { return vectors(d.site_xquat) + 4 * site; }
+
 }  // namespace
 }  // namespace mjenv::core::lanes
 
@@ -83,11 +85,22 @@ class MakeDrift : public MakeEquality {
     }
   }
 
-  // The same for the rotations of a weld, which derives the product of three quaternions.
+  // The same for the rotations of a weld, which derives the product of three quaternions. Here, MuJoCo does not read
+  // site_xquat, which differs where a row has its own site_quat for a site with the frame of its body.
   void turn(const Equality& equality, const V* vel1, const V* vel2, const int* bodies) {
     V first[4], second[4], negative[4], speed1[4], speed2[4], dif[3], change[3], half[4], terms[3][4];
     const V *const omega1 = vectors(d_.cvel) + 6 * bodies[0], *const omega2 = vectors(d_.cvel) + 6 * bodies[1];
-    quats_of(first, second, equality);
+    const auto of_site = [&](V* quat, int body, int site) {
+      const V* const parent = vectors(d_.xquat) + 4 * body;
+      d_.has_own_frames ? mulQuat(quat, parent, vectors(d_.site_quat) + 4 * site)
+                        : mulQuat(quat, parent, m_.site_quat + 4 * site);
+    };
+    if (equality.has_sites) {
+      of_site(first, bodies[0], equality.object1);
+      of_site(second, bodies[1], equality.object2);
+    } else {
+      quats_of(first, second, equality);
+    }
     negQuat(negative, second);
     for (int k = 0; k < 3; ++k) dif[k] = omega1[k] - omega2[k], change[k] = vel1[k] - vel2[k];
     if (equality.has_sites) {
