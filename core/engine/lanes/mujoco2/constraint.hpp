@@ -8,7 +8,7 @@ namespace {
 
 inline void ball_axis(V* axis, const V* quat) { quat2Vel(axis, quat); }
 inline V tendon_J(const Lanes& d, int tendon, int dof) { return vectors(d.ten_J)[tendon * d.model->nv + dof]; }
-inline const V* quat_of_site(const Lanes& /*d*/, int /*site*/) { return nullptr; }  // no equality is between sites
+inline const V* quat_of_site(const Lanes& d, int /*site*/) { return vectors(d.xquat); }  // no equality is between sites
 
 }  // namespace
 }  // namespace mjenv::core::lanes
