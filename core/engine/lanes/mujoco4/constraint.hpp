@@ -32,6 +32,7 @@ inline const V* quat_of_site(const Lanes& d, int site) { return vectors(d.site_x
 namespace mjenv::core::lanes {
 namespace {
 
+// Also computes the changes of Jacobians for which the references of equalities make up.
 class MakeDrift : public MakeEquality {
  public:
   using MakeEquality::MakeEquality;

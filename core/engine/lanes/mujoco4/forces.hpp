@@ -1,6 +1,6 @@
-// Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints and sites, actuators without
-// states on slides, hinges and tendons, their springs, dampers, fluids that act on bodies as on boxes, and compensation
-// of gravity.
+// Tendons, actuators and passive forces of MuJoCo 4.0 for several rows at once: tendons along joints and sites, actuators
+// without states on slides, hinges and tendons, their springs, dampers, fluids that act on bodies as on boxes, and
+// compensation of gravity.
 #pragma once
 
 #include "engine/lanes/frame/actuation.hpp"

@@ -321,8 +321,7 @@ const std::vector<Stage>& stages() {
        "all constraints of rows that the solver does not solve, and of models with several trees that have equality "
        "constraints, friction or elliptic cones; all contacts where other shapes are near each other, in models with "
        "actuators that act on bodies, if lanes cannot list the pairs of geoms, or if the solver is computed row by "
-       "row; "
-       "those of a step's last evaluation if more than the state is read after it",
+       "row; those of a step's last evaluation if more than the state is read after it",
        {MJENV_FUNCTION(instantiateLimit), MJENV_FUNCTION(collision), MJENV_FUNCTION(makeConstraint)},
        always,
        contacts,
@@ -372,8 +371,7 @@ const std::vector<Stage>& stages() {
       {"integration",
        "Euler, RK4 and implicitfast",
        "implicit; all, if actuators have states; implicitfast with fluids, dampers or actuators of tendons, free "
-       "bodies "
-       "without other joints, or actuators that are computed row by row",
+       "bodies without other joints, or actuators that are computed row by row",
        {MJENV_FUNCTION(Euler), MJENV_FUNCTION(implicitfast), MJENV_FUNCTION(RungeKutta)},
        always,
        integration,
