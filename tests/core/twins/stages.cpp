@@ -103,9 +103,10 @@ class Twins : public lanes::LaneArrays {
       for (int i = 0; i < 4 * m_.nmocap; ++i) d.mocap_quat[i] = noise.below(4) ? noise() : noise.below(2) ? 0.0 : -0.0;
     }
     gather(lanes::kState);
+    bool integrates = false;
     for (const lanes::Stage& stage : lanes::stages()) {
       const bool is_in_lanes = stage.obstacle(*model_).empty();
-      if (stage.party == lanes::kIntegration) integrates_ = is_in_lanes;
+      if (stage.party == lanes::kIntegration) integrates = is_in_lanes;
       if (!stage.compute) continue;
       for (const lanes::Function& function : stage.functions)
         if (function.compute && is_in_lanes) (code_.*function.compute)(lanes_);
@@ -121,7 +122,7 @@ class Twins : public lanes::LaneArrays {
           return std::string(stage.name) + ": " + found;
       gather(stage.party);
     }
-    if (!integrates_ || m_.opt.integrator == mjINT_RK4) return "";
+    if (!integrates || m_.opt.integrator == mjINT_RK4) return "";
     return m_.opt.integrator == mjINT_EULER ? compare_integrators(code_.Euler, mj_Euler)
                                             : compare_integrators(code_.implicitfast, mj_implicit);
   }
@@ -135,7 +136,6 @@ class Twins : public lanes::LaneArrays {
   std::unique_ptr<lanes::Solver> solver_;
   std::unique_ptr<lanes::Collider> collider_;
   int contacts_ = 0;
-  bool integrates_ = false;
   std::uint32_t solved_ = 0, unsolved_ = 0;  // the rows whose constraints lanes have solved, and those that they leave
   std::vector<double> forces_;               // what lanes have written to the rows that they have solved
 
@@ -161,7 +161,7 @@ class Twins : public lanes::LaneArrays {
     const int count = static_cast<int>(works_.size());
     lanes_.left_to_mujoco = 0;
     ++rounds;
-    if (!collider_->makes(models, data, count) || !solver_->follows(m_) ||
+    if (!collider_->follow(models, data, count) || !solver_->follows(m_) ||
         !collider_->find(lanes_, (1U << count) - 1) || !solver_->can_solve(collider_->found(), data))
       return "";
     ++makings;

@@ -101,7 +101,6 @@ struct Contacts {
 
   struct Equal {
     const Equality* equality;
-    int size;       // how many constraints it makes
     unsigned rows;  // the lanes, as bits, in which it is active: at least one
     const ConstraintNumbers* numbers[kMaxWidth];
   };

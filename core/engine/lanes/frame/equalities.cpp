@@ -16,8 +16,6 @@ int append_shared(std::vector<int>& columns, const std::vector<int>& dofs, const
   return static_cast<int>(std::count_if(dofs.begin(), dofs.end(), is_shared));
 }
 
-}  // namespace
-
 BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& columns) {
   const std::vector<int> dofs1 = dofs_of(m, body1), dofs2 = dofs_of(m, body2);
   BodyPair pair{body1, body2, static_cast<int>(columns.size()), 0, 0, 0, false};
@@ -27,6 +25,8 @@ BodyPair pair_of(const mjModel& m, int body1, int body2, std::vector<int>& colum
   pair.count_both = append_shared(columns, dofs1, dofs2);
   return pair;
 }
+
+}  // namespace
 
 std::vector<Equality> possible_equalities(const mjModel& m, const std::vector<unsigned char>& is_still_tendon,
                                           std::vector<int>& columns) {

@@ -7,9 +7,6 @@
 
 namespace mjenv::core::lanes {
 
-// Appends to the columns what the pair names.
-BodyPair pair_of(const mjModel_& m, int body1, int body2, std::vector<int>& columns);
-
 // The model's equality constraints, active or not, without those for which MuJoCo never makes a constraint, because no
 // dof moves what they constrain. is_still_tendon: for each tendon, whether its Jacobian is always 0. columns:
 // Lanes::columns, to which this appends what the equalities name.

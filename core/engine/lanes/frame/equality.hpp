@@ -6,6 +6,22 @@
 namespace mjenv::core::lanes {
 namespace {
 
+// The translational part of mj_jacDifPair. Calls use(dof, column) for each column that may differ from 0.
+template <typename Use>
+inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, const V* point2, const Use& use) {
+  const int *const columns = d.columns + pair.first_column, second = pair.count1, both = second + pair.count2;
+  V offset1[3], offset2[3];
+  offset_of(d, offset1, pair.body1, point1);
+  offset_of(d, offset2, pair.body2, point2);
+  for (int n = 0; n < both + pair.count_both; ++n) {
+    V jac1[3]{}, jac2[3]{};
+    if (n < second || n >= both) jac(d, jac1, columns[n], offset1);
+    if (n >= second) jac(d, jac2, columns[n], offset2);
+    for (int k = 0; k < 3; ++k) jac2[k] = pair.negates && n < second ? -jac1[k] : jac2[k] - jac1[k];
+    use(columns[n], jac2);
+  }
+}
+
 class MakeEquality : public MakeConstraint {
  public:
   using MakeConstraint::MakeConstraint;

@@ -25,7 +25,8 @@ class Places {
   }
   // Skips all equality and friction constraints.
   void skip_bounded() {
-    for (int i = 0; i < contacts_.equality_count; ++i) next(contacts_.equals[i].rows, contacts_.equals[i].size);
+    for (int i = 0; i < contacts_.equality_count; ++i)
+      next(contacts_.equals[i].rows, contacts_.equals[i].equality->size);
     for (int i = 0; i < contacts_.friction_count; ++i) next(contacts_.frictions[i].rows, 1);
   }
   // If all lanes have the same places: the place of the next constraint.

@@ -174,7 +174,7 @@ bool RowMaker::add_friction(Object object, int id, int count) {
 
 bool RowMaker::add_equality(const Equality& equality, const RowModels& models, const RowData& data, int count) {
   Contacts::Equal& equal = equals_[static_cast<std::size_t>(contacts_.equality_count)];
-  equal = {&equality, equality.size, 0, {}};
+  equal = {&equality, 0, {}};
   for (int row = 0; row < count; ++row) {
     if (!is_active(*models[row], *data[row], equality.id)) continue;
     equal.rows |= 1U << row;

@@ -64,7 +64,7 @@ void RowSolver::set_size(std::uint32_t rows, int most, int bounded, int cones) {
 
 int RowSolver::places_without_contacts(const Contacts& contacts) {
   int places = contacts.friction_count + contacts.limit_count;
-  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].size;
+  for (int i = 0; i < contacts.equality_count; ++i) places += contacts.equals[i].equality->size;
   return places;
 }
 

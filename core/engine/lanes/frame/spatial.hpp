@@ -203,20 +203,10 @@ inline void offset_of(const Lanes& d, V* res, int body, const V* point) {
   for (int k = 0; k < 3; ++k) res[k] = point[k] - com[k];
 }
 
-// The translational part of mj_jacDifPair. Calls use(dof, column) for each column that may differ from 0.
-template <typename Use>
-inline void jacDifPair(const Lanes& d, const BodyPair& pair, const V* point1, const V* point2, const Use& use) {
-  const int *const columns = d.columns + pair.first_column, second = pair.count1, both = second + pair.count2;
-  V offset1[3], offset2[3];
-  offset_of(d, offset1, pair.body1, point1);
-  offset_of(d, offset2, pair.body2, point2);
-  for (int n = 0; n < both + pair.count_both; ++n) {
-    V jac1[3]{}, jac2[3]{};
-    if (n < second || n >= both) jac(d, jac1, columns[n], offset1);
-    if (n >= second) jac(d, jac2, columns[n], offset2);
-    for (int k = 0; k < 3; ++k) jac2[k] = pair.negates && n < second ? -jac1[k] : jac2[k] - jac1[k];
-    use(columns[n], jac2);
-  }
+// The last dof that moves a body; negative if there is none.
+inline int last_dof(const mjModel& m, int body) {
+  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
+  return m.body_dofadr[body] + m.body_dofnum[body] - 1;
 }
 
 // mj_applyFT: adds to qfrc what a force and a torque on a point of a body do to the dofs.
@@ -225,10 +215,8 @@ void applyFT(Lanes& d, const V* force, const V* torque, const V* point, int body
   const V* const cdof = vectors(d.cdof);
   V offset[3];
   offset_of(d, offset, body, point);
-  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
-  if (!body) return;
   // mj_jac, then mju_mulMatTVec for the force and for the torque, column by column
-  for (int i = m.body_dofadr[body] + m.body_dofnum[body] - 1; i >= 0; i = m.dof_parentid[i]) {
+  for (int i = last_dof(m, body); i >= 0; i = m.dof_parentid[i]) {
     V column[3];
     jac(d, column, i, offset);
     qfrc[i] += V{} + column[0] * force[0] + column[1] * force[1] + column[2] * force[2];
@@ -241,12 +229,6 @@ inline V distance(const V* from, const V* to) {
   V dif[3];
   for (int k = 0; k < 3; ++k) dif[k] = to[k] - from[k];
   return sqrt(dot3(dif, dif));
-}
-
-// The last dof that moves a body; negative if there is none.
-inline int last_dof(const mjModel& m, int body) {
-  while (body && !m.body_dofnum[body]) body = m.body_parentid[body];
-  return m.body_dofadr[body] + m.body_dofnum[body] - 1;
 }
 
 // Calls use(dof, part) for each dof that moves one of two bodies. part: by how much the dof moves two points of them apart,

@@ -208,7 +208,7 @@ void Solver::number(const Contacts& contacts) {
         if (block == 2) starts_[constraint].blocks[1] |= bit;
       }
   };
-  for (int i = 0; i < contacts.equality_count; ++i) add(contacts.equals[i].rows, contacts.equals[i].size, 1);
+  for (int i = 0; i < contacts.equality_count; ++i) add(contacts.equals[i].rows, contacts.equals[i].equality->size, 1);
   for (int i = 0; i < contacts.friction_count; ++i) add(contacts.frictions[i].rows, 1, 1);
   for (int i = 0; i < contacts.limit_count; ++i) add(contacts.limits[i].rows, 1, 1);
   for (int i = 0; i < contacts.contact_count; ++i) {

@@ -32,15 +32,13 @@ class Collider final : private ListedPairs, public RowMaker {
   // Tells lanes which pairs there are. The collider must outlive the lanes.
   void list_pairs(Lanes& lanes) const;
   bool has_pairs() const { return !pairs.empty(); }
-  // Whether lanes can make the constraints of rows with these models.
-  bool makes(const RowModels& models, const RowData& data, int count) { return follow(models, data, count); }
   // Finds the contacts of these rows (bits). Returns false if MuJoCo has to find them.
   bool find_contacts(const Lanes& lanes, std::uint32_t rows);
   // Whether MuJoCo, too, would find all contacts that have been found: whether its memory is large enough.
   bool has_room(const RowData& data) const;
   // How much of it this many contacts of a row take at most, while MuJoCo finds them.
   static std::int64_t bytes_of(const mjModel& m, const Contacts& found, std::int64_t contacts);
-  // Also finds the limits, after `makes`. Returns false if MuJoCo has to find them, too.
+  // Also finds the limits, after `follow`. Returns false if MuJoCo has to find them, too.
   bool find(const Lanes& lanes, std::uint32_t rows);
   // Writes to mjData the contacts that have been found for a row. m: the row's model.
   void write(int row, const mjModel& m, mjData& d);

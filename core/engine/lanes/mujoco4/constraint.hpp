@@ -66,9 +66,7 @@ class MakeDrift : public MakeEquality {
     cross(shift, offset, cvel);
     for (int k = 0; k < 3; ++k) vel[k] = cvel[3 + k] - shift[k];
     zero(res, 6 * nv_);
-    while (body && !m_.body_dofnum[body]) body = m_.body_parentid[body];
-    if (!body) return;
-    for (int i = m_.body_dofadr[body] + m_.body_dofnum[body] - 1; i >= 0; i = m_.dof_parentid[i]) {
+    for (int i = last_dof(m_, body); i >= 0; i = m_.dof_parentid[i]) {
       const int joint = m_.dof_jntid[i], type = m_.jnt_type[joint];
       const bool is_turn = type == mjJNT_BALL || (type == mjJNT_FREE && i >= m_.jnt_dofadr[joint] + 3);
       const V* const cdof = vectors(d_.cdof) + 6 * i;

@@ -111,7 +111,7 @@ void MujocoStepper::begin() {
   is_whole_ = (readers_ & (kWhole | kBetweenBodies)) || (is_by_rows_ && is_RungeKutta_);
   collides_ = collider_ && (!collider_->has_pairs() || std::none_of(works_.begin(), works_.begin() + count_,
                                                                     [](const Work* work) { return work->searches(); }));
-  makes_ = collides_ && solver_ && collider_->makes(row_models_, data_, count_) &&
+  makes_ = collides_ && solver_ && collider_->follow(row_models_, data_, count_) &&
            std::all_of(row_models_.begin(), row_models_.begin() + count_,
                        [&](const mjModel* m) { return solver_->follows(*m); });
 }
